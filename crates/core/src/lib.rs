@@ -1,0 +1,15 @@
+//! The arithmetic of the Eosphor ray tracer: everything that reaches a pixel.
+//!
+//! This crate is compiled twice from the same source: for the CPU and, by rustc's own NVPTX backend, for NVIDIA
+//! GPUs. It does no IO, allocates nothing, recurses nowhere and cannot fail. Both compilations give the same bits;
+//! the rules that keep it so are in ARCHITECTURE.md, "The picture contract".
+#![cfg_attr(target_arch = "nvptx64", no_std)]
+#![cfg_attr(target_arch = "nvptx64", feature(core_float_math))]
+
+pub mod camera;
+pub mod light;
+pub mod material;
+pub mod math;
+pub mod sampling;
+pub mod settings;
+pub mod texture;

@@ -1,0 +1,68 @@
+//! Lights, in the form that shading reads.
+
+use crate::math::Vec3;
+
+/// One light. Emissive triangles are lights each; other emitters are only seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(u32)]
+pub enum Light {
+    /// Shines from a point in all directions.
+    Point {
+        /// World space.
+        position: Vec3,
+        /// Radiant intensity; divided by the squared distance where [`crate::settings::Settings::light_falloff`].
+        intensity: Vec3,
+    },
+    /// Shines from infinitely far.
+    Directional {
+        /// Unit vector towards the light.
+        to_light: Vec3,
+        /// Irradiance on a surface that faces the light.
+        irradiance: Vec3,
+    },
+    /// A point light with a cone: full inside the inner angle, none outside the outer, smoothstep between.
+    Spot {
+        /// World space.
+        position: Vec3,
+        /// Unit vector along the cone's axis, away from the light.
+        axis: Vec3,
+        /// As for a point light, on the axis.
+        intensity: Vec3,
+        /// Cosine of the half angle within which the light is full.
+        cos_inner: f32,
+        /// Cosine of the half angle outside which there is none; not above `cos_inner`.
+        cos_outer: f32,
+    },
+    /// An emissive triangle, one-sided: it shines to the side from which its vertices run counter-clockwise.
+    Triangle {
+        /// First vertex, world space.
+        v0: Vec3,
+        /// Second vertex minus the first.
+        e1: Vec3,
+        /// Third vertex minus the first.
+        e2: Vec3,
+        /// Unit normal of the side that shines.
+        normal: Vec3,
+        /// Area in world units squared.
+        area: f32,
+        /// `Ke`.
+        radiance: Vec3,
+        /// Points a shading point samples on it.
+        samples: u32,
+        /// Number of the instance that holds it (0 = world).
+        instance: u32,
+        /// Number of the triangle in its geometry.
+        primitive: u32,
+    },
+}
+
+impl Light {
+    /// Shadow rays that a shading point sends to this light.
+    #[inline(always)]
+    pub fn samples(&self) -> u32 {
+        match self {
+            Light::Triangle { samples, .. } => *samples,
+            _ => 1,
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Counter-based random numbers and well-distributed points: a number is a function of (seed, pixel, sample, path,
+//! dimension) alone, so it is the same on every device, thread and rank.
+
+mod hash;
+mod sobol;
+mod warp;
+
+pub use hash::{hash_pair, mix};
+pub use sobol::{owen_scramble, point_2d, sobol_2d};
+pub use warp::{cosine_lobe, disk_point, orthonormal_basis, triangle_point};
