@@ -6,6 +6,7 @@
 //! and the sign of zero, which must never reach a pixel (../../../../ARCHITECTURE.md, "The picture contract").
 
 #[cfg(target_arch = "nvptx64")]
+#[allow(missing_docs, reason = "documented at their CPU twins below")]
 mod target {
     use core::f32::math;
     #[inline(always)]

@@ -1,0 +1,81 @@
+//! Flags that override the scene's camera.
+
+use super::values::{number, triple};
+use crate::failure::Failure;
+use clap::Args;
+use eosphor::math::Vec3;
+use eosphor::{Camera, Lens, Scene};
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+pub(crate) struct CameraFlags {
+    /// Where the camera is
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    eye: Option<Vec3>,
+    /// A point in the middle of the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true, conflicts_with = "direction")]
+    look_at: Option<Vec3>,
+    /// The way the camera looks
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    direction: Option<Vec3>,
+    /// What is up
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    up: Option<Vec3>,
+    /// Horizontal field of view
+    #[arg(long, value_name = "DEGREES", value_parser = number, allow_hyphen_values = true)]
+    fov: Option<f32>,
+    /// Radius of the lens; 0 is a pin-hole
+    #[arg(long, value_name = "RADIUS", value_parser = number, allow_hyphen_values = true)]
+    aperture: Option<f32>,
+    /// Distance of the plane that is sharp; that of --look-at otherwise
+    #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
+    focus_distance: Option<f32>,
+}
+
+impl CameraFlags {
+    /// Overrides what was given. `framed` is the camera of a scene that has none.
+    pub(crate) fn apply(
+        &self,
+        scene: &mut Scene,
+        framed: impl FnOnce(&Scene) -> Result<Camera, Failure>,
+    ) -> Result<(), Failure> {
+        if !self.is_given() {
+            return Ok(());
+        }
+        let mut camera = match scene.camera {
+            Some(camera) => camera,
+            None => framed(scene)?,
+        };
+        self.change(&mut camera)?;
+        scene.camera = Some(camera);
+        Ok(())
+    }
+
+    fn is_given(&self) -> bool {
+        let vectors = [self.eye, self.look_at, self.direction, self.up];
+        let numbers = [self.fov, self.aperture, self.focus_distance];
+        vectors.iter().any(Option::is_some) || numbers.iter().any(Option::is_some)
+    }
+
+    fn change(&self, camera: &mut Camera) -> Result<(), Failure> {
+        camera.position = self.eye.unwrap_or(camera.position);
+        if let Some(direction) = self.direction {
+            (camera.direction, camera.look_at) = (direction, None);
+        }
+        camera.look_at = self.look_at.or(camera.look_at);
+        camera.up = self.up.unwrap_or(camera.up);
+        camera.fov_x_degrees = self.fov.unwrap_or(camera.fov_x_degrees);
+        let before = camera.lens;
+        let aperture_radius = self.aperture.or(before.map(|lens| lens.aperture_radius));
+        let focus_distance = self.focus_distance.or(before.and_then(|lens| lens.focus_distance));
+        camera.lens = match aperture_radius {
+            Some(0.0) => None,
+            Some(aperture_radius) => Some(Lens { aperture_radius, focus_distance }),
+            None if self.focus_distance.is_some() => {
+                return Err(Failure::Usage("--focus-distance needs a lens: add --aperture RADIUS".into()));
+            }
+            None => None,
+        };
+        Ok(())
+    }
+}

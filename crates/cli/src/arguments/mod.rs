@@ -1,0 +1,89 @@
+//! What can be said on the command line.
+
+mod camera;
+mod device;
+mod render;
+mod settings;
+mod values;
+
+pub(crate) use device::{BackendChoice, DeviceFlags};
+pub(crate) use render::RenderFlags;
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// A ray tracer that gives the same picture on every device, bit for bit.
+#[derive(Debug, Parser)]
+#[command(name = "eosphor", version, max_term_width = 110)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene to a picture
+    Render(Box<RenderFlags>),
+    /// Say what a scene holds and what its hierarchy looks like
+    Info(InfoFlags),
+    /// Compare two pictures: identical, or where and by how much they differ
+    ///
+    /// Exits with 0 where every pixel is identical, with 1 where not.
+    Compare(CompareFlags),
+    /// List the devices that can render
+    Devices(DevicesFlags),
+    /// Print a completion script for a shell
+    Completions(CompletionsFlags),
+}
+
+/// What a scene may be.
+const SCENE_HELP: &str = "An OBJ or JSON file, or a built-in scene: builtin:cornell";
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoFlags {
+    #[arg(help = SCENE_HELP)]
+    pub(crate) scene: String,
+    #[command(flatten)]
+    pub(crate) device: DeviceFlags,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareFlags {
+    /// A PNG, PPM, EXR or .data picture
+    pub(crate) a: PathBuf,
+    /// Another of the same kind and size
+    pub(crate) b: PathBuf,
+    /// Write the absolute difference, amplified so that the largest is white
+    #[arg(long, value_name = "OUT.png")]
+    pub(crate) diff: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DevicesFlags {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsFlags {
+    /// The shell
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_flags_do_not_contradict_each_other() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,221 @@
+//! Flags that override the scene's render settings.
+
+use super::values::{named, number, size, triple};
+use clap::builder::TypedValueParser;
+use clap::{Args, value_parser};
+use eosphor::math::Vec3;
+use eosphor::settings::{FresnelMode, LightingModel, ShadowMode};
+use eosphor::{Composition, NormalMode, PixelSampling, RenderSettings, Transfer};
+
+/// Each wins over the preset, which wins over the scene.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Settings (what the scene or the preset says, where not given)")]
+pub(crate) struct SettingsFlags {
+    /// Picture size in pixels
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[u32; 2]>,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536), conflicts_with = "ssaa")]
+    samples: Option<u32>,
+    /// K x K samples in a regular grid over each pixel
+    #[arg(long, value_name = "K", value_parser = value_parser!(u32).range(1..=256))]
+    ssaa: Option<u32>,
+    /// Where the samples of a pixel lie
+    #[arg(long, value_name = "WHERE", value_parser = pixel_samplings(), conflicts_with = "ssaa")]
+    pixel_sampling: Option<PixelSampling>,
+    /// Points that are sampled on each triangle that is a light
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
+    light_samples: Option<u32>,
+    /// Bounces after the camera ray
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=64))]
+    depth: Option<u32>,
+    /// Rays of a smaller weight die
+    #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
+    energy_threshold: Option<f32>,
+    /// How surfaces are lit
+    #[arg(long, value_name = "MODEL", value_parser = lighting_models())]
+    lighting: Option<LightingModel>,
+    /// What stands between a point and a light does this
+    #[arg(long, value_name = "MODE", value_parser = shadow_modes())]
+    shadows: Option<ShadowMode>,
+    /// How the Fresnel factor is computed
+    #[arg(long, value_name = "MODE", value_parser = fresnel_modes())]
+    fresnel: Option<FresnelMode>,
+    /// How normals vary over a triangle
+    #[arg(long, value_name = "MODE", value_parser = normal_modes())]
+    normals: Option<NormalMode>,
+    /// With generated normals: keep creases sharper than this
+    #[arg(long, value_name = "DEGREES", value_parser = number, allow_hyphen_values = true)]
+    crease: Option<f32>,
+    /// Triangles are seen from the front only
+    #[arg(long, overrides_with = "no_cull")]
+    cull: bool,
+    /// Triangles are seen from both sides
+    #[arg(long, overrides_with = "cull")]
+    no_cull: bool,
+    /// Transparent surfaces also receive light from their far side
+    #[arg(long, overrides_with = "no_light_from_behind")]
+    light_from_behind: bool,
+    /// They do not
+    #[arg(long, overrides_with = "light_from_behind")]
+    no_light_from_behind: bool,
+    /// Point and spot lights fall off with the square of the distance
+    #[arg(long, overrides_with = "no_light_falloff")]
+    light_falloff: bool,
+    /// They do not
+    #[arg(long, overrides_with = "light_falloff")]
+    no_light_falloff: bool,
+    /// The ambient term is this times the diffuse colour
+    #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
+    ambient: Option<f32>,
+    /// Distance of black with --lighting distance, over 1.5
+    #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
+    max_distance: Option<f32>,
+    /// Linear colour of rays that hit nothing
+    #[arg(long, value_name = "R,G,B", value_parser = triple, allow_hyphen_values = true)]
+    background: Option<Vec3>,
+    /// What reflects and transmits in MTL materials
+    #[arg(long, value_name = "WAY", value_parser = compositions())]
+    composition: Option<Composition>,
+    /// Colour textures are sRGB-coded
+    #[arg(long, overrides_with = "linear_textures")]
+    srgb_textures: bool,
+    /// Colour textures are linear
+    #[arg(long, overrides_with = "srgb_textures")]
+    linear_textures: bool,
+    /// How linear colours become bytes
+    #[arg(long, value_name = "CURVE", value_parser = transfers())]
+    transfer: Option<Transfer>,
+    /// Stops: colours are multiplied by 2 to this power
+    #[arg(long, value_name = "STOPS", value_parser = number, allow_hyphen_values = true)]
+    exposure: Option<f32>,
+    /// Key of all random numbers
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+}
+
+impl SettingsFlags {
+    /// Overrides what was given.
+    pub(crate) fn apply(&self, settings: &mut RenderSettings) {
+        set(&mut settings.size, self.size);
+        set(&mut settings.samples, self.samples);
+        // Samples by number make sense only where the scene's own grid goes.
+        if let (PixelSampling::Grid(_), Some(_)) = (settings.pixel_sampling, self.samples) {
+            settings.pixel_sampling = PixelSampling::Random;
+        }
+        set(&mut settings.pixel_sampling, self.ssaa.map(PixelSampling::Grid).or(self.pixel_sampling));
+        set(&mut settings.light_samples, self.light_samples);
+        set(&mut settings.depth, self.depth);
+        set(&mut settings.energy_threshold, self.energy_threshold);
+        set(&mut settings.lighting, self.lighting);
+        set(&mut settings.shadows, self.shadows);
+        set(&mut settings.fresnel, self.fresnel);
+        set(&mut settings.normals, self.normals);
+        set(&mut settings.crease_degrees, self.crease);
+        set(&mut settings.cull_back_faces, switch(self.cull, self.no_cull));
+        set(&mut settings.light_from_behind, switch(self.light_from_behind, self.no_light_from_behind));
+        set(&mut settings.light_falloff, switch(self.light_falloff, self.no_light_falloff));
+        set(&mut settings.ambient, self.ambient);
+        set(&mut settings.max_distance, self.max_distance.map(Some));
+        set(&mut settings.background, self.background);
+        set(&mut settings.composition, self.composition);
+        set(&mut settings.srgb_textures, switch(self.srgb_textures, self.linear_textures));
+        set(&mut settings.transfer, self.transfer);
+        set(&mut settings.exposure, self.exposure);
+        set(&mut settings.seed, self.seed);
+    }
+}
+
+fn set<T>(setting: &mut T, flag: Option<T>) {
+    if let Some(value) = flag {
+        *setting = value;
+    }
+}
+
+fn switch(on: bool, off: bool) -> Option<bool> {
+    (on || off).then_some(on)
+}
+
+fn pixel_samplings() -> impl TypedValueParser<Value = PixelSampling> {
+    named([("center", PixelSampling::Center), ("random", PixelSampling::Random)])
+}
+
+fn lighting_models() -> impl TypedValueParser<Value = LightingModel> {
+    named([
+        ("distance", LightingModel::Distance),
+        ("diffuse", LightingModel::Diffuse),
+        ("lambert", LightingModel::Lambert),
+        ("phong", LightingModel::Phong),
+        ("blinn-phong", LightingModel::BlinnPhong),
+    ])
+}
+
+fn shadow_modes() -> impl TypedValueParser<Value = ShadowMode> {
+    named([("none", ShadowMode::None), ("opaque", ShadowMode::Opaque), ("coloured", ShadowMode::Coloured)])
+}
+
+fn fresnel_modes() -> impl TypedValueParser<Value = FresnelMode> {
+    named([
+        ("exact", FresnelMode::Exact),
+        ("schlick", FresnelMode::Schlick),
+        ("constant", FresnelMode::Constant),
+    ])
+}
+
+fn normal_modes() -> impl TypedValueParser<Value = NormalMode> {
+    named([
+        ("flat", NormalMode::Flat),
+        ("smooth", NormalMode::Smooth),
+        ("auto", NormalMode::Auto),
+        ("generated", NormalMode::Generated),
+    ])
+}
+
+fn compositions() -> impl TypedValueParser<Value = Composition> {
+    named([("native", Composition::Native), ("pg1", Composition::Pg1), ("eos", Composition::Eos)])
+}
+
+fn transfers() -> impl TypedValueParser<Value = Transfer> {
+    named([("srgb", Transfer::Srgb), ("linear", Transfer::Linear)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Only {
+        #[command(flatten)]
+        flags: SettingsFlags,
+    }
+
+    fn apply(flags: &[&str], mut settings: RenderSettings) -> RenderSettings {
+        let parsed = Only::try_parse_from(["x"].iter().chain(flags)).unwrap_or_else(|e| panic!("{e}"));
+        parsed.flags.apply(&mut settings);
+        settings
+    }
+
+    #[test]
+    fn no_flag_changes_nothing() {
+        let settings = RenderSettings { seed: 7, depth: 3, ..RenderSettings::default() };
+        assert_eq!(apply(&[], settings), settings);
+    }
+
+    #[test]
+    fn flags_win_and_the_last_of_a_pair_too() {
+        let flags = ["--cull", "--no-cull", "--size", "7x9", "--background", "-1,0,2", "--exposure", "-1"];
+        let default = RenderSettings { cull_back_faces: true, ..RenderSettings::default() };
+        let settings = apply(&flags, default);
+        assert!(!settings.cull_back_faces);
+        assert_eq!((settings.size, settings.exposure, settings.background.x), ([7, 9], -1.0, -1.0));
+    }
+
+    #[test]
+    fn samples_and_grids_replace_each_other() {
+        let grid = RenderSettings { pixel_sampling: PixelSampling::Grid(4), ..RenderSettings::default() };
+        assert_eq!(apply(&["--samples", "9"], grid).pixel_sampling, PixelSampling::Random);
+        assert_eq!(apply(&["--ssaa", "3"], grid).pixel_sampling, PixelSampling::Grid(3));
+        assert!(Only::try_parse_from(["x", "--ssaa", "3", "--samples", "4"]).is_err());
+    }
+}

@@ -1,0 +1,62 @@
+//! Values of flags.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use eosphor::math::Vec3;
+
+/// One of a few names; `--help` and completions list them.
+pub(super) fn named<T, const N: usize>(names: [(&'static str, T); N]) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    let parser = PossibleValuesParser::new(names.map(|(name, _)| name));
+    parser.try_map(move |text| {
+        let found = names.iter().find(|(name, _)| *name == text);
+        found.map(|(_, value)| *value).ok_or_else(|| format!("there is no {text}"))
+    })
+}
+
+/// `800x600`.
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
+    let (width, height) = text.split_once(['x', 'X']).ok_or("it must be WIDTHxHEIGHT, as 800x600")?;
+    let side = |text: &str| {
+        let sane = text.parse().ok().filter(|side| (1..=eosphor::MAX_SIDE).contains(side));
+        sane.ok_or_else(|| format!("each side must be a whole number from 1 to {}", eosphor::MAX_SIDE))
+    };
+    Ok([side(width)?, side(height)?])
+}
+
+/// `1,-2.5,3`.
+pub(super) fn triple(text: &str) -> Result<Vec3, String> {
+    let numbers = text.split(',').map(number).collect::<Result<Vec<f32>, String>>()?;
+    let triple: [f32; 3] = numbers.try_into().map_err(|_| "it must be three numbers, as 1,0,-2.5")?;
+    Ok(triple.into())
+}
+
+/// A finite number.
+pub(super) fn number(text: &str) -> Result<f32, String> {
+    let number = text.trim().parse::<f32>().ok().filter(|x| x.is_finite());
+    number.ok_or_else(|| format!("\"{text}\" is no finite number"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor::math::vec3;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("800x600"), Ok([800, 600]));
+        assert_eq!(size("1X65535"), Ok([1, 65_535]));
+        for bad in ["", "x", "800", "0x5", "5x0", "99999x99999", "-1x5", "1.5x2", "5x5x5", "99999999999x1"] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn triples() {
+        assert_eq!(triple("1, -2.5,3e2"), Ok(vec3(1.0, -2.5, 300.0)));
+        for bad in ["", "1,2", "1,2,3,4", "1,,3", "a,b,c", "1,nan,2", "inf,0,0", "1e39,0,0"] {
+            assert!(triple(bad).is_err(), "{bad}");
+        }
+    }
+}

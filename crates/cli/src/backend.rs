@@ -1,0 +1,32 @@
+//! Which device renders.
+
+use crate::arguments::{BackendChoice, DeviceFlags};
+use crate::failure::Failure;
+use eosphor::{Backend, CpuBackend, CpuOptions};
+
+/// The backend that the flags ask for. `auto` takes the fastest there is.
+pub(crate) fn backend_for(flags: &DeviceFlags) -> Result<Box<dyn Backend>, Failure> {
+    match flags.backend {
+        BackendChoice::Auto | BackendChoice::Cpu => Ok(Box::new(CpuBackend::new(cpu_options(flags))?)),
+        BackendChoice::Cuda => {
+            let text = "CUDA is not in this version: --backend cuda: use --backend cpu, which gives the same picture";
+            Err(Failure::Failed(text.into()))
+        }
+    }
+}
+
+fn cpu_options(flags: &DeviceFlags) -> CpuOptions {
+    CpuOptions {
+        threads: flags.threads.map(usize::from),
+        tile: flags.tile.unwrap_or(CpuOptions::default().tile),
+        accel: flags.accel,
+        simd: flags.simd.0,
+    }
+}
+
+/// Gives the thread pool that everything but tracing uses (developing, writing) the same number of threads.
+pub(crate) fn limit_threads(flags: &DeviceFlags) -> Result<(), Failure> {
+    let Some(threads) = flags.threads else { return Ok(()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+    pool.map_err(|error| Failure::Failed(format!("cannot start the threads: --threads {threads}: {error}")))
+}

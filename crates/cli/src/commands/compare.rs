@@ -1,0 +1,65 @@
+//! `eosphor compare A B`.
+
+use crate::arguments::CompareFlags;
+use crate::failure::Failure;
+use crate::streams;
+use crate::text::grouped;
+use eosphor::compare::{Comparison, compare as compare_pictures, difference_image};
+use eosphor::{Picture, check_writable, save_developed};
+use serde::Serialize;
+use std::fmt::Write;
+
+pub(crate) fn compare(flags: &CompareFlags) -> Result<(), Failure> {
+    if let Some(path) = &flags.diff {
+        check_writable(path)?;
+    }
+    let (a, b) = (Picture::read(&flags.a)?, Picture::read(&flags.b)?);
+    let between = |error| {
+        let (a, b) = (flags.a.display(), flags.b.display());
+        Failure::Failed(format!("cannot compare: {a} and {b}: {error}"))
+    };
+    let comparison = compare_pictures(&a, &b).map_err(between)?;
+    let amplified = match &flags.diff {
+        Some(path) => {
+            let (image, factor) = difference_image(&a, &b).map_err(between)?;
+            save_developed(&image, path, true)?;
+            Some(factor)
+        }
+        None => None,
+    };
+    match flags.json {
+        true => streams::json(&Json { comparison: &comparison, difference_amplified: amplified })?,
+        false => streams::result(&describe(&comparison, amplified))?,
+    }
+    if comparison.identical { Ok(()) } else { Err(Failure::Different) }
+}
+
+#[derive(Serialize)]
+struct Json<'a> {
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+    /// Factor of the difference image.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    difference_amplified: Option<f64>,
+}
+
+fn describe(comparison: &Comparison, amplified: Option<f64>) -> String {
+    let Some(first) = &comparison.first else { return "identical\n".into() };
+    let values = |values: &[f32]| values.iter().map(f32::to_string).collect::<Vec<_>>().join(" ");
+    let mut text = format!("different: first at ({}, {}): ", first.x, first.y);
+    let _ = writeln!(text, "{} and {}", values(&first.a), values(&first.b));
+    let pixels = comparison.width as u64 * comparison.height as u64;
+    let share = comparison.differing_pixels as f64 / pixels as f64 * 100.0;
+    let (some, all) = (grouped(comparison.differing_pixels), grouped(pixels));
+    let _ = writeln!(text, "pixels that differ   {some} of {all} ({share:.3} %)");
+    let _ = writeln!(text, "largest difference   {}", comparison.max_difference);
+    let _ = writeln!(text, "RMSE                 {:.6}", comparison.rmse);
+    let _ = writeln!(text, "PSNR                 {:.2} dB", comparison.psnr);
+    if let Some(flip) = comparison.flip {
+        let _ = writeln!(text, "FLIP                 {flip:.6}");
+    }
+    if let Some(factor) = amplified {
+        let _ = writeln!(text, "difference image     amplified {factor:.1} times");
+    }
+    text
+}

@@ -1,0 +1,144 @@
+//! `eosphor info SCENE`.
+
+use crate::arguments::InfoFlags;
+use crate::backend::{backend_for, limit_threads};
+use crate::failure::Failure;
+use crate::report::hierarchy_rows;
+use crate::streams;
+use crate::text::grouped;
+use eosphor::math::Vec3;
+use eosphor::{BuildStatistics, LoadOptions, Scene, SceneData, load};
+use serde::Serialize;
+use std::fmt::Write;
+use std::sync::Arc;
+
+#[derive(Serialize)]
+struct Info {
+    /// As the scene places them: a mesh with two instances counts twice.
+    triangles: u64,
+    spheres: usize,
+    parallelograms: usize,
+    meshes: usize,
+    instances: usize,
+    materials: usize,
+    textures: usize,
+    /// Emissive triangles included.
+    lights: usize,
+    /// `None` for an empty scene.
+    bounds: Option<[Vec3; 2]>,
+    camera: CameraInfo,
+    hierarchy: BuildStatistics,
+    files: Vec<String>,
+    /// Of loading and of preparing.
+    notes: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct CameraInfo {
+    /// Whether the scene says it; otherwise the whole scene is framed.
+    given: bool,
+    eye: Vec3,
+    direction: Vec3,
+    up: Vec3,
+    fov_x_degrees: f32,
+    aperture_radius: f32,
+    focus_distance: f32,
+}
+
+pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
+    limit_threads(&flags.device)?;
+    let loaded = load(&flags.scene, &LoadOptions::default())?;
+    let (data, notes) = SceneData::flatten(&loaded.scene)?;
+    let warnings = loaded.warnings.iter().map(ToString::to_string);
+    let notes = warnings.chain(notes.iter().map(ToString::to_string)).collect();
+    let files = loaded.files_read.iter().map(|path| path.display().to_string()).collect();
+    let scene = &loaded.scene;
+    let info = Info {
+        triangles: scene.instances.iter().map(|i| scene.meshes[i.mesh as usize].triangles.len() as u64).sum(),
+        spheres: scene.spheres.len(),
+        parallelograms: scene.parallelograms.len(),
+        meshes: scene.meshes.len(),
+        instances: scene.instances.len(),
+        materials: scene.materials.len(),
+        textures: scene.textures.len(),
+        lights: data.lights.len(),
+        bounds: bounds(scene),
+        camera: camera_info(scene, &data),
+        hierarchy: backend_for(&flags.device)?.prepare(Arc::new(data))?.build_statistics(),
+        files,
+        notes,
+    };
+    if flags.json { streams::json(&info) } else { streams::result(&describe(&info)) }
+}
+
+fn camera_info(scene: &Scene, data: &SceneData) -> CameraInfo {
+    let camera = &data.camera;
+    CameraInfo {
+        given: scene.camera.is_some(),
+        eye: camera.eye,
+        direction: camera.forward,
+        up: camera.up,
+        fov_x_degrees: 2.0 * camera.half_width.atan().to_degrees(),
+        aperture_radius: camera.aperture_radius,
+        focus_distance: camera.focus_distance,
+    }
+}
+
+/// Corners of the box around everything that is placed.
+fn bounds(scene: &Scene) -> Option<[Vec3; 2]> {
+    let placed = scene.instances.iter().flat_map(|instance| {
+        let world_from_object = instance.world_from_object.affine();
+        let mesh = &scene.meshes[instance.mesh as usize];
+        // Vertices that no triangle uses are not seen.
+        let corners = mesh.triangles.iter().flat_map(|triangle| triangle.positions);
+        corners.map(move |corner| world_from_object.point(mesh.positions[corner as usize]))
+    });
+    let spheres = scene.spheres.iter().flat_map(|sphere| {
+        let radius = Vec3::splat(sphere.radius);
+        [sphere.center - radius, sphere.center + radius]
+    });
+    let parallelograms = scene.parallelograms.iter().flat_map(|p| {
+        let opposite = p.corner + p.edge_u + p.edge_v;
+        [p.corner, p.corner + p.edge_u, p.corner + p.edge_v, opposite]
+    });
+    let points = placed.chain(spheres).chain(parallelograms);
+    points.map(|p| [p, p]).reduce(|[low, high], [p, _]| [low.min(p), high.max(p)])
+}
+
+fn describe(info: &Info) -> String {
+    let mut text = String::new();
+    let mut row = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<16} {value}");
+    };
+    row("triangles", grouped(info.triangles));
+    row("spheres", grouped(info.spheres as u64));
+    row("parallelograms", grouped(info.parallelograms as u64));
+    row("meshes", grouped(info.meshes as u64));
+    row("instances", grouped(info.instances as u64));
+    row("materials", grouped(info.materials as u64));
+    row("textures", grouped(info.textures as u64));
+    row("lights", grouped(info.lights as u64));
+    match info.bounds {
+        Some([low, high]) => row("bounds", format!("{} to {}", point(low), point(high))),
+        None => row("bounds", "none: the scene is empty".into()),
+    }
+    let camera = &info.camera;
+    let given = if camera.given { "" } else { " (framed; the scene has none)" };
+    let (eye, direction) = (point(camera.eye), point(camera.direction));
+    row("camera", format!("{eye} looking {direction}, {:.2} degrees wide{given}", camera.fov_x_degrees));
+    if camera.aperture_radius > 0.0 {
+        let (radius, distance) = (camera.aperture_radius, camera.focus_distance);
+        row("lens", format!("radius {radius}, sharp at {distance}"));
+    }
+    for (name, value) in hierarchy_rows(&info.hierarchy) {
+        row(name, value);
+    }
+    for note in &info.notes {
+        row("note", note.clone());
+    }
+    text
+}
+
+fn point(p: Vec3) -> String {
+    format!("({}, {}, {})", p.x, p.y, p.z)
+}

@@ -1,0 +1,13 @@
+//! One file a subcommand.
+
+mod compare;
+mod completions;
+mod devices;
+mod info;
+mod render;
+
+pub(crate) use compare::compare;
+pub(crate) use completions::completions;
+pub(crate) use devices::devices;
+pub(crate) use info::info;
+pub(crate) use render::render;

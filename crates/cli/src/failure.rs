@@ -1,0 +1,74 @@
+//! Why a command ended without success, and what the shell is told.
+
+use eosphor::compare::CompareError;
+use eosphor::{BackendError, OutputError, SceneError};
+use std::fmt::Display;
+use std::process::ExitCode;
+
+/// Why a command ended without success.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The work failed: what, where, what to do.
+    Failed(String),
+    /// The flags ask for something that does not exist.
+    Usage(String),
+    /// Ctrl-C, and what became of the work.
+    Interrupted(String),
+    /// Two pictures differ; this has been said on stdout.
+    Different,
+}
+
+impl Failure {
+    /// The one line for stderr.
+    pub(crate) fn line(&self) -> Option<String> {
+        match self {
+            Failure::Failed(text) | Failure::Usage(text) | Failure::Interrupted(text) => Some(one_line(text)),
+            Failure::Different => None,
+        }
+    }
+
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Failure::Failed(_) | Failure::Different => 1,
+            Failure::Usage(_) => 2,
+            Failure::Interrupted(_) => 130,
+        })
+    }
+
+    /// For `map_err`: the work failed for this reason.
+    pub(crate) fn because(reason: impl Display) -> Failure {
+        Failure::Failed(reason.to_string())
+    }
+
+    /// For `map_err`: the flags are to blame.
+    pub(crate) fn usage(reason: impl Display) -> Failure {
+        Failure::Usage(reason.to_string())
+    }
+}
+
+/// Libraries may say more than one line, and file names may hold anything.
+fn one_line(text: &str) -> String {
+    let words = text.split(|c: char| c.is_control()).map(str::trim);
+    words.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+macro_rules! fails {
+    ($($error:ty),+) => {
+        $(impl From<$error> for Failure {
+            fn from(error: $error) -> Failure {
+                Failure::because(error)
+            }
+        })+
+    };
+}
+fails!(SceneError, BackendError, OutputError, CompareError);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_one_line() {
+        assert_eq!(Failure::because("a\n  b\tc\r\n").line().unwrap(), "a b c");
+    }
+}

@@ -1,0 +1,34 @@
+//! Ctrl-C: the first asks the render to end and keeps what is done, the second ends the program at once.
+
+use crate::failure::Failure;
+use crate::streams::Verbosity;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Watches for Ctrl-C from now on.
+pub(crate) fn watch(verbosity: Verbosity) -> Result<(), Failure> {
+    let handler = move || {
+        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+        let line = "eosphor: interrupting; keeping what is done (Ctrl-C again to end at once)";
+        verbosity.say(Verbosity::Normal, line);
+    };
+    ctrlc::set_handler(handler).map_err(|error| Failure::Failed(format!("cannot watch for Ctrl-C: {error}")))
+}
+
+/// Raised by Ctrl-C.
+pub(crate) fn flag() -> &'static AtomicBool {
+    &INTERRUPTED
+}
+
+/// Ends a command between two phases.
+pub(crate) fn check() -> Result<(), Failure> {
+    match INTERRUPTED.load(Ordering::SeqCst) {
+        true => {
+            Err(Failure::Interrupted("interrupted before the first pixel; no picture was written".into()))
+        }
+        false => Ok(()),
+    }
+}

@@ -1,0 +1,39 @@
+//! The command line of Eosphor. Results go to stdout, progress and messages to stderr.
+//!
+//! Exit codes: 0 done (or `compare`: identical), 1 the work failed (or `compare`: different), 2 wrong usage,
+//! 130 interrupted.
+
+mod arguments;
+mod backend;
+mod commands;
+mod failure;
+mod interrupt;
+mod memory;
+mod progress;
+mod report;
+mod streams;
+mod text;
+
+use arguments::{Arguments, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let done = match &arguments.command {
+        Command::Render(flags) => commands::render(flags),
+        Command::Info(flags) => commands::info(flags),
+        Command::Compare(flags) => commands::compare(flags),
+        Command::Devices(flags) => commands::devices(flags),
+        Command::Completions(flags) => commands::completions(flags),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if let Some(line) = failure.line() {
+                streams::error(&line);
+            }
+            failure.exit_code()
+        }
+    }
+}

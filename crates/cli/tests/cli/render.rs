@@ -1,0 +1,174 @@
+//! `eosphor render` and `info`: pictures, flags, reports and what goes wrong.
+
+use crate::place::Place;
+use std::fs;
+
+#[test]
+fn every_format_is_written_and_stdout_stays_clean() {
+    let place = Place::new();
+    for name in ["a.png", "a.ppm", "a.exr", "a.data"] {
+        let run = place.render(name, &[]).succeeded();
+        assert!(run.stdout.is_empty());
+        assert!(run.stderr.contains("camera") && run.stderr.contains("Mrays/s"), "{}", run.stderr);
+    }
+    assert_eq!(place.names(), ["a.data", "a.exr", "a.png", "a.ppm"]);
+    assert_eq!(fs::metadata(place.path("a.data")).unwrap().len(), 8 + 16 * 12 * 4);
+}
+
+#[test]
+fn quiet_says_nothing() {
+    let run = Place::new().render("a.png", &["-q"]).succeeded();
+    assert_eq!((run.stdout.as_str(), run.stderr.as_str()), ("", ""));
+}
+
+#[test]
+fn json_has_rays_time_and_hierarchy() {
+    let json = Place::new().render("a.png", &["--json", "--stats", "-q"]).succeeded().json();
+    assert_eq!(json["complete"], true);
+    assert_eq!(json["rays"]["camera"], 16 * 12);
+    assert_eq!([&json["width"], &json["height"]], [16, 12]);
+    assert!(json["rays"]["shadow"].as_u64().unwrap() > 0);
+    assert!(json["work_per_ray"]["tests"].as_f64().unwrap() > 0.0);
+    assert!(json["seconds"]["render"].as_f64().unwrap() > 0.0);
+    assert!(json["hierarchy"]["nodes"].as_u64().unwrap() > 0);
+}
+
+#[test]
+fn neither_threads_nor_tiles_nor_hierarchy_change_a_byte() {
+    let place = Place::new();
+    place.render("a.exr", &[]).succeeded();
+    for flags in [["--threads", "1"], ["--tile", "5"], ["--accel", "none"], ["--simd", "baseline"]] {
+        place.render("b.exr", &flags).succeeded();
+        assert_eq!(place.run(&["compare", "a.exr", "b.exr"]).succeeded().stdout, "identical\n", "{flags:?}");
+    }
+}
+
+#[test]
+fn flags_win_over_the_preset() {
+    let place = Place::new();
+    let json = place.render("a.png", &["--preset", "pg1", "--depth", "0", "--json", "-q"]).succeeded().json();
+    assert_eq!([&json["width"], &json["height"]], [16, 12]);
+    let rays = &json["rays"];
+    assert_eq!([&rays["reflected"], &rays["refracted"], &rays["glossy"]], [0, 0, 0]);
+}
+
+#[test]
+fn moving_the_geometry_is_moving_the_camera_the_other_way() {
+    let place = Place::new();
+    let unlit = ["--lighting", "distance", "--max-distance", "4"];
+    place.render("a.ppm", &[&unlit[..], &["--translate", "1,2,-4", "--eye", "1,3,0.5"]].concat()).succeeded();
+    place.render("b.ppm", &[&unlit[..], &["--eye", "0,1,4.5"]].concat()).succeeded();
+    let run = place.run(&["compare", "--json", "a.ppm", "b.ppm"]);
+    assert!(run.json()["max_difference"].as_f64().unwrap() <= 1.0, "{}", run.stdout);
+}
+
+#[test]
+fn a_scene_without_a_camera_can_be_zoomed() {
+    let place = Place::new();
+    fs::write(place.path("t.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let flags = ["--size", "8x8", "--lighting", "diffuse", "-q"];
+    place.run(&[&["render", "t.obj", "-o", "a.ppm"], &flags[..]].concat()).succeeded();
+    place.run(&[&["render", "t.obj", "-o", "b.ppm", "--fov", "45"], &flags[..]].concat()).succeeded();
+    place.run(&[&["render", "t.obj", "-o", "c.ppm", "--fov", "5"], &flags[..]].concat()).succeeded();
+    place.run(&["compare", "a.ppm", "b.ppm"]).succeeded();
+    assert_eq!(place.run(&["compare", "a.ppm", "c.ppm"]).code, Some(1));
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_found_before_rendering() {
+    let place = Place::new();
+    fs::create_dir(place.path("folder.png")).unwrap();
+    let huge = ["--samples", "65536"];
+    place.render("no/such/a.png", &huge).failed_with(&["no/such/a.png", "create the folder"]);
+    place.render("/dev/full/x.png", &huge).failed_with(&["/dev/full/x.png", "not a folder"]);
+    place.render("folder.png", &huge).failed_with(&["folder.png", "this is a folder"]);
+    place.render("a.tga", &huge).failed_with(&["a.tga", ".png, .ppm, .exr or .data"]);
+    place.render("a", &huge).failed_with(&[".png, .ppm, .exr or .data"]);
+    place.render(&format!("{}.png", "n".repeat(300)), &huge).failed_with(&["shorter"]);
+    assert_eq!(place.names(), ["folder.png"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn folders_that_may_not_be_written_to() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = Place::new();
+    let folder = place.path("locked");
+    fs::create_dir(&folder).unwrap();
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o555)).unwrap();
+    // Root may write anywhere; /proc takes no files from anybody.
+    if fs::write(folder.join("probe"), "").is_ok() {
+        place.render("/proc/a.png", &[]).failed_with(&["/proc/a.png"]);
+    } else {
+        place.render("locked/a.png", &[]).failed_with(&["locked/a.png", "permission denied"]);
+    }
+}
+
+#[test]
+fn wrong_flags_are_wrong_usage() {
+    let place = Place::new();
+    let bad: [(&[&str], &str); 12] = [
+        (&["--size", "0x5"], "1 to 65535"),
+        (&["--size", "99999x99999"], "1 to 65535"),
+        (&["--size", "800"], "WIDTHxHEIGHT"),
+        (&["--samples", "0"], "1..=65536"),
+        (&["--depth", "65"], "0..=64"),
+        (&["--background", "1,2"], "three numbers"),
+        (&["--exposure", "nan"], "finite"),
+        (&["--exposure", "1000"], "exposure"),
+        (&["--threads", "0"], "1..=1024"),
+        (&["--fov", "180"], "fov"),
+        (&["--focus-distance", "1"], "--aperture"),
+        (&["--lighting", "x"], "blinn-phong"),
+    ];
+    for (flags, words) in bad {
+        let whole = [&["render", "builtin:cornell", "-o", "a.png", "--light-samples", "1"], flags].concat();
+        place.run(&whole).is_wrong_usage(&[words]);
+    }
+    place.run(&["render", "builtin:cornell"]).is_wrong_usage(&["--output"]);
+    place.run(&[]).is_wrong_usage(&["render"]);
+    assert!(place.names().is_empty());
+}
+
+#[test]
+fn pictures_larger_than_memory_are_refused() {
+    let place = Place::new();
+    let run = place.run(&["render", "builtin:cornell", "-o", "a.png", "--size", "65535x65535", "-q"]);
+    // 64 GB: a machine that has them would render for hours, so this one test looks at the message alone.
+    run.failed_with(&["65535 x 65535", "--size"]);
+}
+
+#[test]
+fn scenes_that_cannot_be_read_are_one_line() {
+    let place = Place::new();
+    fs::write(place.path("bad.json"), "{ \"eosphor\": 1,\n \"nonsense\": }").unwrap();
+    fs::write(place.path("binary.obj"), [0u8, 159, 146, 150, 255, 10, 118, 32, 255]).unwrap();
+    for (scene, word) in [
+        ("none.obj", "none.obj"),
+        ("builtin:none", "cornell"),
+        ("bad.json", "bad.json:2"),
+        ("a.stl", "a.stl"),
+        (".", "."),
+    ] {
+        place.run(&["render", scene, "-o", "a.png"]).failed_with(&[word]);
+        place.run(&["info", scene]).failed_with(&[word]);
+    }
+    assert!(place.run(&["info", "binary.obj"]).code.is_some_and(|code| code < 2));
+}
+
+#[test]
+fn info_describes_the_scene() {
+    let place = Place::new();
+    let run = place.run(&["info", "builtin:cornell"]).succeeded();
+    assert!(run.stdout.contains("2,188") && run.stdout.contains("hierarchy"), "{}", run.stdout);
+    let json = place.run(&["info", "builtin:cornell", "--json"]).succeeded().json();
+    assert_eq!(json["triangles"], 2188);
+    assert_eq!(json["lights"], 2);
+    assert!(json["hierarchy"]["leaves"].as_u64().unwrap() > 1);
+}
+
+#[test]
+fn cuda_is_refused_politely() {
+    let place = Place::new();
+    place.render("a.png", &["--backend", "cuda"]).failed_with(&["--backend cpu"]);
+}

@@ -1,0 +1,133 @@
+//! Geometry as devices read it: ranges of primitives, instances, and what shading needs of each primitive.
+//!
+//! A *geometry* is a set of triangles and spheres in one space. Geometry 0 is the world; others are placed by
+//! instances and traced in their own space. A primitive's number is its place in its geometry: triangles first, then
+//! spheres. Instance 0 is the world itself.
+
+use crate::math::{Affine, Vec3, vec3};
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Bounds {
+    /// Smallest coordinates.
+    pub min: Vec3,
+    /// Largest coordinates.
+    pub max: Vec3,
+}
+
+impl Bounds {
+    /// The box that holds nothing.
+    pub const EMPTY: Bounds = Bounds { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
+
+    /// The smallest box around both.
+    #[inline(always)]
+    pub fn union(&self, o: &Bounds) -> Bounds {
+        Bounds { min: self.min.min(o.min), max: self.max.max(o.max) }
+    }
+
+    /// The smallest box around this one and a point.
+    #[inline(always)]
+    pub fn including(&self, p: Vec3) -> Bounds {
+        Bounds { min: self.min.min(p), max: self.max.max(p) }
+    }
+
+    /// Grown by `margin` on every side.
+    #[inline(always)]
+    pub fn padded(&self, margin: f32) -> Bounds {
+        let m = Vec3::splat(margin);
+        Bounds { min: self.min - m, max: self.max + m }
+    }
+
+    /// Half the surface area; 0 for the empty box.
+    #[inline(always)]
+    pub fn half_area(&self) -> f32 {
+        let s = self.max - self.min;
+        if s.x < 0.0 { 0.0 } else { s.x * s.y + s.y * s.z + s.z * s.x }
+    }
+
+    /// The middle.
+    #[inline(always)]
+    pub fn center(&self) -> Vec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Whether nothing is inside.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        !(self.min.x <= self.max.x)
+    }
+
+    /// The box around the images of all eight corners.
+    pub fn transformed(&self, map: &Affine) -> Bounds {
+        if self.is_empty() {
+            return Bounds::EMPTY;
+        }
+        (0..8).fold(Bounds::EMPTY, |b, corner| {
+            let pick = |bit: u32, low: f32, high: f32| if corner & bit == 0 { low } else { high };
+            b.including(map.point(vec3(
+                pick(1, self.min.x, self.max.x),
+                pick(2, self.min.y, self.max.y),
+                pick(4, self.min.z, self.max.z),
+            )))
+        })
+    }
+
+    /// The largest absolute coordinate; 0 for the empty box.
+    pub fn extent(&self) -> f32 {
+        if self.is_empty() { 0.0 } else { self.min.abs().max(self.max.abs()).max_component() }
+    }
+}
+
+/// A sphere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(16))]
+pub struct Sphere {
+    /// Centre.
+    pub center: Vec3,
+    /// Radius, over 0.
+    pub radius: f32,
+}
+
+/// A range of triangles and a range of spheres in one space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Geometry {
+    /// Number of its first triangle among all.
+    pub first_triangle: u32,
+    /// How many it has.
+    pub triangle_count: u32,
+    /// Number of its first sphere among all.
+    pub first_sphere: u32,
+    /// How many it has.
+    pub sphere_count: u32,
+    /// The largest absolute coordinate in it: the scale of rounding errors, from which the padding of bounds and the
+    /// tolerance of hits follow.
+    pub extent: f32,
+}
+
+/// A placed geometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Instance {
+    /// Takes rays into the geometry's space.
+    pub object_from_world: Affine,
+    /// Takes hits back.
+    pub world_from_object: Affine,
+    /// Its box in world space, padded; part of the definition of its hits.
+    pub world_bounds: Bounds,
+    /// Number of the geometry.
+    pub geometry: u32,
+}
+
+/// What shading needs of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct TriangleShading {
+    /// Unit shading normals at the corners, in the geometry's space.
+    pub normals: [Vec3; 3],
+    /// Texture coordinates at the corners.
+    pub uvs: [[f32; 2]; 3],
+    /// Number of the material.
+    pub material: u32,
+}

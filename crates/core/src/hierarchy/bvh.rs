@@ -1,0 +1,255 @@
+//! Bounding volume hierarchy with two children a node: the nodes, and the scalar traversal.
+
+use super::candidates::{Any, Closest, Next, Placement, PrimitivesView, Search, item};
+use super::{Stack, Tracer, Work};
+use crate::geometry::Bounds;
+use crate::intersect::{LocalRay, Slab};
+use crate::math::Vec3;
+use crate::ray::{Hit, Ray, RayFilter};
+
+/// Builders keep trees at most this deep, so that traversals can do with a stack of this size.
+pub const MAX_BVH_DEPTH: usize = 64;
+
+/// A node of 32 bytes. The two children of an inner node are neighbours in the array.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(32))]
+pub struct BvhNode {
+    /// Smallest coordinates of what is inside, padded.
+    pub min: Vec3,
+    /// Inner node: number of the first child. Leaf: number of the first primitive (or instance) in its array.
+    pub first: u32,
+    /// Largest coordinates of what is inside, padded.
+    pub max: Vec3,
+    /// 0 for inner nodes; else the number of primitives, with [`BvhNode::SPHERES`] where they are spheres.
+    pub count: u32,
+}
+
+impl BvhNode {
+    /// Set in [`BvhNode::count`] of leaves that hold spheres.
+    pub const SPHERES: u32 = 1 << 31;
+
+    /// A leaf that holds nothing. (A box turned inside out would not do: the slab test sorts its planes.)
+    pub const EMPTY: BvhNode = BvhNode { min: Vec3::ZERO, first: 0, max: Vec3::ZERO, count: BvhNode::SPHERES };
+
+    /// Its box.
+    #[inline(always)]
+    pub fn bounds(&self) -> Bounds {
+        Bounds { min: self.min, max: self.max }
+    }
+
+    /// Whether it has children.
+    #[inline(always)]
+    pub fn is_inner(&self) -> bool {
+        self.count == 0
+    }
+}
+
+/// A hierarchy over every geometry, and one over the instances.
+#[derive(Clone, Copy, Debug)]
+pub struct BvhView<'a> {
+    /// Nodes of all trees.
+    pub nodes: &'a [BvhNode],
+    /// For each geometry, the number of its root.
+    pub roots: &'a [u32],
+    /// Root of the tree over the instances but the world; its leaves name ranges of `instance_order`.
+    pub instance_root: u32,
+    /// Numbers of instances, in the order of the leaves.
+    pub instance_order: &'a [u32],
+    /// Primitives, in the order of the leaves.
+    pub primitives: PrimitivesView<'a>,
+}
+
+/// Traverses a [`BvhView`].
+#[derive(Clone, Copy, Debug)]
+pub struct BvhTracer<'a, C> {
+    /// The hierarchy.
+    pub bvh: BvhView<'a>,
+    /// Told what is done.
+    pub work: C,
+}
+
+/// A node put aside, and where the ray enters it.
+type Entry = (u32, f32);
+
+/// What a walk does at a leaf. (A trait and not a closure, because closures cannot be made to be inlined, and what is
+/// not inlined is compiled without the SIMD features of its caller.)
+trait VisitLeaf {
+    /// `true` ends the walk.
+    fn visit(&mut self, leaf: &BvhNode, search: &mut impl Search) -> bool;
+}
+
+/// Leaves of triangles or spheres.
+struct PrimitiveLeaves<'a, 't, C> {
+    tracer: &'a BvhTracer<'t, C>,
+    ray: &'a LocalRay,
+    placement: &'a Placement,
+    filter: &'a RayFilter,
+}
+
+impl<C: Work> VisitLeaf for PrimitiveLeaves<'_, '_, C> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: &BvhNode, search: &mut impl Search) -> bool {
+        let primitives = &self.tracer.bvh.primitives;
+        let count = leaf.count & !BvhNode::SPHERES;
+        self.tracer.work.primitives(count);
+        if leaf.count & BvhNode::SPHERES == 0 {
+            primitives.search_triangles(leaf.first, count, self.ray, self.placement, self.filter, search)
+        } else {
+            primitives.search_spheres(leaf.first, count, self.ray, self.placement, search)
+        }
+    }
+}
+
+/// Leaves of instances.
+struct InstanceLeaves<'a, 't, C> {
+    tracer: &'a BvhTracer<'t, C>,
+    ray: &'a Ray,
+    slab: Slab,
+    filter: &'a RayFilter,
+}
+
+impl<C: Work> VisitLeaf for InstanceLeaves<'_, '_, C> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: &BvhNode, search: &mut impl Search) -> bool {
+        let view = &self.tracer.bvh;
+        let mut k = leaf.first;
+        while k < leaf.first + (leaf.count & !BvhNode::SPHERES) {
+            let number = *item(view.instance_order, k);
+            if let Some((placement, local)) =
+                view.primitives.enter_instance(number, self.ray, &self.slab, search.t_max())
+            {
+                let geometry = item(view.primitives.instances, number).geometry;
+                if self.tracer.search_tree(geometry, &local, &placement, self.filter, search) {
+                    return true;
+                }
+            }
+            k += 1;
+        }
+        false
+    }
+}
+
+impl<C: Work> BvhTracer<'_, C> {
+    #[inline(always)]
+    fn search(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
+        let view = &self.bvh;
+        let world_extent = item(view.primitives.geometries, 0).extent;
+        let world_ray = LocalRay::new(ray.origin, ray.direction, ray.t_min, world_extent);
+        if self.search_tree(0, &world_ray, &Placement::WORLD, filter, search) {
+            return;
+        }
+        if view.primitives.instances.len() > 1 {
+            self.search_instances(ray, filter, search);
+        }
+    }
+
+    /// [`Tracer::occluded`] by what instances place, the world itself left out.
+    #[inline(always)]
+    pub fn occluded_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        let mut search = Any { t_max: ray.t_max, found: false };
+        if self.bvh.primitives.instances.len() > 1 {
+            self.search_instances(ray, filter, &mut search);
+        }
+        search.found
+    }
+
+    #[inline(always)]
+    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
+        let slab = Slab::new(ray.origin, ray.direction);
+        let mut visitor = InstanceLeaves { tracer: self, ray, slab, filter };
+        self.walk(self.bvh.instance_root, &slab, ray.t_min, search, &mut visitor);
+    }
+
+    /// Searches the tree of one geometry; `true` ends the search.
+    #[inline(always)]
+    fn search_tree(
+        &self,
+        geometry: u32,
+        ray: &LocalRay,
+        placement: &Placement,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
+        let mut visitor = PrimitiveLeaves { tracer: self, ray, placement, filter };
+        self.walk(*item(self.bvh.roots, geometry), &ray.slab, ray.t_min, search, &mut visitor)
+    }
+
+    /// Visits the leaves that the ray enters, the nearer child first. A node is left out only when the ray enters it
+    /// beyond the best hit, never at equality: there a tie may wait. `true` if a leaf ended the walk.
+    #[inline(always)]
+    fn walk<S: Search>(
+        &self,
+        root: u32,
+        slab: &Slab,
+        t_min: f32,
+        search: &mut S,
+        leaves: &mut impl VisitLeaf,
+    ) -> bool {
+        let nodes = self.bvh.nodes;
+        let mut node = item(nodes, root);
+        self.work.nodes(1);
+        let (near, far) = slab.interval(&node.bounds(), t_min);
+        if !Slab::passes(near, far, search.t_max()) {
+            return false;
+        }
+        let mut room = Stack::<Entry, MAX_BVH_DEPTH>::room();
+        let mut stack = Stack::new(&mut room);
+        loop {
+            if node.is_inner() {
+                let (first, second) = (item(nodes, node.first), item(nodes, node.first + 1));
+                self.work.nodes(2);
+                let (near0, far0) = slab.interval(&first.bounds(), t_min);
+                let (near1, far1) = slab.interval(&second.bounds(), t_min);
+                let t_max = search.t_max();
+                let (enters0, enters1) = (Slab::passes(near0, far0, t_max), Slab::passes(near1, far1, t_max));
+                if enters0 & enters1 {
+                    let first_is_nearer = near0 <= near1;
+                    stack.push(if first_is_nearer { (node.first + 1, near1) } else { (node.first, near0) });
+                    node = if first_is_nearer { first } else { second };
+                    continue;
+                } else if enters0 {
+                    node = first;
+                    continue;
+                } else if enters1 {
+                    node = second;
+                    continue;
+                }
+            } else if leaves.visit(node, search) {
+                return true;
+            }
+            loop {
+                match stack.pop() {
+                    None => return false,
+                    Some((index, near)) if Slab::passes(near, f32::INFINITY, search.t_max()) => {
+                        node = item(nodes, index);
+                        break;
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+    }
+}
+
+impl<C: Work> Tracer for BvhTracer<'_, C> {
+    #[inline(always)]
+    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+        let mut search = Closest { best: Hit::miss(ray.t_max) };
+        self.search(ray, filter, &mut search);
+        search.best
+    }
+
+    #[inline(always)]
+    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        let mut search = Any { t_max: ray.t_max, found: false };
+        self.search(ray, filter, &mut search);
+        search.found
+    }
+
+    #[inline(always)]
+    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+        let mut search = Next { after: *after, best: Hit::miss(ray.t_max) };
+        self.search(ray, filter, &mut search);
+        search.best
+    }
+}

@@ -1,0 +1,62 @@
+//! A stack of fixed size without initialisation.
+
+use core::mem::MaybeUninit;
+
+/// Room for `N` items. Kept apart from [`Stack`] so that the stack's length can live in a register on the GPU.
+pub(crate) type Room<T, const N: usize> = [MaybeUninit<T>; N];
+
+/// A stack over borrowed room. Its users bound their depth; debug builds check.
+pub struct Stack<'a, T: Copy, const N: usize> {
+    room: &'a mut Room<T, N>,
+    len: u32,
+}
+
+impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
+    /// Uninitialised room.
+    #[inline(always)]
+    pub const fn room() -> Room<T, N> {
+        [const { MaybeUninit::uninit() }; N]
+    }
+
+    /// An empty stack.
+    #[inline(always)]
+    pub fn new(room: &'a mut Room<T, N>) -> Self {
+        Stack { room, len: 0 }
+    }
+
+    /// Whether nothing is on it.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Puts an item on top. There must be room.
+    #[inline(always)]
+    pub fn push(&mut self, item: T) {
+        debug_assert!((self.len as usize) < N, "the builder bounds the depth to the stack");
+        // SAFETY: builders bound the depth of trees, and the settings that of rays, to N (checked in debug builds).
+        unsafe { self.room.get_unchecked_mut(self.len as usize).write(item) };
+        self.len += 1;
+    }
+
+    /// Takes the top item.
+    #[inline(always)]
+    pub fn pop(&mut self) -> Option<T> {
+        if self.len == 0 {
+            return None;
+        }
+        self.len -= 1;
+        // SAFETY: items below `len` were written by `push`.
+        Some(unsafe { self.room.get_unchecked(self.len as usize).assume_init() })
+    }
+
+    /// The top item, to be changed in place.
+    #[inline(always)]
+    pub fn top_mut(&mut self) -> Option<&mut T> {
+        if self.len == 0 {
+            return None;
+        }
+        // SAFETY: items below `len` were written by `push`.
+        Some(unsafe { self.room.get_unchecked_mut(self.len as usize - 1).assume_init_mut() })
+    }
+}

@@ -1,0 +1,63 @@
+//! The queries that shading asks.
+
+use crate::math::{Vec3, vec3};
+use crate::ray::{Hit, Ray, RayFilter};
+
+/// Answers queries about a scene. Every implementation gives the same answers, bit for bit.
+pub trait Tracer {
+    /// The nearest hit in `t_min < t <= t_max`; ties go to the lowest (instance, primitive).
+    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit;
+
+    /// Whether there is any hit in `t_min < t <= t_max`.
+    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool;
+
+    /// The first hit that comes after `after` in the order of (t, instance, primitive).
+    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit;
+
+    /// [`Tracer::occluded`] for rays from one origin; lanes that are not `active` answer `true`.
+    #[inline(always)]
+    fn occluded_batch<const W: usize>(
+        &self,
+        batch: &ShadowBatch<W>,
+        filter: &RayFilter,
+        active: &[bool; W],
+    ) -> [bool; W] {
+        let mut hidden = [true; W];
+        let mut lane = 0;
+        while lane < W {
+            if active[lane] {
+                hidden[lane] = self.occluded(&batch.ray(lane), filter);
+            }
+            lane += 1;
+        }
+        hidden
+    }
+}
+
+/// Rays from one point towards points of one light.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadowBatch<const W: usize> {
+    /// Where all start; hits must lie beyond `t = 0`.
+    pub origin: Vec3,
+    /// Unit directions, x of every ray.
+    pub x: [f32; W],
+    /// y of every ray.
+    pub y: [f32; W],
+    /// z of every ray.
+    pub z: [f32; W],
+    /// Hits must not lie beyond this.
+    pub t_max: [f32; W],
+}
+
+impl<const W: usize> ShadowBatch<W> {
+    /// One of the rays.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> Ray {
+        Ray {
+            origin: self.origin,
+            t_min: 0.0,
+            direction: vec3(self.x[lane], self.y[lane], self.z[lane]),
+            t_max: self.t_max[lane],
+        }
+    }
+}

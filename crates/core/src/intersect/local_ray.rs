@@ -1,0 +1,46 @@
+//! A ray in the space of a geometry, with what the intersection tests need of it.
+
+use super::{EDGE_TOLERANCE, HIT_TOLERANCE, PADDING, Slab};
+use crate::math::{Vec3, sqrt};
+
+/// A ray in a geometry's space. The direction is not of unit length where an instance scales; `t` means the same in
+/// every space.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalRay {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Any length but 0.
+    pub direction: Vec3,
+    /// Hits must lie beyond this.
+    pub t_min: f32,
+    /// For boxes.
+    pub slab: Slab,
+    /// One over the squared length of the direction.
+    pub inverse_direction_squared: f32,
+    /// What the edge functions of a triangle may be below 0, over the length of the edge.
+    pub edge_tolerance: f32,
+    /// Square of what the points on ray and primitive may differ.
+    pub hit_tolerance_squared: f32,
+    /// Primitive bounds are grown by this.
+    pub padding: f32,
+}
+
+impl LocalRay {
+    /// For a geometry of the given extent ([`crate::geometry::Geometry::extent`]).
+    #[inline(always)]
+    pub fn new(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> LocalRay {
+        let squared = direction.length_squared();
+        let reach = extent + origin.abs().max_component();
+        let hit_tolerance = HIT_TOLERANCE * extent;
+        LocalRay {
+            origin,
+            direction,
+            t_min,
+            slab: Slab::new(origin, direction),
+            inverse_direction_squared: 1.0 / squared,
+            edge_tolerance: EDGE_TOLERANCE * reach * sqrt(squared),
+            hit_tolerance_squared: hit_tolerance * hit_tolerance,
+            padding: PADDING * extent,
+        }
+    }
+}

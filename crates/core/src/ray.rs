@@ -1,0 +1,98 @@
+//! Rays, hits, and what a ray must not see.
+
+use crate::material::NONE;
+use crate::math::Vec3;
+
+/// A ray in world space. The direction is of unit length, so `t` is a distance in world units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(16))]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Hits must lie beyond this.
+    pub t_min: f32,
+    /// Unit vector.
+    pub direction: Vec3,
+    /// Hits must not lie beyond this.
+    pub t_max: f32,
+}
+
+/// Names a primitive: the instance that places it and its number in its geometry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub struct PrimitiveId {
+    /// 0 is the world.
+    pub instance: u32,
+    /// Triangles first, then spheres.
+    pub primitive: u32,
+}
+
+impl PrimitiveId {
+    /// Names nothing.
+    pub const NONE: PrimitiveId = PrimitiveId { instance: NONE, primitive: NONE };
+
+    /// The order that settles ties between hits at the same `t`.
+    #[inline(always)]
+    pub fn before(self, o: PrimitiveId) -> bool {
+        (self.instance < o.instance) | ((self.instance == o.instance) & (self.primitive < o.primitive))
+    }
+}
+
+/// What a query leaves out. Triangles are left out by number because rounding can put a ray's origin on either side of
+/// the triangle that it starts on; spheres are not, since a refracted ray must find the far side of its own sphere.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct RayFilter {
+    /// The triangle that the ray starts on.
+    pub start: PrimitiveId,
+    /// The triangle that it goes to: the sampled light.
+    pub target: PrimitiveId,
+    /// Triangles seen from behind are not there.
+    pub cull_back_faces: bool,
+}
+
+impl RayFilter {
+    /// Leaves out nothing.
+    pub const ALL: RayFilter =
+        RayFilter { start: PrimitiveId::NONE, target: PrimitiveId::NONE, cull_back_faces: false };
+
+    /// Whether the triangle is one that the query leaves out by number.
+    #[inline(always)]
+    pub fn skips(&self, id: PrimitiveId) -> bool {
+        (id == self.start) | (id == self.target)
+    }
+}
+
+/// Where a ray meets a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Hit {
+    /// Distance along the ray; the query's `t_max` for a miss.
+    pub t: f32,
+    /// Barycentric weight of the second vertex; 0 for spheres.
+    pub u: f32,
+    /// Barycentric weight of the third vertex; 0 for spheres.
+    pub v: f32,
+    /// What was hit; [`PrimitiveId::NONE`] for a miss.
+    pub id: PrimitiveId,
+}
+
+impl Hit {
+    /// Nothing was hit up to `t_max`.
+    #[inline(always)]
+    pub fn miss(t_max: f32) -> Hit {
+        Hit { t: t_max, u: 0.0, v: 0.0, id: PrimitiveId::NONE }
+    }
+
+    /// Whether nothing was hit.
+    #[inline(always)]
+    pub fn is_miss(&self) -> bool {
+        self.id.primitive == NONE
+    }
+
+    /// Whether `self` comes before `o` along the ray; ties go to the lowest (instance, primitive).
+    #[inline(always)]
+    pub fn before(&self, o: &Hit) -> bool {
+        (self.t < o.t) | ((self.t == o.t) & self.id.before(o.id))
+    }
+}

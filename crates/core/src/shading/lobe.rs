@@ -1,0 +1,22 @@
+//! Highlights.
+
+use crate::math::elementary::pow;
+use crate::math::{Vec3, max};
+use crate::settings::LightingModel;
+
+/// The highlight's factor for unit vectors `n` (normal), `v` (to the viewer) and `l` (to the light):
+/// Phong `max(0, V.R)^Ns`, Blinn-Phong `max(0, N.H)^Ns`, else 0.
+#[inline(always)]
+pub fn specular_lobe(model: LightingModel, n: Vec3, v: Vec3, l: Vec3, exponent: f32) -> f32 {
+    match model {
+        LightingModel::Phong => {
+            let mirrored = (-l).along(n, 2.0 * n.dot(l));
+            pow(max(mirrored.dot(v), 0.0), exponent)
+        }
+        LightingModel::BlinnPhong => {
+            let half = (l + v).normalize_or(Vec3::ZERO);
+            pow(max(n.dot(half), 0.0), exponent)
+        }
+        _ => 0.0,
+    }
+}

@@ -1,0 +1,13 @@
+//! What happens at a surface point: its normals and material, the light that reaches it, and where rays go on.
+
+mod directions;
+mod fresnel;
+mod light_sample;
+mod lobe;
+mod surface;
+
+pub use directions::{Refracted, reflect, refract};
+pub use fresnel::{fresnel_factor, fresnel_exact, fresnel_schlick, reflectance_at_normal_incidence};
+pub use light_sample::{LightSample, emitted, sample_light, triangle_sample};
+pub use lobe::specular_lobe;
+pub use surface::SurfacePoint;

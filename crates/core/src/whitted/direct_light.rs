@@ -1,0 +1,210 @@
+//! Stage 3: light that reaches a surface point.
+
+use super::camera_ray::pixel_key;
+use super::light_lanes::LightLanes;
+use crate::hierarchy::{Tracer, item};
+use crate::light::Light;
+use crate::material::NONE;
+use crate::math::Vec3;
+use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use crate::sampling::hash_pair;
+use crate::settings::ShadowMode;
+use crate::shading::{SurfacePoint, emitted};
+use crate::view::SceneView;
+
+/// Key of the random numbers of the first light; the others follow.
+const FIRST_LIGHT_DIMENSION: u32 = 0x100;
+
+/// Light from all lights, shadowed, times the surface's colours. `path` keys the random numbers of the point within
+/// sample `sample` of pixel (x, y); `shadow_rays` counts.
+#[inline(always)]
+pub fn direct_light<T: Tracer, const W: usize>(
+    view: &SceneView,
+    tracer: &T,
+    point: &SurfacePoint,
+    path: u32,
+    (x, y, sample): (u32, u32, u32),
+    shadow_rays: &mut u32,
+) -> Vec3 {
+    let point_key = hash_pair(pixel_key(view.settings.seed, x, y), path);
+    let specular = point.material.specular;
+    let transmission = point.material.transmission;
+    let from_behind = view.settings.light_from_behind & (transmission.max_component() > 0.0);
+    let mut sum = Vec3::ZERO;
+    let mut number = 0;
+    while number < view.lights.len() as u32 {
+        let light = item(view.lights, number);
+        let key = hash_pair(point_key, FIRST_LIGHT_DIMENSION + number);
+        let color = emitted(light);
+        let front = Receiver { view, point, normal: point.normal, above: point.geometric_normal };
+        let got = front.gather::<T, W>(tracer, light, key, sample, shadow_rays);
+        sum += color * (point.diffuse * got.diffuse + specular * got.specular);
+        if from_behind {
+            let back = Receiver { view, point, normal: -point.normal, above: -point.geometric_normal };
+            let got = back.gather::<T, W>(tracer, light, key, sample, shadow_rays);
+            sum += color * (transmission * (point.diffuse * got.diffuse));
+        }
+        number += 1;
+    }
+    sum
+}
+
+/// One side of a surface point.
+pub(super) struct Receiver<'a, 'v> {
+    pub(super) view: &'a SceneView<'v>,
+    pub(super) point: &'a SurfacePoint<'v>,
+    /// Shading normal on this side.
+    pub(super) normal: Vec3,
+    /// Geometric normal on this side.
+    pub(super) above: Vec3,
+}
+
+/// Sums over the samples of a light, each weighted by what gets through: `N.L` and the highlight's lobe.
+#[derive(Clone, Copy)]
+struct Gathered {
+    diffuse: Vec3,
+    specular: Vec3,
+}
+
+/// Samples of a light at a point: their random numbers, and what the shadow rays leave out.
+#[derive(Clone, Copy)]
+struct Samples {
+    key: u32,
+    first: u32,
+    count: u32,
+    origin: Vec3,
+    filter: RayFilter,
+}
+
+impl Receiver<'_, '_> {
+    #[inline(always)]
+    fn gather<T: Tracer, const W: usize>(
+        &self,
+        tracer: &T,
+        light: &Light,
+        key: u32,
+        sample: u32,
+        shadow_rays: &mut u32,
+    ) -> Gathered {
+        let target = match *light {
+            Light::Triangle { instance, primitive, .. } => PrimitiveId { instance, primitive },
+            _ => PrimitiveId::NONE,
+        };
+        let count = light.samples();
+        let samples = Samples {
+            key,
+            first: sample.wrapping_mul(count),
+            count,
+            origin: self.point.position.along(self.above, self.point.offset),
+            // A light is not lit by itself: its samples lie in its own plane.
+            filter: RayFilter { start: self.point.id, target, cull_back_faces: false },
+        };
+        if count > 1 && self.view.settings.shadow_mode == ShadowMode::Opaque {
+            self.gather_batches::<T, W>(tracer, light, &samples, shadow_rays)
+        } else {
+            self.gather_singly(tracer, light, &samples, shadow_rays)
+        }
+    }
+
+    /// Opaque shadows, `W` rays at a time.
+    #[inline(always)]
+    fn gather_batches<T: Tracer, const W: usize>(
+        &self,
+        tracer: &T,
+        light: &Light,
+        samples: &Samples,
+        shadow_rays: &mut u32,
+    ) -> Gathered {
+        let (mut diffuse, mut specular) = (0.0, 0.0);
+        let mut start = 0;
+        while start < samples.count {
+            let first = samples.first.wrapping_add(start);
+            let lanes = LightLanes::<W>::new(self, light, samples.key, first, samples.origin);
+            let mut active = [false; W];
+            let mut any = 0;
+            for lane in 0..W {
+                active[lane] = (start + (lane as u32) < samples.count) & (lanes.diffuse[lane] > 0.0);
+                any += active[lane] as u32;
+            }
+            start += W as u32;
+            if any == 0 {
+                continue;
+            }
+            *shadow_rays += any;
+            let hidden = tracer.occluded_batch(&lanes.rays, &samples.filter, &active);
+            for lane in 0..W {
+                let seen = active[lane] & !hidden[lane];
+                diffuse += if seen { lanes.diffuse[lane] } else { 0.0 };
+                specular += if seen { lanes.specular[lane] } else { 0.0 };
+            }
+        }
+        Gathered { diffuse: Vec3::splat(diffuse), specular: Vec3::splat(specular) }
+    }
+
+    /// Any shadow mode, one ray at a time.
+    #[inline(always)]
+    fn gather_singly<T: Tracer>(
+        &self,
+        tracer: &T,
+        light: &Light,
+        samples: &Samples,
+        shadow_rays: &mut u32,
+    ) -> Gathered {
+        let mut sum = Gathered { diffuse: Vec3::ZERO, specular: Vec3::ZERO };
+        let mut j = 0;
+        while j < samples.count {
+            let first = samples.first.wrapping_add(j);
+            let lanes = LightLanes::<1>::new(self, light, samples.key, first, samples.origin);
+            j += 1;
+            if !(lanes.diffuse[0] > 0.0) {
+                continue;
+            }
+            let ray = lanes.rays.ray(0);
+            let through = match self.view.settings.shadow_mode {
+                ShadowMode::None => Vec3::ONE,
+                ShadowMode::Opaque => {
+                    *shadow_rays += 1;
+                    if tracer.occluded(&ray, &samples.filter) { Vec3::ZERO } else { Vec3::ONE }
+                }
+                ShadowMode::Coloured => {
+                    *shadow_rays += 1;
+                    transmittance(self.view, tracer, &ray, &samples.filter)
+                }
+            };
+            sum.diffuse += through * lanes.diffuse[0];
+            sum.specular += through * lanes.specular[0];
+        }
+        sum
+    }
+}
+
+/// What gets through all surfaces on the way, per channel: the product of their shadow filters in the order of the hits,
+/// each surface once.
+#[inline(always)]
+fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &RayFilter) -> Vec3 {
+    let mut through = Vec3::ONE;
+    let mut after = Hit::miss(f32::NEG_INFINITY);
+    loop {
+        let hit = tracer.next_hit(ray, filter, &after);
+        if hit.is_miss() {
+            return through;
+        }
+        let point = SurfacePoint::new(view, ray, &hit);
+        let material = point.material;
+        let mut surface = material.shadow_filter;
+        if material.diffuse_texture != NONE && material.diffuse.min_component() > 0.0 {
+            // A textured pane casts its picture: the filter was made from the untextured colour.
+            let texel = Vec3 {
+                x: point.diffuse.x / material.diffuse.x,
+                y: point.diffuse.y / material.diffuse.y,
+                z: point.diffuse.z / material.diffuse.z,
+            };
+            surface *= texel;
+        }
+        through *= surface;
+        if through.max_component() <= 0.0 {
+            return Vec3::ZERO;
+        }
+        after = hit;
+    }
+}

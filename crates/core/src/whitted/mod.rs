@@ -1,0 +1,22 @@
+//! Whitted's ray tracing in stages: `camera_ray` → trace → `SurfacePoint::new` → local terms, light, child rays.
+//!
+//! Schedulers call the stages; none owns shading. [`radiance`] is the reference: one loop with a fixed stack. What a
+//! ray finds is multiplied by the ray's weight and added to an exact sum ([`ExactSum`]), so it does not matter in
+//! which order schedulers get there.
+
+mod camera_ray;
+mod children;
+mod direct_light;
+mod exact_sum;
+mod light_lanes;
+mod local;
+mod path_ray;
+mod radiance;
+
+pub use camera_ray::camera_ray;
+pub use children::{branch_count, child_ray};
+pub use direct_light::direct_light;
+pub use exact_sum::{ExactSum, MAX_RADIANCE, RESOLUTION};
+pub use local::local_radiance;
+pub use path_ray::{PathRay, RayKind};
+pub use radiance::{MAX_DEPTH, RayCounts, pixel_color, radiance, render_pixel};

@@ -1,0 +1,186 @@
+//! The backend: hierarchies are built on the CPU, pictures rendered in bands of rows on one or more devices.
+
+use crate::bands::{BandHeight, Rows};
+use crate::device::{Device, devices};
+use crate::failure::failure;
+use crate::scene::{DeviceScene, Structure};
+use eosphor_accel::{BuildOptions, Bvh, Exhaustive, SceneGeometry};
+use eosphor_render::{
+    Accel, Backend, BackendError, BuildStatistics, Film, PreparedScene, Progress, RayStatistics, RenderControl,
+    Rendered,
+};
+use eosphor_scene::SceneData;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+/// How the CUDA backend works.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CudaOptions {
+    /// Numbers of the devices that share the work; not empty.
+    pub devices: Vec<usize>,
+    /// The hierarchy.
+    pub accel: Accel,
+}
+
+impl Default for CudaOptions {
+    /// The first device, with a BVH.
+    fn default() -> CudaOptions {
+        CudaOptions { devices: vec![0], accel: Accel::Bvh }
+    }
+}
+
+/// Renders on NVIDIA GPUs.
+pub struct CudaBackend {
+    devices: Arc<Vec<Device>>,
+    accel: Accel,
+}
+
+impl CudaBackend {
+    /// Opens the devices. On the first start with a new version or driver this takes seconds: the driver compiles the
+    /// kernels, and keeps them.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Unavailable`] where there is no driver, or a device is not there or too old.
+    pub fn new(options: CudaOptions) -> Result<CudaBackend, BackendError> {
+        let found = devices()?;
+        let open = |&ordinal: &usize| match found.get(ordinal) {
+            Some(info) => Device::open(info),
+            None => Err(BackendError::Unavailable(format!(
+                "there is no device cuda:{ordinal}: there {}",
+                match found.len() {
+                    1 => "is only cuda:0".to_string(),
+                    n => format!("are cuda:0 to cuda:{}", n - 1),
+                }
+            ))),
+        };
+        if options.devices.is_empty() {
+            return Err(BackendError::Unavailable("no CUDA device was chosen".into()));
+        }
+        let devices = options.devices.iter().map(open).collect::<Result<_, _>>()?;
+        Ok(CudaBackend { devices: Arc::new(devices), accel: options.accel })
+    }
+}
+
+impl Backend for CudaBackend {
+    fn describe(&self) -> String {
+        let names: Vec<&str> = self.devices.iter().map(|device| device.name.as_str()).collect();
+        format!("CUDA, {}", names.join(", "))
+    }
+
+    fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
+        let geometry = SceneGeometry {
+            triangles: &scene.triangles,
+            spheres: &scene.spheres,
+            geometries: &scene.geometries,
+            instances: &scene.instances,
+        };
+        let (structure, statistics) = match self.accel {
+            Accel::None => {
+                let exhaustive = Exhaustive::new(&geometry);
+                let statistics = exhaustive.statistics();
+                (Structure::Exhaustive(exhaustive.primitives), statistics)
+            }
+            Accel::Bvh => {
+                let bvh = Bvh::build(&geometry, &BuildOptions::default());
+                let statistics = bvh.statistics();
+                (Structure::Bvh(bvh), statistics)
+            }
+        };
+        let upload = |device: &Device| {
+            DeviceScene::upload(&device.stream, &scene.view(), &structure)
+                .map_err(|error| failure(&device.name, "copying the scene", error))
+        };
+        Ok(Box::new(PreparedCuda {
+            scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
+            devices: self.devices.clone(),
+            statistics: statistics.into(),
+            width: scene.settings.width,
+            height: scene.settings.height,
+        }))
+    }
+}
+
+struct PreparedCuda {
+    /// One for each device.
+    scenes: Vec<DeviceScene>,
+    devices: Arc<Vec<Device>>,
+    statistics: BuildStatistics,
+    width: u32,
+    height: u32,
+}
+
+impl PreparedScene for PreparedCuda {
+    fn build_statistics(&self) -> BuildStatistics {
+        self.statistics.clone()
+    }
+
+    /// Work ([`RenderControl::count_work`]) is not counted on this backend.
+    fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
+        let rows = Rows::new(self.height);
+        let picture = Mutex::new(Picture {
+            film: Film::new(self.width, self.height),
+            statistics: RayStatistics::default(),
+            pixels_done: 0,
+        });
+        std::thread::scope(|scope| {
+            let (rows, picture) = (&rows, &picture);
+            let start = |(device, scene)| scope.spawn(move || self.render_on(device, scene, rows, picture, control));
+            let workers: Vec<_> = self.devices.iter().zip(&self.scenes).map(start).collect();
+            workers.into_iter().try_for_each(|worker| match worker.join() {
+                Ok(result) => result,
+                Err(panic) => std::panic::resume_unwind(panic),
+            })
+        })?;
+        let picture = picture.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let complete = picture.pixels_done == picture.film.pixels.len() as u64;
+        Ok(Rendered { film: picture.film, complete, statistics: picture.statistics })
+    }
+}
+
+/// What the devices fill together.
+struct Picture {
+    film: Film,
+    statistics: RayStatistics,
+    pixels_done: u64,
+}
+
+impl PreparedCuda {
+    /// Takes rows until there are none left.
+    fn render_on(
+        &self,
+        device: &Device,
+        scene: &DeviceScene,
+        rows: &Rows,
+        picture: &Mutex<Picture>,
+        control: &RenderControl,
+    ) -> Result<(), BackendError> {
+        let width = self.width as usize;
+        let mut band_height = BandHeight::new(self.width);
+        let mut colors = Vec::new();
+        while !control.cancel.load(Ordering::Relaxed) {
+            let Some(band) = rows.take(band_height.rows()) else { break };
+            let start = Instant::now();
+            colors.resize(band.len() * width, eosphor_core::math::Vec3::ZERO);
+            let statistics = scene
+                .render_rows(device, band.start, &mut colors)
+                .map_err(|error| failure(&device.name, "rendering", error))?;
+            band_height.learn(band.len() as u32, start.elapsed().as_secs_f64());
+            let progress = {
+                let mut guard = picture.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+                let picture = &mut *guard;
+                picture.film.pixels[band.start as usize * width..][..colors.len()].copy_from_slice(&colors);
+                picture.statistics += statistics;
+                picture.pixels_done += colors.len() as u64;
+                Progress {
+                    pixels_done: picture.pixels_done,
+                    pixels_total: picture.film.pixels.len() as u64,
+                    rays: picture.statistics.total_rays(),
+                }
+            };
+            (control.on_progress)(progress);
+        }
+        Ok(())
+    }
+}

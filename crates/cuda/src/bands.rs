@@ -1,0 +1,101 @@
+//! Bands of rows: a picture is rendered in launches short enough to watch and stop.
+
+use crate::scene::WARP_ROWS;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Seconds that a launch should take. Drivers of cards with a screen end kernels that run for several seconds.
+const LAUNCH_SECONDS: f64 = 0.1;
+
+/// Pixels of a device's first launch.
+const FIRST_PIXELS: u32 = 1 << 16;
+
+/// Most pixels of a launch, so that thread numbers fit.
+const MOST_PIXELS: u32 = 1 << 28;
+
+/// Hands out the rows of a picture to several devices.
+pub(crate) struct Rows {
+    next: AtomicU32,
+    height: u32,
+}
+
+impl Rows {
+    pub(crate) fn new(height: u32) -> Rows {
+        Rows { next: AtomicU32::new(0), height }
+    }
+
+    /// The next rows, at most this many (not 0); `None` when there are no more.
+    pub(crate) fn take(&self, most: u32) -> Option<Range<u32>> {
+        let taken = |start: u32| (start < self.height).then(|| start + most.min(self.height - start));
+        let start = self.next.try_update(Ordering::Relaxed, Ordering::Relaxed, taken).ok()?;
+        taken(start).map(|end| start..end)
+    }
+}
+
+/// How many rows a device takes at a time. It starts small and learns from the time they took.
+pub(crate) struct BandHeight {
+    rows: u32,
+    most: u32,
+}
+
+impl BandHeight {
+    pub(crate) fn new(width: u32) -> BandHeight {
+        let rows = |pixels: u32| whole_warps(pixels as f64 / width as f64);
+        BandHeight { rows: rows(FIRST_PIXELS), most: rows(MOST_PIXELS) }
+    }
+
+    pub(crate) fn rows(&self) -> u32 {
+        self.rows
+    }
+
+    /// Learns that `rows` rows took this long; what comes next may be harder, so it grows step by step.
+    pub(crate) fn learn(&mut self, rows: u32, seconds: f64) {
+        let growth = (LAUNCH_SECONDS / seconds.max(1e-9)).clamp(0.1, 4.0);
+        self.rows = whole_warps(rows as f64 * growth).min(self.most);
+    }
+}
+
+/// A number of rows that is a multiple of a warp's, rounded down, but not 0.
+fn whole_warps(rows: f64) -> u32 {
+    (rows as u32 / WARP_ROWS).max(1) * WARP_ROWS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_handed_out_once() {
+        for (height, most) in [(1, 4), (4, 4), (1000, 12), (65_535, 65_532)] {
+            let rows = Rows::new(height);
+            let all: Vec<u32> = std::iter::from_fn(|| rows.take(most)).flatten().collect();
+            assert_eq!(all, (0..height).collect::<Vec<u32>>());
+            assert_eq!(rows.take(most), None);
+        }
+    }
+
+    #[test]
+    fn bands_take_about_a_tenth_of_a_second() {
+        // A millisecond a row.
+        let mut height = BandHeight::new(4096);
+        for _ in 0..10 {
+            height.learn(height.rows(), height.rows() as f64 * 1e-3);
+        }
+        assert_eq!(height.rows(), 100);
+        // Then suddenly a second a row.
+        for _ in 0..10 {
+            height.learn(height.rows(), height.rows() as f64);
+        }
+        assert_eq!(height.rows(), WARP_ROWS);
+    }
+
+    #[test]
+    fn bands_suit_any_width() {
+        for width in [1, 7, 800, 65_535] {
+            let mut height = BandHeight::new(width);
+            (0..20).for_each(|_| height.learn(height.rows(), 0.0));
+            assert!(height.rows().is_multiple_of(WARP_ROWS) && height.rows() > 0);
+            assert!(height.rows() as u64 * width as u64 <= MOST_PIXELS as u64, "{width}");
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! Devices: which there are, and the kernels on one of them.
+
+use crate::failure::{failure, reason};
+use crate::ptx;
+use cudarc::driver::result::{self, DriverError};
+use cudarc::driver::sys::{self, CUdevice_attribute_enum as Attribute};
+use cudarc::driver::{CudaContext, CudaFunction, CudaStream};
+use cudarc::nvrtc::Ptx;
+use eosphor_render::BackendError;
+use std::fmt;
+use std::sync::Arc;
+
+/// A device that NVIDIA's driver offers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeviceInfo {
+    /// Its number, from 0.
+    pub ordinal: usize,
+    /// Its name.
+    pub name: String,
+    /// Its memory.
+    pub memory_bytes: u64,
+    /// Its generation, major and minor.
+    pub compute_capability: (i32, i32),
+}
+
+impl DeviceInfo {
+    /// Whether the kernels run on it: they do from Turing (2018) on.
+    pub fn is_supported(&self) -> bool {
+        self.compute_capability >= ptx::OLDEST_CAPABILITY
+    }
+}
+
+impl fmt::Display for DeviceInfo {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (major, minor) = self.compute_capability;
+        let gib = self.memory_bytes as f64 / (1u64 << 30) as f64;
+        write!(f, "cuda:{} {}, {gib:.1} GiB, compute capability {major}.{minor}", self.ordinal, self.name)
+    }
+}
+
+/// All devices, in the driver's order, supported or not.
+///
+/// # Errors
+///
+/// [`BackendError::Unavailable`] with the reason where there is no driver or no device.
+pub fn devices() -> Result<Vec<DeviceInfo>, BackendError> {
+    // SAFETY: this opens the driver's library, whose start-up code we have to trust like any library's.
+    if !unsafe { sys::is_culib_present() } {
+        return Err(BackendError::Unavailable(
+            "no CUDA: the library of NVIDIA's driver (libcuda) is not on this machine: install the driver, or render \
+             on the CPU"
+                .into(),
+        ));
+    }
+    let unavailable = |error| BackendError::Unavailable(format!("no CUDA: the driver says: {}", reason(error)));
+    result::init().map_err(unavailable)?;
+    let count = result::device::get_count().map_err(unavailable)?;
+    if count == 0 {
+        return Err(BackendError::Unavailable("no CUDA: the driver finds no device".into()));
+    }
+    (0..count).map(|ordinal| info(ordinal).map_err(unavailable)).collect()
+}
+
+fn info(ordinal: i32) -> Result<DeviceInfo, DriverError> {
+    let device = result::device::get(ordinal)?;
+    // SAFETY: the driver has just given this device's handle.
+    let attribute = |which| unsafe { result::device::get_attribute(device, which) };
+    Ok(DeviceInfo {
+        ordinal: ordinal as usize,
+        name: result::device::get_name(device)?,
+        // SAFETY: as above.
+        memory_bytes: unsafe { result::device::total_mem(device) }? as u64,
+        compute_capability: (
+            attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR)?,
+            attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR)?,
+        ),
+    })
+}
+
+/// A device with the kernels loaded.
+pub(crate) struct Device {
+    /// For messages.
+    pub(crate) name: String,
+    pub(crate) stream: Arc<CudaStream>,
+    pub(crate) render_bvh: CudaFunction,
+    pub(crate) render_exhaustive: CudaFunction,
+}
+
+impl Device {
+    /// Opens a device; the driver compiles the kernels for it, the first time on a machine in seconds.
+    pub(crate) fn open(info: &DeviceInfo) -> Result<Device, BackendError> {
+        if !info.is_supported() {
+            let (major, minor) = ptx::OLDEST_CAPABILITY;
+            return Err(BackendError::Unavailable(format!(
+                "{info}: too old: at least compute capability {major}.{minor} (Turing) is needed"
+            )));
+        }
+        let name = format!("cuda:{} ({})", info.ordinal, info.name);
+        let fail = |error| failure(&name, "loading the kernels", error);
+        let context = CudaContext::new(info.ordinal).map_err(|error| failure(&name, "starting", error))?;
+        let module = context.load_module(Ptx::from_src(ptx::PTX)).map_err(fail)?;
+        Ok(Device {
+            stream: context.default_stream(),
+            render_bvh: module.load_function(ptx::RENDER_BVH).map_err(fail)?,
+            render_exhaustive: module.load_function(ptx::RENDER_EXHAUSTIVE).map_err(fail)?,
+            name,
+        })
+    }
+}

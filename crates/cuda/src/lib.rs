@@ -1,0 +1,27 @@
+//! The CUDA backend of the Eosphor ray tracer.
+//!
+//! The kernels are `eosphor-core`, the crate that the CPU backend renders with, compiled to PTX by rustc; this crate
+//! embeds the PTX, uploads scenes and launches. Pictures are those of the CPU, bit for bit. Users need NVIDIA's driver
+//! and nothing else, and programs start without it: its library is opened at run time.
+//!
+//! ```no_run
+//! use eosphor_cuda::{CudaBackend, CudaOptions, devices};
+//!
+//! for device in devices()? {
+//!     println!("{device}");
+//! }
+//! let backend = CudaBackend::new(CudaOptions::default())?;
+//! # Ok::<(), eosphor_render::BackendError>(())
+//! ```
+#![warn(missing_docs)]
+
+mod backend;
+mod bands;
+mod device;
+mod failure;
+mod memory;
+mod ptx;
+mod scene;
+
+pub use backend::{CudaBackend, CudaOptions};
+pub use device::{DeviceInfo, devices};

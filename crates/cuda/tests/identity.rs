@@ -1,0 +1,73 @@
+//! Pictures of the GPU are those of the CPU, bit for bit. Without a GPU these tests say so and pass; with REQUIRE_GPU=1
+//! in the environment they fail then.
+
+mod common;
+
+use eosphor_cuda::{CudaBackend, CudaOptions};
+use eosphor_render::{Accel, CpuBackend, CpuOptions};
+use eosphor_scene::{Preset, Scene, SceneData};
+use std::sync::Arc;
+
+/// Renders on CPU and GPU and compares films and ray counts.
+fn assert_identical(scene: &Scene, accel: Accel) {
+    let gpu = match CudaBackend::new(CudaOptions { accel, ..CudaOptions::default() }) {
+        Ok(gpu) => gpu,
+        Err(error) if std::env::var_os("REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
+        Err(error) => return eprintln!("SKIPPED: {error}"),
+    };
+    let cpu = CpuBackend::new(CpuOptions::default()).unwrap();
+    let data = Arc::new(SceneData::flatten(scene).unwrap().0);
+    let (on_gpu, _) = common::render(&gpu, &data).unwrap();
+    let (on_cpu, _) = common::render(&cpu, &data).unwrap();
+    if let Some(text) = common::difference(&on_cpu.film, &on_gpu.film) {
+        panic!("CPU and GPU: {text}");
+    }
+    assert_eq!(on_cpu.statistics, on_gpu.statistics);
+}
+
+#[test]
+fn cornell_box() {
+    let mut scene = common::scene("builtin:cornell", Some(Preset::Pg1)).unwrap();
+    scene.settings.size = [160, 120];
+    assert_identical(&scene, Accel::Bvh);
+}
+
+#[test]
+fn cornell_box_of_every_preset_and_none() {
+    for preset in Preset::ALL.map(Some).into_iter().chain([None]) {
+        let mut scene = common::scene("builtin:cornell", preset).unwrap();
+        scene.settings.size = [61, 67];
+        scene.settings.samples = 2;
+        assert_identical(&scene, Accel::Bvh);
+    }
+}
+
+#[test]
+fn glass_mirrors_lens_and_instances() {
+    assert_identical(&common::scene("glass", None).unwrap(), Accel::Bvh);
+}
+
+#[test]
+fn glass_without_hierarchy() {
+    let mut scene = common::scene("glass", None).unwrap();
+    scene.settings.size = [64, 36];
+    assert_identical(&scene, Accel::None);
+}
+
+#[test]
+fn one_pixel_and_nothing_in_it() {
+    let mut scene = Scene { camera: Some(Default::default()), ..Scene::default() };
+    scene.settings.size = [1, 1];
+    assert_identical(&scene, Accel::Bvh);
+}
+
+/// EOSPHOR_TEST_OBJ names one more scene.
+#[test]
+fn a_scene_from_a_file() {
+    let Some(path) = std::env::var_os("EOSPHOR_TEST_OBJ") else {
+        return eprintln!("SKIPPED: EOSPHOR_TEST_OBJ is not set");
+    };
+    let mut scene = common::scene(path.to_str().unwrap(), None).unwrap();
+    scene.settings.size = [320, 240];
+    assert_identical(&scene, Accel::Bvh);
+}

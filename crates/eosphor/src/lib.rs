@@ -1,0 +1,96 @@
+//! Eosphor, a ray tracer that gives the same picture on every device, bit for bit.
+//!
+//! ```
+//! use eosphor::{CpuBackend, CpuOptions, LoadOptions, SaveOptions, load, render, save};
+//!
+//! let mut scene = load("builtin:cornell", &LoadOptions::default())?.scene;
+//! scene.settings.size = [64, 64];
+//! let backend = CpuBackend::new(CpuOptions::default())?;
+//! let picture = render(&scene, &backend)?;
+//! let folder = tempfile::tempdir()?;
+//! save(&picture.film, &folder.path().join("cornell.png"), &SaveOptions::from(&scene.settings))?;
+//! println!("{} rays", picture.statistics.total_rays());
+//! # assert!(picture.film.pixels.iter().any(|p| p.max_component() > 0.1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The way of the data: a file ([`load`]) or code makes a [`Scene`], what people write; [`SceneData::flatten`] makes
+//! flat arrays of it, what machines read; a [`Backend`] builds a hierarchy over them and traces rays; the result is a
+//! linear [`Film`]; developing makes bytes of it ([`Developed`]); [`save`] writes a file. [`render`] is the short way
+//! from scene to film; with [`Backend::prepare`] and [`PreparedScene::render`] a program keeps the hierarchy, watches
+//! the progress and can stop.
+//!
+//! # Units
+//!
+//! Lengths are in the scene's own unit, angles in degrees, colours linear RGB. Axes are right-handed. Pixel (0, 0) is at
+//! the top left.
+//!
+//! # A scene in code
+//!
+//! ```
+//! use eosphor::math::{Vec3, vec3};
+//! use eosphor::{Backend, Camera, CpuBackend, CpuOptions, Light, Material, MaterialKind, Scene, Sphere, render};
+//!
+//! let red = MaterialKind::Matte { color: vec3(0.8, 0.1, 0.1) };
+//! let mut scene = Scene {
+//!     materials: vec![Material { name: "red".into(), kind: red, diffuse_texture: None }],
+//!     spheres: vec![Sphere { center: Vec3::ZERO, radius: 1.0, material: 0 }],
+//!     lights: vec![Light::Directional { direction: vec3(0.0, 0.0, -1.0), color: Vec3::ONE }],
+//!     camera: Some(Camera::default()),
+//!     ..Scene::default()
+//! };
+//! scene.settings.size = [33, 33];
+//! let film = render(&scene, &CpuBackend::new(CpuOptions::default())?)?.film;
+//! let middle = film.pixels[33 * 16 + 16];
+//! assert!(middle.x > 0.7 && middle.y < 0.2);
+//! # Ok::<(), eosphor::Error>(())
+//! ```
+#![warn(missing_docs)]
+
+mod error;
+mod render;
+
+pub use error::Error;
+pub use render::render;
+
+#[doc(inline)]
+pub use eosphor_render::output::{
+    DevelopSettings, Developed, Format, MAX_SIDE, OutputError, Picture, SaveOptions, check_writable, save,
+    save_developed,
+};
+#[doc(inline)]
+pub use eosphor_render::{
+    Accel, Backend, BackendError, BuildStatistics, CpuBackend, CpuOptions, Film, PreparedScene, Progress,
+    RayStatistics, RenderControl, Rendered, SimdLevel,
+};
+#[doc(inline)]
+pub use eosphor_scene::{
+    BUILTINS, Builtin, Camera, Composition, Instance, Lens, Light, LoadOptions, LoadedScene, Material,
+    MaterialKind, Mesh, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, PixelSampling, Place, Preset,
+    Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError, Sphere, Texture, Transfer,
+    Transform, Triangle, UnknownPreset, Warning, load,
+};
+
+/// Vectors, colours and transforms.
+pub mod math {
+    #[doc(inline)]
+    pub use eosphor_core::math::{Affine, Vec3, vec3};
+}
+
+/// Closed sets that [`RenderSettings`] chooses from.
+pub mod settings {
+    #[doc(inline)]
+    pub use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
+}
+
+/// How textures are read.
+pub mod texture {
+    #[doc(inline)]
+    pub use eosphor_core::texture::{TextureFilter, TextureWrap};
+}
+
+/// Comparing two pictures: identical, or where and by how much they differ.
+pub mod compare {
+    #[doc(inline)]
+    pub use eosphor_render::compare::{CompareError, Comparison, FirstDifference, compare, difference_image};
+}

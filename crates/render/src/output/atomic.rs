@@ -1,0 +1,148 @@
+//! Files that are whole or not there: written beside their final name, flushed to the disk, then renamed.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Error, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// What a writer writes to. Formats may seek in it.
+pub(super) type FileWriter<'a> = BufWriter<&'a mut File>;
+
+/// Calls `write` on a temporary file in the folder of `path` and renames it to `path`. On any error the temporary file
+/// is removed, and what was under the name before stays.
+pub(super) fn write_atomically<F>(path: &Path, write: F) -> Result<(), Error>
+where
+    F: FnOnce(&mut FileWriter) -> Result<(), Error>,
+{
+    let target = resolve(path)?;
+    let mut file = temporary_beside(&target)?;
+    let mut writer = BufWriter::with_capacity(1 << 18, file.as_file_mut());
+    write(&mut writer)?;
+    writer.flush()?;
+    drop(writer);
+    file.as_file().sync_all()?;
+    file.persist(&target).map_err(|e| e.error)?;
+    sync_folder(&target);
+    Ok(())
+}
+
+/// Whether a file could be created at `path`. It leaves nothing behind.
+pub(super) fn check(path: &Path) -> Result<(), Error> {
+    temporary_beside(&resolve(path)?)?.close()
+}
+
+/// The file to replace: links are followed, so that a link stays one. Only ordinary files are replaced; renaming over
+/// a device such as `/dev/null` would remove it.
+fn resolve(path: &Path) -> Result<PathBuf, Error> {
+    if path.as_os_str().as_encoded_bytes().ends_with(b"/") {
+        return Err(ErrorKind::IsADirectory.into());
+    }
+    let target = match fs::canonicalize(path) {
+        Ok(target) => target,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(path.to_owned()),
+        Err(error) => return Err(error),
+    };
+    let kind = fs::metadata(&target)?.file_type();
+    match () {
+        _ if kind.is_dir() => Err(ErrorKind::IsADirectory.into()),
+        _ if !kind.is_file() => Err(Error::other("this is a device, not a file; choose another name")),
+        _ => Ok(target),
+    }
+}
+
+fn temporary_beside(target: &Path) -> Result<NamedTempFile, Error> {
+    let folder = match target.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".eosphor-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // The system takes the umask away from these when it creates the file.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    // tempfile's own error names the temporary path; the reason alone is wanted here.
+    builder.tempfile_in(folder).map_err(|error| match error.raw_os_error().or(os_error_inside(&error)) {
+        Some(code) => Error::from_raw_os_error(code),
+        None => error.kind().into(),
+    })
+}
+
+/// tempfile wraps the system's error in one of its own.
+fn os_error_inside(error: &Error) -> Option<i32> {
+    let source = std::error::Error::source(error.get_ref()?)?;
+    source.downcast_ref::<Error>()?.raw_os_error()
+}
+
+/// A rename is on the disk only once its folder is. Some file systems cannot do this; the picture is there anyway.
+fn sync_folder(target: &Path) {
+    if let Some(folder) = target.parent() {
+        let _ = File::open(folder).and_then(|folder| folder.sync_all());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+        entries.collect()
+    }
+
+    #[test]
+    fn an_error_leaves_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let failing = |w: &mut FileWriter| {
+            w.write_all(&[0; 1 << 20])?;
+            Err(Error::other("no"))
+        };
+        assert!(write_atomically(&path, failing).is_err());
+        assert!(names(folder.path()).is_empty());
+        write_atomically(&path, |w| w.write_all(b"old")).unwrap();
+        assert!(write_atomically(&path, failing).is_err());
+        assert_eq!(names(folder.path()), ["a.png"]);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+    }
+
+    #[test]
+    fn check_leaves_nothing_and_knows_folders() {
+        let folder = tempfile::tempdir().unwrap();
+        check(&folder.path().join("a.png")).unwrap();
+        assert!(names(folder.path()).is_empty());
+        let kind = |path: PathBuf| check(&path).unwrap_err().kind();
+        assert_eq!(kind(folder.path().join("no/a.png")), ErrorKind::NotFound);
+        assert_eq!(kind(folder.path().to_owned()), ErrorKind::IsADirectory);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn modes_are_those_of_any_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (plain, ours) = (folder.path().join("plain"), folder.path().join("ours"));
+        fs::write(&plain, b"").unwrap();
+        write_atomically(&ours, |w| w.write_all(b"x")).unwrap();
+        let mode = |path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&plain), mode(&ours));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_links_and_devices_stay_devices() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, b"old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        write_atomically(&link, |w| w.write_all(b"new")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+
+        let null = folder.path().join("null.png");
+        std::os::unix::fs::symlink("/dev/null", &null).unwrap();
+        assert!(check(&null).unwrap_err().to_string().contains("device"));
+    }
+}

@@ -1,0 +1,71 @@
+//! What can go wrong with picture files.
+
+use super::Format;
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// Why a picture could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The file's ending is no format that Eosphor knows.
+    #[error("unknown picture format: {}: use a file name that ends in {}", path.display(), Format::list())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file could not be written; nothing is left under its name that was not there before.
+    #[error("cannot write the picture: {}: {}", path.display(), explain(source))]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: Error,
+    },
+    /// The file could not be read.
+    #[error("cannot read the picture: {}: {}", path.display(), explain(source))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: Error,
+    },
+    /// The file's contents are not what its format asks for.
+    #[error("cannot read the picture: {}: {reason}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+impl OutputError {
+    pub(crate) fn write(path: &Path, source: Error) -> OutputError {
+        OutputError::Write { path: path.to_owned(), source }
+    }
+
+    pub(crate) fn read(path: &Path, source: Error) -> OutputError {
+        OutputError::Read { path: path.to_owned(), source }
+    }
+
+    pub(crate) fn malformed(path: &Path, reason: impl ToString) -> OutputError {
+        OutputError::Malformed { path: path.to_owned(), reason: reason.to_string() }
+    }
+}
+
+/// The system's reason, and what to do about it.
+fn explain(error: &Error) -> String {
+    let advice = match error.kind() {
+        ErrorKind::NotFound => "no such file or folder; check the path, or create the folder first",
+        ErrorKind::PermissionDenied => "permission denied; choose a folder that you may write to",
+        ErrorKind::ReadOnlyFilesystem => "the file system is read-only; choose another folder",
+        ErrorKind::StorageFull => "no space left on the device; free some, or choose another folder",
+        ErrorKind::QuotaExceeded => "your disk quota is used up; free some space, or choose another folder",
+        ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
+        ErrorKind::IsADirectory => "this is a folder; add a file name",
+        ErrorKind::InvalidFilename => "the file system does not take this file name; choose a shorter one",
+        _ => return error.to_string(),
+    };
+    advice.to_owned()
+}

@@ -1,0 +1,66 @@
+//! A picture read from a file.
+
+use super::{Format, MAX_SIDE, OutputError, data, exr, png, ppm};
+use crate::Film;
+use std::path::Path;
+
+/// A picture in bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ByteImage {
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` pixels R, G, B, A, top row first; A is 255 where the file has none.
+    pub rgba: Vec<[u8; 4]>,
+}
+
+impl ByteImage {
+    pub(super) fn check_size(width: u32, height: u32) -> Result<(), String> {
+        let sane = 1..=MAX_SIDE;
+        match sane.contains(&width) && sane.contains(&height) {
+            true => Ok(()),
+            false => Err(format!("its size is {width} x {height}; sides must be 1 to {MAX_SIDE}")),
+        }
+    }
+}
+
+/// A picture read from a file: bytes, or linear floats.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Picture {
+    /// PNG, PPM and `.data`.
+    Bytes(ByteImage),
+    /// EXR.
+    Linear(Film),
+}
+
+impl Picture {
+    /// Reads a PNG, PPM, EXR or `.data` file. All but `.data` are told by their first bytes.
+    pub fn read(path: &Path) -> Result<Picture, OutputError> {
+        let bytes = std::fs::read(path).map_err(|error| OutputError::read(path, error))?;
+        let picture = match sniff(&bytes).map_or_else(|| Format::of(path), Ok)? {
+            Format::Png => png::read(&bytes).map(Picture::Bytes),
+            Format::Ppm => ppm::read(&bytes).map(Picture::Bytes),
+            Format::Data => data::read(&bytes).map(Picture::Bytes),
+            Format::Exr => exr::read(&bytes).map(Picture::Linear),
+        };
+        picture.map_err(|reason| OutputError::malformed(path, reason))
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        match self {
+            Picture::Bytes(image) => (image.width, image.height),
+            Picture::Linear(film) => (film.width, film.height),
+        }
+    }
+}
+
+fn sniff(bytes: &[u8]) -> Option<Format> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => Some(Format::Png),
+        [b'P', b'6', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => Some(Format::Ppm),
+        [0x76, 0x2f, 0x31, 0x01, ..] => Some(Format::Exr),
+        _ => None,
+    }
+}

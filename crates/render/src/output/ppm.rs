@@ -1,0 +1,46 @@
+//! PPM, binary (P6).
+
+use super::{ByteImage, Developed, SOFTWARE};
+use std::io::{Error, Write};
+
+pub(super) fn write(mut writer: impl Write, picture: &Developed, complete: bool) -> Result<(), Error> {
+    writeln!(writer, "P6")?;
+    if !complete {
+        writeln!(writer, "# incomplete: {SOFTWARE} was interrupted")?;
+    }
+    writeln!(writer, "{} {}\n255", picture.width, picture.height)?;
+    writer.write_all(&picture.rgb)
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
+    let mut rest = bytes.strip_prefix(b"P6").ok_or("it is not a binary PPM (P6)")?;
+    let mut number = || header_number(&mut rest);
+    let (width, height, most) = (number()?, number()?, number()?);
+    ByteImage::check_size(width, height)?;
+    if most != 255 {
+        return Err(format!("its largest value is {most}; only 255 is supported"));
+    }
+    // Exactly one white-space byte ends the header.
+    let body = rest.get(1..).ok_or("the file is cut off")?;
+    let length = width as usize * height as usize * 3;
+    let body = body.get(..length).ok_or("the file is cut off")?;
+    let rgba = body.as_chunks::<3>().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect();
+    Ok(ByteImage { width, height, rgba })
+}
+
+/// The next number of the header; comments run from `#` to the end of the line.
+fn header_number(rest: &mut &[u8]) -> Result<u32, String> {
+    loop {
+        *rest = rest.trim_ascii_start();
+        if !rest.starts_with(b"#") {
+            break;
+        }
+        let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        *rest = &rest[end..];
+    }
+    let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
+    let (number, after) = rest.split_at(digits);
+    *rest = after;
+    let text = std::str::from_utf8(number).unwrap_or_default();
+    text.parse().map_err(|_| "the header needs width, height and 255".to_owned())
+}

@@ -1,0 +1,123 @@
+//! What can go wrong, and what is worth saying when nothing did.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a scene could not be read or prepared. Every message says where, what and what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// A file that cannot be opened or read.
+    #[error("{}: cannot read: {reason}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// A file whose contents are wrong.
+    #[error("{place}: {message}")]
+    Invalid {
+        /// Where.
+        place: Place,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// A file of a kind that is not read.
+    #[error("{}: {message}", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+        /// What is read.
+        message: String,
+    },
+    /// No built-in scene has this name.
+    #[error("there is no built-in scene \"{name}\"; there is {known}")]
+    UnknownBuiltin {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// A scene that contradicts itself, or a setting out of range.
+    #[error(transparent)]
+    Problem(#[from] Problem),
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub path: PathBuf,
+    /// Line, from 1.
+    pub line: Option<u32>,
+    /// Column in bytes, from 1.
+    pub column: Option<u32>,
+}
+
+impl Place {
+    pub(crate) fn file(path: &Path) -> Place {
+        Place { path: path.to_path_buf(), line: None, column: None }
+    }
+
+    pub(crate) fn line(path: &Path, line: u32) -> Place {
+        Place { line: Some(line), ..Place::file(path) }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+            if let Some(column) = self.column {
+                write!(f, ":{column}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl SceneError {
+    pub(crate) fn at(path: &Path, line: u32, message: impl Into<String>) -> SceneError {
+        SceneError::Invalid { place: Place::line(path, line), message: message.into() }
+    }
+}
+
+/// Something in a [`crate::Scene`] that cannot be rendered.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what}: {message}")]
+pub struct Problem {
+    /// Which part: `camera`, `settings.depth`, `material "glass"`.
+    pub what: String,
+    /// What is wrong and what would be right.
+    pub message: String,
+}
+
+impl Problem {
+    pub(crate) fn new(what: impl Into<String>, message: impl Into<String>) -> Problem {
+        Problem { what: what.into(), message: message.into() }
+    }
+}
+
+/// Something odd in a file that did not stop it from being read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Where it was met first.
+    pub place: Place,
+    /// What is odd and what was done about it.
+    pub message: String,
+    /// How often it was met.
+    pub count: u32,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.message)?;
+        if self.count > 1 {
+            write!(f, " ({} times in this file)", self.count)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,80 @@
+//! Scenes that are part of the program.
+
+use super::source::Source;
+use super::{LoadOptions, LoadedScene, load_from};
+use crate::error::SceneError;
+use crate::model::{MaterialKind, PixelSampling, RenderSettings, Scene};
+use crate::presets::pg1_camera;
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::settings::ShadowMode;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+/// A built-in scene.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Builtin {
+    /// Loaded as `builtin:NAME`.
+    pub name: &'static str,
+    /// One line about it.
+    pub description: &'static str,
+}
+
+/// All built-in scenes.
+pub const BUILTINS: &[Builtin] = &[Builtin {
+    name: "cornell",
+    description: "the Cornell box with a mirror ball and a glass ball (CC BY 3.0, Cardenas and McGuire)",
+}];
+
+pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
+    match name {
+        "cornell" => cornell(options),
+        _ => {
+            let known = BUILTINS.iter().map(|b| b.name).collect::<Vec<_>>().join(", ");
+            Err(SceneError::UnknownBuiltin { name: name.to_string(), known })
+        }
+    }
+}
+
+const CORNELL_OBJ: &[u8] = include_bytes!("../../builtin/cornell/CornellBox-Sphere.obj");
+const CORNELL_MTL: &[u8] = include_bytes!("../../builtin/cornell/CornellBox-Sphere.mtl");
+
+/// The Cornell box with spheres of the McGuire Computer Graphics Archive, from PG1's camera. The files are unchanged;
+/// two materials are set here (see [`dress_cornell`]).
+fn cornell(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
+    let file = |name: &str, bytes: &'static [u8]| (PathBuf::from(name), Cow::Borrowed(bytes));
+    let source = Source::Memory(vec![
+        file("builtin:cornell/CornellBox-Sphere.obj", CORNELL_OBJ),
+        file("builtin:cornell/CornellBox-Sphere.mtl", CORNELL_MTL),
+    ]);
+    let mut loaded = load_from(source, Path::new("builtin:cornell/CornellBox-Sphere.obj"), options)?;
+    dress_cornell(&mut loaded.scene);
+    Ok(loaded)
+}
+
+/// Camera, settings and two materials. The file's mirror keeps its colour but loses its highlight (it already shows
+/// the light itself), and its glass, nearly black (Tf 0.1) and as dense as diamond (Ni 2.5), becomes clear crown glass.
+fn dress_cornell(scene: &mut Scene) {
+    for material in &mut scene.materials {
+        match material.name.as_str() {
+            "leftSphere" => material.kind = MaterialKind::Mirror { reflectance: Vec3::splat(0.95) },
+            "rightSphere" => {
+                material.kind = MaterialKind::Dielectric { ior: 1.52, tint: vec3(0.93, 0.96, 0.95) };
+            }
+            _ => {}
+        }
+    }
+    scene.camera = Some(pg1_camera());
+    scene.settings = RenderSettings {
+        size: [800, 800],
+        samples: 64,
+        pixel_sampling: PixelSampling::Random,
+        light_samples: 1,
+        depth: 10,
+        shadows: ShadowMode::Coloured,
+        // What the walls throw at each other, which Whitted's model leaves out.
+        ambient: 0.16,
+        exposure: 0.25,
+        ..RenderSettings::default()
+    };
+}

@@ -1,0 +1,98 @@
+//! No bytes make a parser panic; what loads also passes flattening or fails with an error.
+
+use super::source::Source;
+use super::{LoadOptions, load_from, mtl, warnings::Warnings};
+use crate::SceneData;
+use proptest::prelude::*;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+const OBJ: &str = "mtllib m.mtl\no a\nv 0 0 0\nv 1 0 0.5\nv 1 1 0\nv -1e3 .5 0 1\nvt 0 1\nvt 0.5\nvn 0 0 1\ns 1\n\
+                   usemtl red\nf 1/1/1 2/2/1 3/1/1 \\\n4/1/1\nusemtl glass\nf -1//-1 -2//1 -3//1\nl 1 2\n# end\n";
+const MTL: &str = "newmtl red\nKd 1 0 0 # red\nKs .5\nNs 100\nd 0.5\nillum 2\nmap_Kd -o 1 1 -clamp on t.ppm\n\
+                   newmtl glass\nillum 7\nNi 1.5\nTf 1 1 1\nTr 0.1\nKe 0 0 1e3\n";
+const JSON: &str = r#"{"eosphor": 1, "camera": {"position": [0, 0, 5], "look-at": [0, 0, 0]},
+    "lights": [{"spot": {"position": [0, 5, 0], "direction": [0, -1, 0], "inner-degrees": 10,
+    "outer-degrees": 20, "color": [9, 9, 9]}}], "materials": {"a": {"dielectric": {"ior": "water"}},
+    "b": {"matte": {"color": [1, 0, 0]}, "texture": {"file": "t.ppm"}}}, "meshes": [{"file": "a.obj", "name": "m"}],
+    "instances": [{"mesh": "m", "transform": {"scale": [1, -2, 1]}}, {"mesh": "m"}],
+    "spheres": [{"center": [0, 0, 0], "radius": 1, "material": "a"}],
+    "parallelograms": [{"corner": [0, 0, 0], "edge-u": [1, 0, 0], "edge-v": [0, 1, 0]}],
+    "settings": {"samples": 2, "pixel-sampling": {"grid": 2}}}"#;
+const PPM: &str = "P3\n1 1\n255\n1 2 3\n";
+
+/// Loads and flattens; the first file has the given contents.
+fn run(first: &str, bytes: Vec<u8>) -> bool {
+    let mut files: Vec<(PathBuf, Cow<'static, [u8]>)> = vec![(PathBuf::from(first), Cow::Owned(bytes))];
+    for (name, text) in [("a.obj", OBJ), ("m.mtl", MTL), ("t.ppm", PPM)] {
+        files.push((PathBuf::from(name), Cow::Borrowed(text.as_bytes())));
+    }
+    let start = if first.ends_with(".json") { first } else { "a.obj" };
+    match load_from(Source::Memory(files), Path::new(start), &LoadOptions::default()) {
+        Ok(loaded) => SceneData::flatten(&loaded.scene).is_ok(),
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            false
+        }
+    }
+}
+
+/// A text with some bytes replaced, removed or inserted, mostly by bytes that matter to the formats.
+fn mutated(text: &'static str) -> impl Strategy<Value = Vec<u8>> {
+    let byte =
+        prop_oneof![proptest::sample::select(b" \n\r\t/\\-+.#0123456789eE\"{}[],:nvf".to_vec()), any::<u8>()];
+    proptest::collection::vec((any::<proptest::sample::Index>(), 0..3u8, byte), 1..8).prop_map(move |edits| {
+        let mut bytes = text.as_bytes().to_vec();
+        for (at, what, byte) in edits {
+            let i = at.index(bytes.len());
+            match what {
+                0 => bytes[i] = byte,
+                1 => drop(bytes.remove(i)),
+                _ => bytes.insert(i, byte),
+            }
+        }
+        bytes
+    })
+}
+
+#[test]
+fn the_unchanged_files_load() {
+    assert!(run("a.obj", OBJ.into()));
+    assert!(run("m.mtl", MTL.into()));
+    assert!(run("s.json", JSON.into()));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        run("a.obj", bytes.clone());
+        run("s.json", bytes.clone());
+        mtl::parse(&bytes, Path::new("m.mtl"), &mut Warnings::default());
+        let _ = super::images::decode(&bytes);
+    }
+
+    #[test]
+    fn any_words(words in proptest::collection::vec(proptest::sample::select(vec![
+        "v", "vt", "vn", "f", "usemtl", "mtllib", "m.mtl", "red", "1", "-1", "2", "0", "1e15", "-1e15", "1/1/1",
+        "1//1", "/", "\\\n", "\n", "\n", "\n", "#", "nan", ".", "-", "1e-40",
+    ]), 0..120)) {
+        run("a.obj", words.join(" ").into_bytes());
+    }
+
+    #[test]
+    fn mutated_obj(bytes in mutated(OBJ)) {
+        run("a.obj", bytes);
+    }
+
+    #[test]
+    fn mutated_mtl(bytes in mutated(MTL)) {
+        run("m.mtl", bytes);
+    }
+
+    #[test]
+    fn mutated_json(bytes in mutated(JSON)) {
+        run("s.json", bytes);
+    }
+}

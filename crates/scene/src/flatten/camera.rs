@@ -1,0 +1,98 @@
+//! The camera: the scene's, or one that frames the whole scene; and the headlight beside it.
+
+use super::note::Note;
+use crate::error::{Problem, SceneError};
+use crate::model::{Camera as ModelCamera, Scene};
+use eosphor_core::camera::Camera;
+use eosphor_core::geometry::Bounds;
+use eosphor_core::light::Light;
+use eosphor_core::math::{Vec3, vec3};
+
+/// From the middle of the scene to a camera that frames it: three-quarter front, slightly above.
+const TO_EYE: Vec3 = vec3(0.5, 0.35, 1.0);
+
+/// Room around a framed scene.
+const MARGIN: f32 = 1.05;
+
+/// What a headlight gives a white surface in the middle of the scene that faces it: a little less than 1, so that
+/// what is nearer is not burnt out.
+const HEADLIGHT: f32 = 0.8;
+
+/// The camera, and the headlight to be used where the scene has no light.
+pub(super) fn build(
+    scene: &Scene,
+    world: &Bounds,
+    notes: &mut Vec<Note>,
+) -> Result<(Camera, Option<Light>), SceneError> {
+    if world.is_empty() {
+        notes.push(Note::Empty);
+    }
+    let [width, height] = scene.settings.size;
+    let camera = match scene.camera {
+        Some(camera) => from_model(&camera, width, height)?,
+        None => {
+            let camera = framing(world, width, height)?;
+            if !world.is_empty() {
+                notes.push(Note::FramedCamera { position: camera.eye.into() });
+            }
+            camera
+        }
+    };
+    let headlight = (!world.is_empty()).then(|| headlight(&camera, world, scene.settings.light_falloff));
+    Ok((camera, headlight))
+}
+
+fn from_model(camera: &ModelCamera, width: u32, height: u32) -> Result<Camera, SceneError> {
+    let direction = camera.look_at.map_or(camera.direction, |p| p - camera.position);
+    if direction.normalize_or(Vec3::ZERO) == Vec3::ZERO {
+        let message = "it looks nowhere: direction has no length, or look-at is the camera's own position";
+        return Err(Problem::new("camera", message).into());
+    }
+    let radians = f64::from(camera.fov_x_degrees) * (std::f64::consts::PI / 180.0);
+    let mut built = Camera::looking_along(camera.position, direction, camera.up, radians, width, height)
+        .ok_or_else(|| {
+            let message = "it spans no view: up must have a length and not be parallel to the way it looks, and \
+                           fov-x-degrees must not be too near 180 for this size";
+            Problem::new("camera", message)
+        })?;
+    if let Some(lens) = camera.lens {
+        built.aperture_radius = lens.aperture_radius;
+        // Scene::validate has seen to it that one of both is there.
+        built.focus_distance = lens.focus_distance.unwrap_or_else(|| direction.length());
+    }
+    Ok(built)
+}
+
+/// A camera with 45 degrees that sees all eight corners of the scene's box.
+fn framing(world: &Bounds, width: u32, height: u32) -> Result<Camera, SceneError> {
+    let middle = if world.is_empty() { Vec3::ZERO } else { world.center() };
+    let look =
+        ModelCamera { position: middle, direction: -TO_EYE, fov_x_degrees: 45.0, ..ModelCamera::default() };
+    let mut camera = from_model(&look, width, height)?;
+    let mut distance = 0.0f32;
+    if !world.is_empty() {
+        let half = (world.max - world.min) * 0.5;
+        for corner in 0..8 {
+            let side = |bit: u32, x: f32| if corner & bit == 0 { -x } else { x };
+            let p = vec3(side(1, half.x), side(2, half.y), side(4, half.z));
+            // A point is inside where |x| <= half_width * depth, likewise y; depth is distance + p.forward.
+            let need_x = p.dot(camera.right).abs() / camera.half_width;
+            let need_y = p.dot(camera.up).abs() / camera.half_height;
+            distance = distance.max(need_x.max(need_y) - p.dot(camera.forward));
+        }
+    }
+    // A single point is looked at from some way off.
+    if distance <= middle.abs().max_component() * 1e-6 {
+        distance = middle.abs().max_component().max(1.0);
+    }
+    camera.eye = middle.along(camera.forward, -distance * MARGIN);
+    Ok(camera)
+}
+
+/// A point light at the camera, equally bright with and without falloff. Inside a scene (a room) the distance to its
+/// middle says little: then a quarter of its size is the distance that counts.
+fn headlight(camera: &Camera, world: &Bounds, falloff: bool) -> Light {
+    let distance = (world.center() - camera.eye).length().max((world.max - world.min).length() * 0.25);
+    let intensity = if falloff { HEADLIGHT * distance * distance } else { HEADLIGHT };
+    Light::Point { position: camera.eye, intensity: Vec3::splat(intensity) }
+}

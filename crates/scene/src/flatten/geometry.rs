@@ -1,0 +1,190 @@
+//! Primitives, geometries and instances.
+
+use super::normals;
+use crate::error::{Problem, SceneError};
+use crate::model::{MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Scene, Triangle};
+use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere, TriangleShading};
+use eosphor_core::math::{Affine, Vec3};
+
+/// Meshes of more triangles than this that are placed more than once are not baked.
+const BAKE_AT_MOST: usize = 256;
+
+/// All primitives, and how they are placed.
+#[derive(Default)]
+pub(super) struct Flat {
+    pub(super) triangles: Vec<[Vec3; 3]>,
+    pub(super) triangle_shading: Vec<TriangleShading>,
+    pub(super) spheres: Vec<Sphere>,
+    pub(super) sphere_materials: Vec<u32>,
+    pub(super) geometries: Vec<Geometry>,
+    pub(super) instances: Vec<Instance>,
+    /// Of each geometry, not padded.
+    bounds: Vec<Bounds>,
+}
+
+impl Flat {
+    /// The box around everything that is placed, not padded.
+    pub(super) fn world_bounds(&self) -> Bounds {
+        self.instances.iter().fold(Bounds::EMPTY, |all, i| {
+            all.union(&self.bounds[i.geometry as usize].transformed(&i.world_from_object))
+        })
+    }
+
+    /// Closes a geometry that began at these numbers.
+    fn close_geometry(&mut self, first_triangle: usize, first_sphere: usize) -> Result<(), SceneError> {
+        let mut bounds = Bounds::EMPTY;
+        for &p in self.triangles[first_triangle..].iter().flatten() {
+            bounds = bounds.including(p);
+        }
+        for s in &self.spheres[first_sphere..] {
+            let r = Vec3::splat(s.radius);
+            bounds = bounds.including(s.center - r).including(s.center + r);
+        }
+        // All primitives together must have numbers below NONE.
+        let count = self.triangles.len() as u64 + self.spheres.len() as u64;
+        if count >= u64::from(u32::MAX) {
+            return Err(Problem::new(
+                "scene",
+                format!("{count} primitives are too many; the limit is 2^32 - 2"),
+            )
+            .into());
+        }
+        self.geometries.push(Geometry {
+            first_triangle: first_triangle as u32,
+            triangle_count: (self.triangles.len() - first_triangle) as u32,
+            first_sphere: first_sphere as u32,
+            sphere_count: (self.spheres.len() - first_sphere) as u32,
+            extent: bounds.extent(),
+        });
+        self.bounds.push(bounds);
+        Ok(())
+    }
+
+    fn place(&mut self, geometry: u32, world_from_object: Affine, object_from_world: Affine) {
+        let world_bounds = padded_world_bounds(&self.bounds[geometry as usize], &world_from_object);
+        self.instances.push(Instance { object_from_world, world_from_object, world_bounds, geometry });
+    }
+
+    /// Adds a mesh mapped by a transform.
+    fn mesh(&mut self, scene: &Scene, mesh: &Mesh, map: &Affine, inverse: &Affine) -> Result<(), SceneError> {
+        let positions: Vec<Vec3> = mesh.positions.iter().map(|&p| map.point(p)).collect();
+        if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_component() > MAX_COORDINATE)
+        {
+            let message =
+                format!("its transform takes a vertex to ({}, {}, {}), out of range", p.x, p.y, p.z);
+            return Err(Problem::new(format!("mesh \"{}\"", mesh.name), message).into());
+        }
+        let settings = &scene.settings;
+        let corner_normals = normals::corner_normals(mesh, settings.normals, settings.crease_degrees);
+        let mirrored = map.determinant() < 0.0;
+        self.triangles.reserve(mesh.triangles.len());
+        self.triangle_shading.reserve(mesh.triangles.len());
+        for (i, t) in mesh.triangles.iter().enumerate() {
+            let mut vertices = t.positions.map(|p| positions[p as usize]);
+            let mut uvs = corner_uvs(mesh, t);
+            let mut normals = match settings.normals {
+                NormalMode::Flat => [Vec3::ZERO; 3],
+                _ => corner_normals[i],
+            };
+            // A mirrored triangle runs the other way round: its front would become its back.
+            if mirrored {
+                vertices.swap(1, 2);
+                uvs.swap(1, 2);
+                normals.swap(1, 2);
+            }
+            let flat = normals::of_triangle(&vertices).unwrap_or(normals::HARMLESS);
+            let normals = normals.map(|n| inverse.transposed_direction(n).normalize_or(flat));
+            self.triangles.push(vertices);
+            self.triangle_shading.push(TriangleShading { normals, uvs, material: t.material });
+        }
+        Ok(())
+    }
+
+    /// Two triangles that share the diagonal.
+    fn parallelogram(&mut self, p: &Parallelogram) {
+        let (a, b, d) = (p.corner, p.corner + p.edge_u, p.corner + p.edge_v);
+        let c = b + p.edge_v;
+        let halves = [
+            ([a, b, c], [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]),
+            ([a, c, d], [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]),
+        ];
+        for (vertices, uvs) in halves {
+            let normal = normals::of_triangle(&vertices).unwrap_or(normals::HARMLESS);
+            self.triangles.push(vertices);
+            self.triangle_shading.push(TriangleShading { normals: [normal; 3], uvs, material: p.material });
+        }
+    }
+}
+
+/// Bakes and places everything.
+pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
+    let mut placements = vec![0u32; scene.meshes.len()];
+    for instance in &scene.instances {
+        placements[instance.mesh as usize] += 1;
+    }
+    let own_geometry = |mesh: u32| {
+        placements[mesh as usize] > 1 && scene.meshes[mesh as usize].triangles.len() > BAKE_AT_MOST
+    };
+    let mut flat = Flat::default();
+
+    // The world: baked meshes, parallelograms, spheres.
+    for (number, instance) in scene.instances.iter().enumerate() {
+        if !own_geometry(instance.mesh) {
+            let mesh = &scene.meshes[instance.mesh as usize];
+            let (map, inverse) = maps(scene, number)?;
+            flat.mesh(scene, mesh, &map, &inverse)?;
+        }
+    }
+    for p in &scene.parallelograms {
+        flat.parallelogram(p);
+    }
+    for s in &scene.spheres {
+        flat.spheres.push(Sphere { center: s.center, radius: s.radius });
+        flat.sphere_materials.push(s.material);
+    }
+    flat.close_geometry(0, 0)?;
+    flat.place(0, Affine::IDENTITY, Affine::IDENTITY);
+
+    // Meshes with a geometry of their own.
+    let mut geometry_of_mesh = vec![0u32; scene.meshes.len()];
+    for (number, mesh) in scene.meshes.iter().enumerate() {
+        if own_geometry(number as u32) {
+            geometry_of_mesh[number] = flat.geometries.len() as u32;
+            let (triangle, sphere) = (flat.triangles.len(), flat.spheres.len());
+            flat.mesh(scene, mesh, &Affine::IDENTITY, &Affine::IDENTITY)?;
+            flat.close_geometry(triangle, sphere)?;
+        }
+    }
+    for (number, instance) in scene.instances.iter().enumerate() {
+        if own_geometry(instance.mesh) {
+            let (map, inverse) = maps(scene, number)?;
+            flat.place(geometry_of_mesh[instance.mesh as usize], map, inverse);
+        }
+    }
+    Ok(flat)
+}
+
+/// The transform of an instance and its inverse.
+fn maps(scene: &Scene, number: usize) -> Result<(Affine, Affine), SceneError> {
+    let instance = &scene.instances[number];
+    let map = instance.world_from_object.affine();
+    let inverse = map.inverse().ok_or_else(|| {
+        let name = &scene.meshes[instance.mesh as usize].name;
+        let message = "its transform cannot be inverted: it squashes the mesh flat; no scale may be 0";
+        Problem::new(format!("instances[{number}] (mesh \"{name}\")"), message)
+    })?;
+    Ok((map, inverse))
+}
+
+/// The world box of an instance: that of the eight corners of its object box, padded for the rounding errors of
+/// taking points either way. The padding is 2^-17 of the largest absolute coordinate of that box plus the object's
+/// own extent as the map can grow it, some hundred times the error of a mapped point.
+pub(super) fn padded_world_bounds(object: &Bounds, world_from_object: &Affine) -> Bounds {
+    const SHARE: f32 = 1.0 / 131_072.0;
+    let world = object.transformed(world_from_object);
+    world.padded(SHARE * (world.extent() + object.extent() * world_from_object.growth()))
+}
+
+fn corner_uvs(mesh: &Mesh, t: &Triangle) -> [[f32; 2]; 3] {
+    t.uvs.map(|i| if i == NO_INDEX { [0.0; 2] } else { mesh.uvs[i as usize] })
+}

@@ -1,0 +1,190 @@
+//! Shading normals at the corners of triangles: the file's, flat or generated.
+
+use crate::model::{Mesh, NO_INDEX, NormalMode, Triangle};
+use eosphor_core::math::{Vec3, elementary64, sqrt64, vec3};
+
+/// The normal of triangles that have none: they have no area and are never hit.
+pub(super) const HARMLESS: Vec3 = vec3(0.0, 0.0, 1.0);
+
+type Vec3d = [f64; 3];
+
+fn double(v: Vec3) -> Vec3d {
+    [v.x as f64, v.y as f64, v.z as f64]
+}
+
+fn dot(a: Vec3d, b: Vec3d) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Edges' cross product, twice the area long, in double precision: no triangle within the range of coordinates
+/// underflows or overflows.
+pub(super) fn area_vector([a, b, c]: &[Vec3; 3]) -> Vec3d {
+    let (a, b, c) = (double(*a), double(*b), double(*c));
+    let e = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let f = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+    [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]]
+}
+
+/// Its length.
+pub(super) fn length(v: Vec3d) -> f64 {
+    sqrt64(dot(v, v))
+}
+
+fn unit_double(v: Vec3d) -> Option<Vec3d> {
+    let len = length(v);
+    (len > 0.0 && len.is_finite()).then(|| [v[0] / len, v[1] / len, v[2] / len])
+}
+
+fn single(v: Vec3d) -> Vec3 {
+    vec3(v[0] as f32, v[1] as f32, v[2] as f32)
+}
+
+/// The unit normal of a triangle on the side from which it runs counter-clockwise; `None` where it has no area.
+pub(super) fn of_triangle(vertices: &[Vec3; 3]) -> Option<Vec3> {
+    unit_double(area_vector(vertices)).map(single)
+}
+
+/// Unit normals at the corners of all triangles of a mesh, in its own space. Empty in flat mode, where the placed
+/// triangles decide.
+pub(super) fn corner_normals(mesh: &Mesh, mode: NormalMode, crease_degrees: f32) -> Vec<[Vec3; 3]> {
+    if mode == NormalMode::Flat {
+        return Vec::new();
+    }
+    let lacks = |t: &Triangle| t.normals.contains(&NO_INDEX);
+    let generate = match mode {
+        NormalMode::Generated => true,
+        NormalMode::Auto => mesh.triangles.iter().any(lacks),
+        NormalMode::Smooth | NormalMode::Flat => false,
+    };
+    let vertices = |t: &Triangle| t.positions.map(|p| mesh.positions[p as usize]);
+    let areas: Vec<Vec3d> = mesh.triangles.iter().map(|t| area_vector(&vertices(t))).collect();
+    let generated = generate.then(|| Generator::new(mesh, &areas, crease_degrees));
+    let mut all = Vec::with_capacity(mesh.triangles.len());
+    for (i, t) in mesh.triangles.iter().enumerate() {
+        let flat = unit_double(areas[i]).map_or(HARMLESS, single);
+        all.push([0, 1, 2].map(|corner| {
+            let given = t.normals[corner];
+            if mode != NormalMode::Generated && given != NO_INDEX {
+                return normalized(mesh.normals[given as usize]).unwrap_or(flat);
+            }
+            generated.as_ref().and_then(|g| g.normal(i, t.positions[corner])).unwrap_or(flat)
+        }));
+    }
+    all
+}
+
+/// A normal of a file, whatever its length; `None` for the null vector.
+fn normalized(n: Vec3) -> Option<Vec3> {
+    unit_double(double(n)).map(single)
+}
+
+/// Generates normals: at a corner, the sum of the area vectors of all triangles around the same position whose planes
+/// meet this triangle's at no more than the crease angle.
+struct Generator<'a> {
+    areas: &'a [Vec3d],
+    units: Vec<Option<Vec3d>>,
+    /// The number of the position of each vertex: vertices with equal coordinates share one.
+    position_of_vertex: Vec<u32>,
+    /// Where the triangles around each position begin in `around`; one more entry than positions.
+    starts: Vec<usize>,
+    /// Triangles around positions, ascending.
+    around: Vec<u32>,
+    /// For each position, the common sum where all its triangles are smooth to each other.
+    smooth: Vec<Option<Vec3>>,
+    min_cosine: f64,
+}
+
+impl<'a> Generator<'a> {
+    fn new(mesh: &Mesh, areas: &'a [Vec3d], crease_degrees: f32) -> Generator<'a> {
+        let radians = f64::from(crease_degrees) * (std::f64::consts::PI / 180.0);
+        // Neighbours in one plane count as smooth even with a crease angle of 0, whatever their normals' rounding.
+        let min_cosine = elementary64::cos(radians) - 1e-9;
+        let (position_of_vertex, positions) = merge_positions(&mesh.positions);
+        let (starts, around) = triangles_around(mesh, &position_of_vertex, positions);
+        let units = areas.iter().map(|&a| unit_double(a)).collect();
+        let smooth = vec![None; positions];
+        let mut generator =
+            Generator { areas, units, position_of_vertex, starts, around, smooth, min_cosine };
+        let half = elementary64::cos(radians * 0.5);
+        generator.smooth = (0..positions).map(|p| generator.common_normal(p, half)).collect();
+        generator
+    }
+
+    fn around(&self, position: usize) -> &[u32] {
+        &self.around[self.starts[position]..self.starts[position + 1]]
+    }
+
+    /// The normal that all corners at a position share, where all triangles lie within half the crease angle of the
+    /// first: then any two are within the whole. It spares positions with thousands of triangles the square of it.
+    fn common_normal(&self, position: usize, half_cosine: f64) -> Option<Vec3> {
+        let around = self.around(position);
+        let first = around.iter().find_map(|&t| self.units[t as usize])?;
+        let close = |&t: &u32| self.units[t as usize].is_none_or(|u| dot(u, first) >= half_cosine);
+        if !around.iter().all(close) {
+            return None;
+        }
+        unit_double(self.sum(around.iter().copied())).map(single)
+    }
+
+    fn sum(&self, triangles: impl Iterator<Item = u32>) -> Vec3d {
+        triangles.fold([0.0; 3], |s, t| {
+            let a = self.areas[t as usize];
+            [s[0] + a[0], s[1] + a[1], s[2] + a[2]]
+        })
+    }
+
+    /// The normal of a triangle at one of its vertices; `None` where the triangle has no area.
+    fn normal(&self, triangle: usize, vertex: u32) -> Option<Vec3> {
+        let own = self.units[triangle]?;
+        let position = self.position_of_vertex[vertex as usize] as usize;
+        if let Some(common) = self.smooth[position] {
+            return Some(common);
+        }
+        let smooth = |&t: &u32| {
+            t as usize == triangle || self.units[t as usize].is_some_and(|u| dot(u, own) >= self.min_cosine)
+        };
+        unit_double(self.sum(self.around(position).iter().copied().filter(smooth))).map(single)
+    }
+}
+
+/// Numbers positions so that vertices with equal coordinates (compared exactly; -0 is 0) share a number.
+fn merge_positions(positions: &[Vec3]) -> (Vec<u32>, usize) {
+    let key = |v: u32| {
+        let p = positions[v as usize];
+        // Adding 0 turns -0 into 0.
+        [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f32::to_bits)
+    };
+    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    order.sort_unstable_by_key(|&v| (key(v), v));
+    let mut numbers = vec![0; positions.len()];
+    let mut count = 0;
+    for (i, &v) in order.iter().enumerate() {
+        if i == 0 || key(order[i - 1]) != key(v) {
+            count += 1;
+        }
+        numbers[v as usize] = count as u32 - 1;
+    }
+    (numbers, count)
+}
+
+/// Lists the triangles around each position, ascending, as one array with starts.
+fn triangles_around(mesh: &Mesh, position_of_vertex: &[u32], positions: usize) -> (Vec<usize>, Vec<u32>) {
+    let corners = || {
+        let of = |t: &Triangle| t.positions.map(|v| position_of_vertex[v as usize] as usize);
+        mesh.triangles.iter().enumerate().flat_map(move |(i, t)| of(t).map(|p| (i as u32, p)))
+    };
+    let mut starts = vec![0usize; positions + 1];
+    for (_, p) in corners() {
+        starts[p + 1] += 1;
+    }
+    for p in 0..positions {
+        starts[p + 1] += starts[p];
+    }
+    let mut next = starts.clone();
+    let mut around = vec![0; mesh.triangles.len() * 3];
+    for (triangle, p) in corners() {
+        around[next[p]] = triangle;
+        next[p] += 1;
+    }
+    (starts, around)
+}

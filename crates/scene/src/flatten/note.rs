@@ -1,0 +1,59 @@
+//! What flattening has to say.
+
+use std::fmt;
+
+/// Something that the scene left open, and what was done about it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Note {
+    /// There is no camera.
+    FramedCamera {
+        /// Where it was put.
+        position: [f32; 3],
+    },
+    /// There is nothing to see.
+    Empty,
+    /// There is no light.
+    Headlight {
+        /// Where it was put: at the camera.
+        position: [f32; 3],
+    },
+    /// Spheres shine but are no lights.
+    EmissiveSpheres {
+        /// How many.
+        count: u32,
+    },
+    /// So many triangles are lights that the picture will take long.
+    ManyLights {
+        /// How many.
+        count: u32,
+        /// Shadow rays a shading point sends.
+        rays: u64,
+    },
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Note::FramedCamera { position: [x, y, z] } => {
+                write!(f, "no camera: framing the whole scene from ({x:.4}, {y:.4}, {z:.4})")
+            }
+            Note::Empty => f.write_str("the scene is empty: there is nothing to see"),
+            Note::Headlight { position: [x, y, z] } => {
+                write!(f, "no light: a headlight at the camera ({x:.4}, {y:.4}, {z:.4})")
+            }
+            Note::EmissiveSpheres { count } => {
+                write!(
+                    f,
+                    "emissive spheres ({count}) are seen but light nothing; use triangles or point lights"
+                )
+            }
+            Note::ManyLights { count, rays } => {
+                write!(
+                    f,
+                    "{count} triangles are lights: {rays} shadow rays a shading point; fewer light samples are faster"
+                )
+            }
+        }
+    }
+}

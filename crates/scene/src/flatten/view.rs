@@ -1,0 +1,63 @@
+//! SceneData, borrowed for shading.
+
+use super::SceneData;
+use eosphor_core::geometry::{Bounds, TriangleShading};
+use eosphor_core::intersect::longest_edge_last;
+use eosphor_core::math::Vec3;
+use eosphor_core::texture::Textures;
+use eosphor_core::view::SceneView;
+
+impl SceneData {
+    /// Borrowed, for shading.
+    pub fn view(&self) -> SceneView<'_> {
+        SceneView {
+            triangles: &self.triangles,
+            spheres: &self.spheres,
+            geometries: &self.geometries,
+            instances: &self.instances,
+            triangle_shading: &self.triangle_shading,
+            sphere_materials: &self.sphere_materials,
+            materials: &self.materials,
+            textures: Textures {
+                textures: &self.textures,
+                texels: &self.texels,
+                srgb_decode: &self.srgb_decode,
+            },
+            lights: &self.lights,
+            camera: &self.camera,
+            settings: &self.settings,
+            extent: self.extent(),
+        }
+    }
+
+    /// The largest absolute coordinate in world space.
+    pub fn extent(&self) -> f32 {
+        let world = self.geometries.first().map_or(0.0, |g| g.extent);
+        let placed = self.instances.iter().skip(1).map(|i| i.world_bounds.extent());
+        placed.fold(world, f32::max)
+    }
+
+    /// The box around everything in world space; empty where there is nothing.
+    pub fn world_bounds(&self) -> Bounds {
+        let Some(world) = self.geometries.first() else { return Bounds::EMPTY };
+        let triangles = &self.triangles[world.first_triangle as usize..][..world.triangle_count as usize];
+        let spheres = &self.spheres[world.first_sphere as usize..][..world.sphere_count as usize];
+        let mut bounds = triangles.iter().flatten().fold(Bounds::EMPTY, |b, p| b.including(*p));
+        for sphere in spheres {
+            let r = Vec3::splat(sphere.radius);
+            bounds = bounds.including(sphere.center - r).including(sphere.center + r);
+        }
+        self.instances.iter().skip(1).fold(bounds, |b, i| b.union(&i.world_bounds))
+    }
+}
+
+/// Rotates the corners of each triangle so that the intersection test is at its best
+/// ([`longest_edge_last`]); which side is the front does not change.
+pub(super) fn order_corners(triangles: &mut [[Vec3; 3]], shading: &mut [TriangleShading]) {
+    for (vertices, shading) in triangles.iter_mut().zip(shading) {
+        let k = longest_edge_last(vertices);
+        vertices.rotate_left(k);
+        shading.normals.rotate_left(k);
+        shading.uvs.rotate_left(k);
+    }
+}

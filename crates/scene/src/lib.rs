@@ -1,0 +1,28 @@
+//! Scenes for the Eosphor ray tracer: the model that people write, the files it is read from, and the flat arrays
+//! that devices read.
+//!
+//! The way of the data: a file ([`load`]) → [`Scene`] (what people write) → [`SceneData`] (what machines read, made by
+//! [`SceneData::flatten`]).
+//!
+//! ```
+//! use eosphor_scene::{LoadOptions, SceneData, load};
+//!
+//! let loaded = load("builtin:cornell", &LoadOptions::default())?;
+//! let (data, notes) = SceneData::flatten(&loaded.scene)?;
+//! assert_eq!(data.triangles.len(), 2188);
+//! assert_eq!(data.lights.len(), 2);
+//! assert!(loaded.warnings.is_empty() && notes.is_empty());
+//! # Ok::<(), eosphor_scene::SceneError>(())
+//! ```
+
+mod error;
+mod files;
+mod flatten;
+mod model;
+mod presets;
+
+pub use error::{Place, Problem, SceneError, Warning};
+pub use files::{BUILTINS, Builtin, LoadOptions, LoadedScene, READ_FORMATS, load};
+pub use flatten::{Note, SceneData};
+pub use model::*;
+pub use presets::{Preset, UnknownPreset};

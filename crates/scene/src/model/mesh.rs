@@ -1,0 +1,69 @@
+//! Geometry.
+
+use super::Transform;
+use eosphor_core::math::Vec3;
+
+/// An index that says "none": a corner without normal or texture coordinate.
+pub const NO_INDEX: u32 = u32::MAX;
+
+/// A triangle mesh in its own space. Positions, normals and texture coordinates have indices of their own, as in OBJ.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// For messages.
+    pub name: String,
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Normals of the file, any length; empty when the file has none.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates (u right, v up); empty when the file has none.
+    pub uvs: Vec<[f32; 2]>,
+    /// Triangles, in the file's order. Counter-clockwise seen from the front.
+    pub triangles: Vec<Triangle>,
+}
+
+/// Three corners and a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Into [`Mesh::positions`].
+    pub positions: [u32; 3],
+    /// Into [`Mesh::normals`], or [`NO_INDEX`].
+    pub normals: [u32; 3],
+    /// Into [`Mesh::uvs`], or [`NO_INDEX`].
+    pub uvs: [u32; 3],
+    /// Into [`super::Scene::materials`].
+    pub material: u32,
+}
+
+/// A mesh placed in the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Into [`super::Scene::meshes`].
+    pub mesh: u32,
+    /// Takes the mesh into the world.
+    pub world_from_object: Transform,
+}
+
+/// A sphere in world space.
+#[derive(Clone, Copy, Debug)]
+pub struct Sphere {
+    /// Centre.
+    pub center: Vec3,
+    /// Radius, over 0.
+    pub radius: f32,
+    /// Into [`super::Scene::materials`].
+    pub material: u32,
+}
+
+/// A parallelogram in world space: the corner, and the corner plus either edge, and plus both. Its front is where the
+/// edges run counter-clockwise. Texture coordinates are (0, 0) at the corner and grow to 1 along the edges.
+#[derive(Clone, Copy, Debug)]
+pub struct Parallelogram {
+    /// One corner.
+    pub corner: Vec3,
+    /// From the corner along u.
+    pub edge_u: Vec3,
+    /// From the corner along v.
+    pub edge_v: Vec3,
+    /// Into [`super::Scene::materials`].
+    pub material: u32,
+}

@@ -1,0 +1,133 @@
+//! How to render a scene.
+
+use eosphor_core::math::Vec3;
+use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
+use serde::{Deserialize, Serialize};
+
+/// Everything that a scene file can say about rendering. All of it can be overridden by a flag.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct RenderSettings {
+    /// Width and height in pixels, 1 to 65,535 each.
+    pub size: [u32; 2],
+    /// Samples a pixel; ignored with a sample grid.
+    pub samples: u32,
+    /// Where the samples of a pixel lie.
+    pub pixel_sampling: PixelSampling,
+    /// Points a shading point samples on each triangle that is a light.
+    pub light_samples: u32,
+    /// Bounces after the camera ray, at most 64.
+    pub depth: u32,
+    /// A ray dies when the largest component of its weight is below this.
+    pub energy_threshold: f32,
+    /// How surface points are lit.
+    pub lighting: LightingModel,
+    /// What stands between a point and a light does this.
+    pub shadows: ShadowMode,
+    /// How the Fresnel factor is computed.
+    pub fresnel: FresnelMode,
+    /// How normals vary over a triangle.
+    pub normals: NormalMode,
+    /// With generated normals: neighbours that meet at more than this many degrees keep a crease.
+    pub crease_degrees: f32,
+    /// Triangles are seen from the front only.
+    pub cull_back_faces: bool,
+    /// Transparent surfaces also receive light from their far side.
+    pub light_from_behind: bool,
+    /// Point and spot lights fall off with the square of the distance.
+    pub light_falloff: bool,
+    /// The ambient term is this times the diffuse colour.
+    pub ambient: f32,
+    /// `D` of the lighting model `distance`, in world units; `None`: the distance from the camera to the far side of
+    /// the scene over 1.5.
+    pub max_distance: Option<f32>,
+    /// Linear colour of rays that hit nothing.
+    pub background: Vec3,
+    /// What reflects and transmits in MTL materials.
+    pub composition: Composition,
+    /// Colour textures are sRGB-coded; otherwise linear.
+    pub srgb_textures: bool,
+    /// How linear colours become bytes.
+    pub transfer: Transfer,
+    /// Stops: colours are multiplied by 2 to this power before anything else.
+    pub exposure: f32,
+    /// Key of all random numbers.
+    pub seed: u32,
+}
+
+/// Where the samples of a pixel lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum PixelSampling {
+    /// All in the middle.
+    Center,
+    /// Well-distributed random points over the pixel.
+    Random,
+    /// A regular grid of this many by this many samples (SSAA).
+    Grid(u32),
+}
+
+/// How normals vary over a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NormalMode {
+    /// One normal a triangle.
+    Flat,
+    /// The file's normals, interpolated; triangles without any are flat.
+    Smooth,
+    /// The file's normals; generated ones (by crease angle) for triangles without any.
+    Auto,
+    /// Generated for all triangles, whatever the file says.
+    Generated,
+}
+
+/// What reflects and transmits in MTL materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Composition {
+    /// By `illum`, with Fresnel.
+    Native,
+    /// `kr = Ks` whatever illum says, `kt = Tf` (0 when the file has none), no Fresnel.
+    Pg1,
+    /// `kr = 0.4` where the material is reflective.
+    Eos,
+}
+
+/// How linear colours become bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Transfer {
+    /// IEC 61966-2-1.
+    Srgb,
+    /// As they are.
+    Linear,
+}
+
+impl Default for RenderSettings {
+    fn default() -> RenderSettings {
+        RenderSettings {
+            size: [800, 600],
+            samples: 1,
+            pixel_sampling: PixelSampling::Random,
+            light_samples: 16,
+            depth: 8,
+            energy_threshold: 0.002,
+            lighting: LightingModel::BlinnPhong,
+            shadows: ShadowMode::Opaque,
+            fresnel: FresnelMode::Exact,
+            normals: NormalMode::Auto,
+            crease_degrees: 40.0,
+            cull_back_faces: false,
+            light_from_behind: false,
+            light_falloff: true,
+            ambient: 0.0,
+            max_distance: None,
+            background: Vec3::ZERO,
+            composition: Composition::Native,
+            srgb_textures: true,
+            transfer: Transfer::Srgb,
+            exposure: 0.0,
+            seed: 0,
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! How objects are placed.
+
+use eosphor_core::math::{Affine, Vec3, elementary64, vec3};
+use serde::{Deserialize, Serialize};
+
+/// Scale, then rotation about x, y and z (degrees, in this order), then translation; or a whole 3 x 4 matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+pub struct Transform {
+    /// Scale along the axes.
+    pub scale: Vec3,
+    /// Degrees about x, then y, then z.
+    pub rotate_degrees: Vec3,
+    /// Moves the object.
+    pub translate: Vec3,
+    /// A row-major 3 x 4 matrix, applied after the above.
+    pub matrix: Option<[[f32; 4]; 3]>,
+}
+
+impl Default for Transform {
+    fn default() -> Transform {
+        Transform { scale: Vec3::ONE, rotate_degrees: Vec3::ZERO, translate: Vec3::ZERO, matrix: None }
+    }
+}
+
+impl Transform {
+    /// Moves by `offset`.
+    pub fn translation(offset: Vec3) -> Transform {
+        Transform { translate: offset, ..Transform::default() }
+    }
+
+    /// The transform that is this map.
+    pub fn from_affine(map: &Affine) -> Transform {
+        let [a, b, c] = map.columns;
+        let row = |axis: usize| [a[axis], b[axis], c[axis], map.translation[axis]];
+        Transform { matrix: Some([row(0), row(1), row(2)]), ..Transform::default() }
+    }
+
+    /// The map from object to world space.
+    pub fn affine(&self) -> Affine {
+        let s = self.scale;
+        let scale = Affine {
+            columns: [vec3(s.x, 0.0, 0.0), vec3(0.0, s.y, 0.0), vec3(0.0, 0.0, s.z)],
+            translation: Vec3::ZERO,
+        };
+        let rotate = (0..3).fold(Affine::IDENTITY, |before, axis| {
+            rotation(axis, self.rotate_degrees[axis] as f64).after(&before)
+        });
+        let mut placed = rotate.after(&scale);
+        placed.translation = self.translate;
+        match self.matrix {
+            None => placed,
+            Some([x, y, z]) => {
+                let column = |k: usize| vec3(x[k], y[k], z[k]);
+                Affine { columns: [column(0), column(1), column(2)], translation: column(3) }.after(&placed)
+            }
+        }
+    }
+}
+
+/// Rotation about a coordinate axis, counter-clockwise seen from its tip.
+fn rotation(axis: usize, degrees: f64) -> Affine {
+    if degrees == 0.0 {
+        return Affine::IDENTITY;
+    }
+    let radians = degrees * (std::f64::consts::PI / 180.0);
+    let (sin, cos) = (elementary64::sin(radians) as f32, elementary64::cos(radians) as f32);
+    let columns = match axis {
+        0 => [vec3(1.0, 0.0, 0.0), vec3(0.0, cos, sin), vec3(0.0, -sin, cos)],
+        1 => [vec3(cos, 0.0, -sin), vec3(0.0, 1.0, 0.0), vec3(sin, 0.0, cos)],
+        _ => [vec3(cos, sin, 0.0), vec3(-sin, cos, 0.0), vec3(0.0, 0.0, 1.0)],
+    };
+    Affine { columns, translation: Vec3::ZERO }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quarter_turn_about_z_takes_x_to_y() {
+        let turn = Transform { rotate_degrees: vec3(0.0, 0.0, 90.0), ..Transform::default() };
+        let p = turn.affine().point(vec3(1.0, 0.0, 5.0));
+        assert!((p - vec3(0.0, 1.0, 5.0)).length() < 1e-6);
+    }
+
+    #[test]
+    fn scale_comes_before_rotation_and_translation_last() {
+        let t = Transform {
+            scale: vec3(2.0, 1.0, 1.0),
+            rotate_degrees: vec3(0.0, 0.0, 90.0),
+            translate: vec3(10.0, 0.0, 0.0),
+            matrix: None,
+        };
+        let p = t.affine().point(vec3(1.0, 0.0, 0.0));
+        assert!((p - vec3(10.0, 2.0, 0.0)).length() < 1e-5);
+    }
+
+    #[test]
+    fn matrix_form_is_the_same_map() {
+        let t = Transform { rotate_degrees: vec3(10.0, 20.0, 30.0), ..Transform::translation(Vec3::ONE) };
+        assert_eq!(Transform::from_affine(&t.affine()).affine(), t.affine());
+    }
+
+    #[test]
+    fn inverse_undoes_the_map() {
+        let t = Transform {
+            scale: vec3(2.0, -3.0, 0.5),
+            rotate_degrees: vec3(10.0, 20.0, 30.0),
+            translate: vec3(1.0, 2.0, 3.0),
+            matrix: None,
+        };
+        let (to, from) = (t.affine(), t.affine().inverse().unwrap());
+        let p = vec3(0.3, -0.7, 11.0);
+        assert!((from.point(to.point(p)) - p).length() < 1e-5);
+    }
+}

@@ -1,0 +1,261 @@
+//! What a scene must satisfy to be rendered: checked once, in one place, for files, flags and programs alike.
+
+use super::{
+    Camera, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, PixelSampling, RenderSettings, Scene,
+};
+use crate::error::Problem;
+use eosphor_core::math::Vec3;
+use std::fmt::Display;
+
+/// The largest absolute coordinate. Squares of sums of such numbers stay finite in single precision.
+pub(crate) const MAX_COORDINATE: f32 = 1e15;
+
+type Check = Result<(), Problem>;
+
+impl RenderSettings {
+    /// Whether every setting is in its range; the error names the setting and the range.
+    pub fn validate(&self) -> Check {
+        let [width, height] = self.size;
+        whole("size (width)", width, 1, 65_535)?;
+        whole("size (height)", height, 1, 65_535)?;
+        whole("samples", self.samples, 1, 65_536)?;
+        if let PixelSampling::Grid(side) = self.pixel_sampling {
+            whole("pixel-sampling (grid)", side, 1, 256)?;
+        }
+        whole("light-samples", self.light_samples, 1, 65_536)?;
+        whole("depth", self.depth, 0, 64)?;
+        setting("energy-threshold", self.energy_threshold, 0.0, 1.0)?;
+        setting("crease-degrees", self.crease_degrees, 0.0, 180.0)?;
+        setting("ambient", self.ambient, 0.0, 1e6)?;
+        if let Some(d) = self.max_distance {
+            over_zero("settings.max-distance", d)?;
+        }
+        color("settings.background", self.background)?;
+        setting("exposure", self.exposure, -64.0, 64.0)
+    }
+}
+
+impl Scene {
+    /// Whether the scene can be rendered: settings in range, every number finite, every index in range. Loading and
+    /// flattening call it.
+    pub fn validate(&self) -> Check {
+        self.settings.validate()?;
+        if let Some(camera) = &self.camera {
+            check_camera(camera)?;
+        }
+        for (i, light) in self.lights.iter().enumerate() {
+            check_light(light, &format!("lights[{i}]"))?;
+        }
+        for texture in &self.textures {
+            let texels = u64::from(texture.width) * u64::from(texture.height);
+            if texels == 0 || texels != texture.texels.len() as u64 {
+                let sides = format!("{} x {}", texture.width, texture.height);
+                let message = format!("{} texels do not fill {sides}", texture.texels.len());
+                return Err(Problem::new(format!("texture \"{}\"", texture.name), message));
+            }
+        }
+        for material in &self.materials {
+            check_material(material, self.textures.len())?;
+        }
+        for mesh in &self.meshes {
+            check_mesh(mesh, self.materials.len())?;
+        }
+        for (i, instance) in self.instances.iter().enumerate() {
+            let what = || format!("instances[{i}]");
+            index(what, "mesh", instance.mesh, self.meshes.len())?;
+            if !instance.world_from_object.affine().is_finite() {
+                return Err(Problem::new(what(), "its transform is not finite; use smaller numbers"));
+            }
+        }
+        for (i, sphere) in self.spheres.iter().enumerate() {
+            let what = || format!("spheres[{i}]");
+            point(what, "center", sphere.center)?;
+            over_zero(&format!("spheres[{i}].radius"), sphere.radius)?;
+            index(what, "material", sphere.material, self.materials.len())?;
+        }
+        for (i, p) in self.parallelograms.iter().enumerate() {
+            let what = || format!("parallelograms[{i}]");
+            point(what, "corner", p.corner)?;
+            point(what, "edge-u", p.edge_u)?;
+            point(what, "edge-v", p.edge_v)?;
+            index(what, "material", p.material, self.materials.len())?;
+        }
+        Ok(())
+    }
+}
+
+fn check_camera(camera: &Camera) -> Check {
+    let what = || "camera".to_string();
+    point(what, "position", camera.position)?;
+    point(what, "look-at", camera.look_at.unwrap_or(Vec3::ZERO))?;
+    point(what, "direction", camera.direction)?;
+    point(what, "up", camera.up)?;
+    let fov = camera.fov_x_degrees;
+    if !(fov > 0.0 && fov < 180.0) {
+        return Err(Problem::new("camera.fov-x-degrees", format!("{fov} must be over 0 and under 180")));
+    }
+    let Some(lens) = camera.lens else { return Ok(()) };
+    number("camera.lens.aperture-radius", lens.aperture_radius, 0.0, MAX_COORDINATE)?;
+    match lens.focus_distance {
+        Some(distance) => over_zero("camera.lens.focus-distance", distance),
+        None if camera.look_at.is_some() => Ok(()),
+        None => Err(Problem::new(
+            "camera.lens",
+            "which distance is sharp? Give focus-distance, or let the camera look-at a point",
+        )),
+    }
+}
+
+fn check_light(light: &Light, name: &str) -> Check {
+    let what = || name.to_string();
+    match *light {
+        Light::Point { position, color: c } => {
+            point(what, "position", position)?;
+            color(&format!("{name}.color"), c)
+        }
+        Light::Directional { direction, color: c } => {
+            unit_able(name, direction)?;
+            color(&format!("{name}.color"), c)
+        }
+        Light::Spot { position, direction, inner_degrees, outer_degrees, color: c } => {
+            point(what, "position", position)?;
+            unit_able(name, direction)?;
+            color(&format!("{name}.color"), c)?;
+            number(&format!("{name}.outer-degrees"), outer_degrees, 0.0, 180.0)?;
+            number(&format!("{name}.inner-degrees"), inner_degrees, 0.0, outer_degrees)
+        }
+    }
+}
+
+fn check_material(material: &Material, textures: usize) -> Check {
+    let name = format!("material \"{}\"", material.name);
+    if let Some(texture) = material.diffuse_texture {
+        index(|| name.clone(), "texture", texture, textures)?;
+    }
+    let field = |key: &str| format!("{name}, {key}");
+    match material.kind {
+        MaterialKind::Mtl(Mtl { Kd, Ks, Ke, Tf, Ns, Ni, d, illum }) => {
+            color(&field("Kd"), Kd)?;
+            color(&field("Ks"), Ks)?;
+            color(&field("Ke"), Ke)?;
+            color(&field("Tf"), Tf.unwrap_or(Vec3::ZERO))?;
+            number(&field("Ns"), Ns, 0.0, 1e6)?;
+            ior(&field("Ni"), Ni.unwrap_or(1.0))?;
+            number(&field("d"), d, 0.0, 1.0)?;
+            if illum > 10 {
+                return Err(Problem::new(field("illum"), format!("{illum} must be 0 to 10")));
+            }
+            Ok(())
+        }
+        MaterialKind::Matte { color: c } => color(&field("color"), c),
+        MaterialKind::Mirror { reflectance } => color(&field("reflectance"), reflectance),
+        MaterialKind::Dielectric { ior: i, tint } => {
+            ior(&field("ior"), i)?;
+            color(&field("tint"), tint)
+        }
+        MaterialKind::Glossy { reflectance, exponent, rays, color: c } => {
+            color(&field("reflectance"), reflectance)?;
+            color(&field("color"), c)?;
+            number(&field("exponent"), exponent, 0.0, 1e6)?;
+            number(&field("rays"), rays as f32, 1.0, 65_536.0)
+        }
+        MaterialKind::Transparent { color: c, transparency, reflection, shininess } => {
+            color(&field("color"), c)?;
+            number(&field("transparency"), transparency, 0.0, 1.0)?;
+            number(&field("reflection"), reflection, 0.0, 1.0)?;
+            number(&field("shininess"), shininess, 0.0, 1e6)
+        }
+        MaterialKind::Emissive { radiance } => color(&field("radiance"), radiance),
+    }
+}
+
+fn check_mesh(mesh: &Mesh, materials: usize) -> Check {
+    let what = || format!("mesh \"{}\"", mesh.name);
+    for &p in &mesh.positions {
+        point(what, "a vertex", p)?;
+    }
+    if mesh.uvs.iter().flatten().any(|x| !x.is_finite()) || mesh.normals.iter().any(|n| !n.is_finite()) {
+        return Err(Problem::new(what(), "a normal or texture coordinate is not finite"));
+    }
+    let outside = |indices: [u32; 3], len: usize, optional: bool| {
+        indices.iter().any(|&i| i as usize >= len && !(optional && i == NO_INDEX))
+    };
+    for (i, t) in mesh.triangles.iter().enumerate() {
+        if outside(t.positions, mesh.positions.len(), false)
+            || outside(t.normals, mesh.normals.len(), true)
+            || outside(t.uvs, mesh.uvs.len(), true)
+        {
+            return Err(Problem::new(what(), format!("triangle {i} has an index out of range")));
+        }
+        index(what, "material", t.material, materials)?;
+    }
+    Ok(())
+}
+
+fn whole(name: &str, x: u32, low: u32, high: u32) -> Check {
+    in_range(format!("settings.{name}"), x, low, high)
+}
+
+fn setting(name: &str, x: f32, low: f32, high: f32) -> Check {
+    in_range(format!("settings.{name}"), x, low, high)
+}
+
+fn number(what: &str, x: f32, low: f32, high: f32) -> Check {
+    in_range(what.to_string(), x, low, high)
+}
+
+fn in_range<T: PartialOrd + Display>(what: String, x: T, low: T, high: T) -> Check {
+    if x >= low && x <= high {
+        return Ok(());
+    }
+    Err(Problem::new(what, format!("{x} is out of range; it must be {low} to {high}")))
+}
+
+fn over_zero(what: &str, x: f32) -> Check {
+    if x > 0.0 && x <= MAX_COORDINATE {
+        return Ok(());
+    }
+    Err(Problem::new(what, format!("{x} must be over 0 and at most {MAX_COORDINATE:e}")))
+}
+
+fn ior(what: &str, x: f32) -> Check {
+    if (0.01..=100.0).contains(&x) {
+        return Ok(());
+    }
+    Err(Problem::new(what, format!("{x} is no index of refraction; it must be 0.01 to 100")))
+}
+
+fn color(what: &str, c: Vec3) -> Check {
+    if c.is_finite() && c.min_component() >= 0.0 && c.max_component() <= MAX_COORDINATE {
+        return Ok(());
+    }
+    let [r, g, b] = <[f32; 3]>::from(c);
+    Err(Problem::new(
+        what,
+        format!("({r}, {g}, {b}) is no colour; components must be finite and not negative"),
+    ))
+}
+
+fn point(what: impl Fn() -> String, field: &str, p: Vec3) -> Check {
+    if p.is_finite() && p.abs().max_component() <= MAX_COORDINATE {
+        return Ok(());
+    }
+    let [x, y, z] = <[f32; 3]>::from(p);
+    let message =
+        format!("{field} ({x}, {y}, {z}) is out of range; coordinates must be within {MAX_COORDINATE:e}");
+    Err(Problem::new(what(), message))
+}
+
+fn unit_able(name: &str, direction: Vec3) -> Check {
+    if direction.normalize_or(Vec3::ZERO) != Vec3::ZERO {
+        return Ok(());
+    }
+    Err(Problem::new(format!("{name}.direction"), "it has no length; give the way the light goes"))
+}
+
+fn index(what: impl Fn() -> String, field: &str, i: u32, len: usize) -> Check {
+    if (i as usize) < len {
+        return Ok(());
+    }
+    Err(Problem::new(what(), format!("{field} {i} does not exist; there are {len}")))
+}

@@ -1,0 +1,28 @@
+//! The example scenes of the repository load without a word and keep their promises.
+
+use eosphor_scene::{LoadOptions, SceneData, load};
+use std::path::PathBuf;
+
+#[test]
+fn every_example_scene_loads_without_warnings_and_notes() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    if !folder.is_dir() {
+        println!("skipped: {} is not there", folder.display());
+        return;
+    }
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|e| e != "json") {
+            continue;
+        }
+        let loaded = load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let (data, notes) =
+            SceneData::flatten(&loaded.scene).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        assert!(loaded.warnings.is_empty() && notes.is_empty(), "{}", path.display());
+        assert!(!data.lights.is_empty() && data.spheres.len() + data.triangles.len() > 2);
+        assert_eq!(loaded.files_read, [path]);
+        count += 1;
+    }
+    assert!(count >= 3);
+}

@@ -1,0 +1,34 @@
+//! The project's own commands: `cargo xtask COMMAND`.
+
+mod ptx;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// A command: its name, what it does, and the function that takes its arguments.
+type Command = (&'static str, &'static str, fn(&[String]) -> anyhow::Result<()>);
+
+const COMMANDS: &[Command] =
+    &[("ptx", "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there", ptx::run)];
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let chosen = arguments.first().and_then(|name| COMMANDS.iter().find(|command| command.0 == name));
+    let Some((name, _, run)) = chosen else {
+        eprintln!("usage: cargo xtask COMMAND\n");
+        COMMANDS.iter().for_each(|(name, help, _)| eprintln!("  {name:8} {help}"));
+        return ExitCode::from(2);
+    };
+    match run(&arguments[1..]) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("xtask {name}: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The root of the repository.
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}

@@ -1,0 +1,140 @@
+//! What is done to the PTX as a text, and what must hold of it.
+
+/// The kernels of `gpu/src/lib.rs`.
+const ENTRIES: [&str; 2] = ["render_bvh", "render_exhaustive"];
+
+/// rustc has no attribute for this: blocks have at most 128 threads, so each may have more registers.
+const LAUNCH_BOUNDS: &str = ".maxntid 128";
+
+/// What the header says.
+pub(super) struct Header<'a> {
+    pub(super) hash: &'a str,
+    pub(super) compiler: &'a str,
+    pub(super) flags: &'a str,
+}
+
+impl<'a> Header<'a> {
+    /// From a PTX text that starts with one.
+    pub(super) fn read(ptx: &'a str) -> Option<Header<'a>> {
+        let mut lines = ptx.lines().skip(1);
+        let mut field = |name: &str| lines.next()?.strip_prefix("// ")?.strip_prefix(name)?.strip_prefix(": ");
+        Some(Header { hash: field("sources sha256")?, compiler: field("compiler")?, flags: field("flags")? })
+    }
+}
+
+/// The text with a header that [`Header::read`] reads.
+pub(super) fn with_header(body: &str, hash: &str, compiler: &str, flags: &[&str]) -> String {
+    let flags = flags.join(" ");
+    format!(
+        "// Made by `cargo xtask ptx` from gpu/ and crates/core: do not edit.\n\
+         // sources sha256: {hash}\n// compiler: {compiler}\n// flags: {flags}\n{body}"
+    )
+}
+
+/// The text with [`LAUNCH_BOUNDS`] after the parameter list of every kernel.
+pub(super) fn with_launch_bounds(ptx: &str) -> String {
+    let mut in_parameters = false;
+    let mut out = String::with_capacity(ptx.len() + 64);
+    for line in ptx.lines() {
+        in_parameters |= line.contains(".entry ");
+        out.push_str(line);
+        out.push('\n');
+        if in_parameters && line.starts_with(')') {
+            out.push_str(LAUNCH_BOUNDS);
+            out.push('\n');
+            in_parameters = false;
+        }
+    }
+    out
+}
+
+/// What is wrong with a PTX text. Every rule here keeps the GPU's bits equal to the CPU's, or keeps out panics, which
+/// would cost registers and can only end a kernel.
+pub(super) fn problems(ptx: &str) -> Vec<String> {
+    let mut problems = Vec::new();
+    let code = || ptx.lines().map(|line| line.split("//").next().unwrap_or_default());
+    if !code().any(|line| line.trim() == ".target sm_75") {
+        problems.push("the target is not sm_75".into());
+    }
+    let entries: Vec<&str> = code().filter_map(entry_name).collect();
+    let mut sorted = entries.clone();
+    sorted.sort_unstable();
+    if sorted != ENTRIES {
+        problems.push(format!("kernels are {sorted:?} instead of {ENTRIES:?}"));
+    }
+    if code().filter(|line| *line == LAUNCH_BOUNDS).count() != entries.len() {
+        problems.push("launch bounds are missing".into());
+    }
+    for (number, line) in (1..).zip(code()) {
+        for word in line.split(|c: char| !(c.is_alphanumeric() || "_.$%".contains(c))) {
+            if let Some(reason) = forbidden(word) {
+                problems.push(format!("line {number}: {word}: {reason}"));
+            }
+        }
+    }
+    problems
+}
+
+fn entry_name(line: &str) -> Option<&str> {
+    line.split_once(".entry ")?.1.split('(').next()
+}
+
+fn forbidden(word: &str) -> Option<&'static str> {
+    if word.starts_with("_R") || word.starts_with("_ZN") {
+        Some("a Rust function that was not inlined, such as a panic")
+    } else if word == ".extern" {
+        Some("a function that is not in the text")
+    } else if word == "trap" {
+        Some("a panic")
+    } else if word.contains(".approx") || word.starts_with("div.full") {
+        Some("not correctly rounded")
+    } else if word.contains(".ftz") {
+        Some("denormals would be lost")
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sound() -> String {
+        let kernel = |name: &str| format!(".visible .entry {name}(\n\t.param .u32 p\n)\n{{\n\tret;\n}}\n");
+        let body: String = ENTRIES.iter().map(|name| kernel(name)).collect();
+        with_launch_bounds(&format!(".version 6.3\n.target sm_75\n{body}"))
+    }
+
+    #[test]
+    fn a_sound_text_has_no_problems() {
+        assert_eq!(problems(&sound()), [""; 0]);
+        assert_eq!(problems(&with_header(&sound(), "00", "rustc _R", &["div.full"])), [""; 0]);
+    }
+
+    #[test]
+    fn every_problem_is_found() {
+        let changed = |from: &str, to: &str| problems(&sound().replacen(from, to, 1));
+        for (from, to) in [
+            ("sm_75", "sm_90"),
+            ("render_bvh", "render"),
+            (".maxntid 128\n", ""),
+            ("ret;", "call.uni _RNvNtCs_4core9panicking9panic_fmt, ();"),
+            ("ret;", "call.uni _ZN4core9panicking, ();"),
+            (".visible", ".extern .func f;\n.visible"),
+            ("ret;", "trap;"),
+            ("ret;", "sqrt.approx.f32 %f1, %f2;"),
+            ("ret;", "div.full.f32 %f1, %f2, %f3;"),
+            ("ret;", "add.rn.ftz.f32 %f1, %f2, %f3;"),
+        ] {
+            assert_eq!(changed(from, to).len(), 1, "{to}: {:?}", changed(from, to));
+        }
+    }
+
+    #[test]
+    fn headers_come_back() {
+        let ptx = with_header(&sound(), "0123", "rustc 1.96.0", &["-a", "-b"]);
+        let header = Header::read(&ptx).unwrap();
+        assert_eq!((header.hash, header.compiler, header.flags), ("0123", "rustc 1.96.0", "-a -b"));
+        assert!(Header::read(&sound()).is_none());
+    }
+}
