@@ -10,7 +10,9 @@ use core::slice::from_raw_parts;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleShading};
-use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, ExhaustiveTracer, IgnoreWork, PrimitivesView, Tracer};
+use eosphor_core::hierarchy::{
+    BvhNode, BvhTracer, BvhView, ExhaustiveTracer, IgnoreWork, PrimitivesView, Tracer,
+};
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::light::Light;
 use eosphor_core::material::Material;

@@ -39,11 +39,16 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or_else(|| format!("{argument} needs a value"));
         match argument.as_str() {
-            "--preset" => overrides.preset = Some(value()?).filter(|v| v != "none").map(|v| v.parse()).transpose()?,
+            "--preset" => {
+                overrides.preset = Some(value()?).filter(|v| v != "none").map(|v| v.parse()).transpose()?
+            }
             "--size" => overrides.size = Some(size(&value()?)?),
             "--samples" => overrides.samples = Some(value()?.parse()?),
             "--accel" => {
-                gpu = CudaBackend::new(CudaOptions { accel: value()?.parse::<Accel>()?, ..CudaOptions::default() })?;
+                gpu = CudaBackend::new(CudaOptions {
+                    accel: value()?.parse::<Accel>()?,
+                    ..CudaOptions::default()
+                })?;
             }
             name => all_identical &= check(name, overrides, &cpu, &gpu)?,
         }

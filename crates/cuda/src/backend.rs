@@ -6,8 +6,8 @@ use crate::failure::failure;
 use crate::scene::{DeviceScene, Structure};
 use eosphor_accel::{BuildOptions, Bvh, Exhaustive, SceneGeometry};
 use eosphor_render::{
-    Accel, Backend, BackendError, BuildStatistics, Film, PreparedScene, Progress, RayStatistics, RenderControl,
-    Rendered,
+    Accel, Backend, BackendError, BuildStatistics, Film, PreparedScene, Progress, RayStatistics,
+    RenderControl, Rendered,
 };
 use eosphor_scene::SceneData;
 use std::sync::atomic::Ordering;
@@ -126,7 +126,8 @@ impl PreparedScene for PreparedCuda {
         });
         std::thread::scope(|scope| {
             let (rows, picture) = (&rows, &picture);
-            let start = |(device, scene)| scope.spawn(move || self.render_on(device, scene, rows, picture, control));
+            let start =
+                |(device, scene)| scope.spawn(move || self.render_on(device, scene, rows, picture, control));
             let workers: Vec<_> = self.devices.iter().zip(&self.scenes).map(start).collect();
             workers.into_iter().try_for_each(|worker| match worker.join() {
                 Ok(result) => result,

@@ -52,7 +52,8 @@ pub fn devices() -> Result<Vec<DeviceInfo>, BackendError> {
                 .into(),
         ));
     }
-    let unavailable = |error| BackendError::Unavailable(format!("no CUDA: the driver says: {}", reason(error)));
+    let unavailable =
+        |error| BackendError::Unavailable(format!("no CUDA: the driver says: {}", reason(error)));
     result::init().map_err(unavailable)?;
     let count = result::device::get_count().map_err(unavailable)?;
     if count == 0 {

@@ -26,7 +26,10 @@ pub(crate) fn upload<T: Copy>(stream: &Arc<CudaStream>, items: &[T]) -> Result<D
 }
 
 /// Room for an array that a kernel writes.
-pub(crate) fn allocate<T: Copy>(stream: &Arc<CudaStream>, length: usize) -> Result<DeviceArray<T>, DriverError> {
+pub(crate) fn allocate<T: Copy>(
+    stream: &Arc<CudaStream>,
+    length: usize,
+) -> Result<DeviceArray<T>, DriverError> {
     // SAFETY: it is written before it is read, by a kernel, or never read.
     unsafe { stream.alloc(length) }
 }
@@ -38,8 +41,7 @@ pub(crate) fn download<T: Copy>(
     items: &mut [T],
 ) -> Result<(), DriverError> {
     // SAFETY: Plain is a transparent wrapper.
-    let plain =
-        unsafe { std::slice::from_raw_parts_mut(items.as_mut_ptr().cast::<Plain<T>>(), items.len()) };
+    let plain = unsafe { std::slice::from_raw_parts_mut(items.as_mut_ptr().cast::<Plain<T>>(), items.len()) };
     stream.memcpy_dtoh(array, plain)?;
     stream.synchronize()
 }

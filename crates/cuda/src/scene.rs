@@ -173,5 +173,9 @@ pub(crate) const WARP_ROWS: u32 = 4;
 /// Enough blocks for 8 × 4 pixels a warp.
 fn launch_shape(width: u32, rows: u32) -> LaunchConfig {
     let warps = width.div_ceil(8) * rows.div_ceil(WARP_ROWS);
-    LaunchConfig { grid_dim: (warps.div_ceil(BLOCK / 32), 1, 1), block_dim: (BLOCK, 1, 1), shared_mem_bytes: 0 }
+    LaunchConfig {
+        grid_dim: (warps.div_ceil(BLOCK / 32), 1, 1),
+        block_dim: (BLOCK, 1, 1),
+        shared_mem_bytes: 0,
+    }
 }

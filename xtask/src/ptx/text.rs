@@ -17,7 +17,8 @@ impl<'a> Header<'a> {
     /// From a PTX text that starts with one.
     pub(super) fn read(ptx: &'a str) -> Option<Header<'a>> {
         let mut lines = ptx.lines().skip(1);
-        let mut field = |name: &str| lines.next()?.strip_prefix("// ")?.strip_prefix(name)?.strip_prefix(": ");
+        let mut field =
+            |name: &str| lines.next()?.strip_prefix("// ")?.strip_prefix(name)?.strip_prefix(": ");
         Some(Header { hash: field("sources sha256")?, compiler: field("compiler")?, flags: field("flags")? })
     }
 }

@@ -12,9 +12,10 @@ pub(crate) use render::RenderFlags;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
-/// A ray tracer that gives the same picture on every device, bit for bit.
+/// A ray tracer that gives the same picture on every device, bit for bit
+// A flag that is given twice counts the second time, so that scripts can add to a common line.
 #[derive(Debug, Parser)]
-#[command(name = "eosphor", version, max_term_width = 110)]
+#[command(name = "eosphor", version, max_term_width = 110, args_override_self = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,

@@ -31,6 +31,10 @@ pub fn direct_light<T: Tracer, const W: usize>(
     let transmission = point.material.transmission;
     let from_behind = view.settings.light_from_behind & (transmission.max_component() > 0.0);
     let mut sum = Vec3::ZERO;
+    // Mirrors and glass answer no light by themselves: no ray need be traced to find that out.
+    if point.diffuse.max_component() <= 0.0 && specular.max_component() <= 0.0 {
+        return sum;
+    }
     let mut number = 0;
     while number < view.lights.len() as u32 {
         let light = item(view.lights, number);
@@ -99,23 +103,24 @@ impl Receiver<'_, '_> {
             // A light is not lit by itself: its samples lie in its own plane.
             filter: RayFilter { start: self.point.id, target, cull_back_faces: false },
         };
-        if count > 1 && self.view.settings.shadow_mode == ShadowMode::Opaque {
-            self.gather_batches::<T, W>(tracer, light, &samples, shadow_rays)
+        if count > 1 {
+            self.gather_lanes::<T, W>(tracer, light, &samples, shadow_rays)
         } else {
-            self.gather_singly(tracer, light, &samples, shadow_rays)
+            self.gather_lanes::<T, 1>(tracer, light, &samples, shadow_rays)
         }
     }
 
-    /// Opaque shadows, `W` rays at a time.
+    /// `W` samples at a time. Weights are added sample by sample, so `W` does not change the sums.
     #[inline(always)]
-    fn gather_batches<T: Tracer, const W: usize>(
+    fn gather_lanes<T: Tracer, const W: usize>(
         &self,
         tracer: &T,
         light: &Light,
         samples: &Samples,
         shadow_rays: &mut u32,
     ) -> Gathered {
-        let (mut diffuse, mut specular) = (0.0, 0.0);
+        let mode = self.view.settings.shadow_mode;
+        let mut sum = Gathered { diffuse: Vec3::ZERO, specular: Vec3::ZERO };
         let mut start = 0;
         while start < samples.count {
             let first = samples.first.wrapping_add(start);
@@ -130,49 +135,25 @@ impl Receiver<'_, '_> {
             if any == 0 {
                 continue;
             }
-            *shadow_rays += any;
-            let hidden = tracer.occluded_batch(&lanes.rays, &samples.filter, &active);
+            let mut hidden = [false; W];
+            if mode != ShadowMode::None {
+                *shadow_rays += any;
+                hidden = tracer.occluded_batch(&lanes.rays, &samples.filter, &active);
+            }
             for lane in 0..W {
-                let seen = active[lane] & !hidden[lane];
-                diffuse += if seen { lanes.diffuse[lane] } else { 0.0 };
-                specular += if seen { lanes.specular[lane] } else { 0.0 };
-            }
-        }
-        Gathered { diffuse: Vec3::splat(diffuse), specular: Vec3::splat(specular) }
-    }
-
-    /// Any shadow mode, one ray at a time.
-    #[inline(always)]
-    fn gather_singly<T: Tracer>(
-        &self,
-        tracer: &T,
-        light: &Light,
-        samples: &Samples,
-        shadow_rays: &mut u32,
-    ) -> Gathered {
-        let mut sum = Gathered { diffuse: Vec3::ZERO, specular: Vec3::ZERO };
-        let mut j = 0;
-        while j < samples.count {
-            let first = samples.first.wrapping_add(j);
-            let lanes = LightLanes::<1>::new(self, light, samples.key, first, samples.origin);
-            j += 1;
-            if !(lanes.diffuse[0] > 0.0) {
-                continue;
-            }
-            let ray = lanes.rays.ray(0);
-            let through = match self.view.settings.shadow_mode {
-                ShadowMode::None => Vec3::ONE,
-                ShadowMode::Opaque => {
-                    *shadow_rays += 1;
-                    if tracer.occluded(&ray, &samples.filter) { Vec3::ZERO } else { Vec3::ONE }
+                if !active[lane] {
+                    continue;
                 }
-                ShadowMode::Coloured => {
-                    *shadow_rays += 1;
-                    transmittance(self.view, tracer, &ray, &samples.filter)
-                }
-            };
-            sum.diffuse += through * lanes.diffuse[0];
-            sum.specular += through * lanes.specular[0];
+                let through = if !hidden[lane] {
+                    Vec3::ONE
+                } else if mode == ShadowMode::Coloured {
+                    transmittance(self.view, tracer, &lanes.rays.ray(lane), &samples.filter)
+                } else {
+                    continue;
+                };
+                sum.diffuse += through * lanes.diffuse[lane];
+                sum.specular += through * lanes.specular[lane];
+            }
         }
         sum
     }

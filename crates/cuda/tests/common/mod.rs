@@ -3,15 +3,15 @@
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_render::{Backend, BackendError, Film, RenderControl, Rendered};
 use eosphor_scene::{
-    Camera, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh, NO_INDEX, Parallelogram, Preset,
-    Scene, SceneData, SceneError, Sphere, Transform, Triangle, load,
+    Camera, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh, NO_INDEX, Parallelogram,
+    Preset, Scene, SceneData, SceneError, Sphere, Transform, Triangle, load,
 };
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// A scene by its name: `glass`, which is made here, or what [`load`] reads.
-pub fn scene(name: &str, preset: Option<Preset>) -> Result<Scene, SceneError> {
+pub(crate) fn scene(name: &str, preset: Option<Preset>) -> Result<Scene, SceneError> {
     let mut scene = match name {
         "glass" => glass(),
         _ => load(name, &LoadOptions::default())?.scene,
@@ -29,8 +29,18 @@ fn glass() -> Scene {
         MaterialKind::Matte { color: vec3(0.6, 0.55, 0.5) },
         MaterialKind::Dielectric { ior: 1.5, tint: vec3(0.97, 0.99, 0.98) },
         MaterialKind::Mirror { reflectance: vec3(0.9, 0.85, 0.8) },
-        MaterialKind::Glossy { reflectance: Vec3::splat(0.6), exponent: 60.0, rays: 3, color: vec3(0.2, 0.1, 0.05) },
-        MaterialKind::Transparent { color: vec3(0.9, 0.3, 0.2), transparency: 0.6, reflection: 0.2, shininess: 32.0 },
+        MaterialKind::Glossy {
+            reflectance: Vec3::splat(0.6),
+            exponent: 60.0,
+            rays: 3,
+            color: vec3(0.2, 0.1, 0.05),
+        },
+        MaterialKind::Transparent {
+            color: vec3(0.9, 0.3, 0.2),
+            transparency: 0.6,
+            reflection: 0.2,
+            shininess: 32.0,
+        },
         MaterialKind::Emissive { radiance: vec3(6.0, 6.0, 7.0) },
     ];
     let material = |kind| Material { name: String::new(), kind, diffuse_texture: None };
@@ -109,7 +119,10 @@ fn waves(material: u32) -> Mesh {
 }
 
 /// A finished picture, and the seconds that preparing and rendering took.
-pub fn render(backend: &dyn Backend, scene: &Arc<SceneData>) -> Result<(Rendered, [f64; 2]), BackendError> {
+pub(crate) fn render(
+    backend: &dyn Backend,
+    scene: &Arc<SceneData>,
+) -> Result<(Rendered, [f64; 2]), BackendError> {
     let start = Instant::now();
     let prepared = backend.prepare(scene.clone())?;
     let prepare_seconds = start.elapsed().as_secs_f64();
@@ -121,7 +134,7 @@ pub fn render(backend: &dyn Backend, scene: &Arc<SceneData>) -> Result<(Rendered
 }
 
 /// Where and how films differ in their bits; `None` where they are identical.
-pub fn difference(a: &Film, b: &Film) -> Option<String> {
+pub(crate) fn difference(a: &Film, b: &Film) -> Option<String> {
     assert_eq!((a.width, a.height), (b.width, b.height));
     let bits = |c: &Vec3| [c.x, c.y, c.z].map(f32::to_bits);
     let differing = || (0..a.pixels.len()).filter(|&i| bits(&a.pixels[i]) != bits(&b.pixels[i]));

@@ -3,7 +3,7 @@
 use super::source::Source;
 use super::{LoadOptions, LoadedScene, load_from};
 use crate::error::SceneError;
-use crate::model::{MaterialKind, PixelSampling, RenderSettings, Scene};
+use crate::model::{Camera, MaterialKind, PixelSampling, RenderSettings, Scene};
 use crate::presets::pg1_camera;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
@@ -64,12 +64,13 @@ fn dress_cornell(scene: &mut Scene) {
             _ => {}
         }
     }
-    scene.camera = Some(pg1_camera());
+    // PG1's camera, at half the height of this lower room.
+    scene.camera = Some(Camera { position: vec3(0.0, 0.795, 4.42), ..pg1_camera() });
     scene.settings = RenderSettings {
-        size: [800, 800],
-        samples: 64,
+        size: [800, 640],
+        samples: 8,
         pixel_sampling: PixelSampling::Random,
-        light_samples: 1,
+        light_samples: 16,
         depth: 10,
         shadows: ShadowMode::Coloured,
         // What the walls throw at each other, which Whitted's model leaves out.

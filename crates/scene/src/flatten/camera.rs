@@ -8,8 +8,8 @@ use eosphor_core::geometry::Bounds;
 use eosphor_core::light::Light;
 use eosphor_core::math::{Vec3, vec3};
 
-/// From the middle of the scene to a camera that frames it: three-quarter front, slightly above.
-const TO_EYE: Vec3 = vec3(0.5, 0.35, 1.0);
+/// From the middle of the scene to a camera that frames it: from the front, so that open boxes show their inside.
+const TO_EYE: Vec3 = vec3(0.0, 0.0, 1.0);
 
 /// Room around a framed scene.
 const MARGIN: f32 = 1.05;

@@ -1,0 +1,627 @@
+//! Every structure gives the hit of no structure at all, bit for bit.
+
+mod support;
+
+use eosphor_accel::{BuildOptions, Bvh, Exhaustive, PacketTracer};
+use eosphor_core::geometry::{Bounds, Sphere};
+use eosphor_core::hierarchy::{BvhNode, IgnoreWork, MAX_BVH_DEPTH, ShadowBatch, Tracer};
+use eosphor_core::math::{Affine, Vec3, vec3};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use proptest::prelude::*;
+use support::{Random, World, affine};
+
+/// One world under every structure.
+struct Structures {
+    exhaustive: Exhaustive,
+    bvhs: Vec<Bvh>,
+}
+
+impl Structures {
+    fn new(world: &World) -> Structures {
+        let with = |max_leaf_primitives, traversal_cost| {
+            Bvh::build(&world.geometry(), &BuildOptions { max_leaf_primitives, traversal_cost })
+        };
+        let bvhs = vec![
+            Bvh::build(&world.geometry(), &BuildOptions::default()),
+            with(1, 1.0),
+            with(8, 0.0),
+            with(3, 100.0),
+            with(255, 1e9),
+        ];
+        Structures { exhaustive: Exhaustive::new(&world.geometry()), bvhs }
+    }
+
+    fn closest(&self, ray: &Ray) -> Hit {
+        self.exhaustive.tracer(IgnoreWork).closest_hit(ray, &RayFilter::ALL)
+    }
+
+    /// Asks everything about a ray; returns all its hits.
+    fn check(&self, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
+        let reference = self.exhaustive.tracer(IgnoreWork);
+        let closest = reference.closest_hit(ray, filter);
+        let all = chain(&reference, ray, filter);
+        assert_same(&closest, all.first().unwrap_or(&Hit::miss(ray.t_max)), ray);
+        assert_eq!(reference.occluded(ray, filter), !closest.is_miss(), "{ray:?}");
+        for hit in &all {
+            assert!(hit.t > ray.t_min && hit.t <= ray.t_max && hit.t.is_finite(), "{hit:?} {ray:?}");
+            assert!(!filter.skips(hit.id), "{hit:?} {ray:?}");
+        }
+        for pair in all.windows(2) {
+            assert!(pair[0].before(&pair[1]), "{pair:?} {ray:?}");
+        }
+        for bvh in &self.bvhs {
+            let tracer = bvh.tracer(IgnoreWork);
+            assert_same(&tracer.closest_hit(ray, filter), &closest, ray);
+            assert_eq!(tracer.occluded(ray, filter), !closest.is_miss(), "{ray:?}");
+            let hits = chain(&tracer, ray, filter);
+            assert_eq!(hits.len(), all.len(), "{hits:?} instead of {all:?} for {ray:?}");
+            for (hit, expected) in hits.iter().zip(&all) {
+                assert_same(hit, expected, ray);
+            }
+        }
+        all
+    }
+
+    /// [`Structures::check`], then with the ray's end at and just before a hit, and without the first primitive.
+    fn check_all_ends(&self, ray: &Ray, filter: &RayFilter) {
+        let all = self.check(ray, filter);
+        let Some(first) = all.first() else { return };
+        for hit in [first, all.last().unwrap(), &all[all.len() / 2]] {
+            let up_to = self.check(&Ray { t_max: hit.t, ..*ray }, filter);
+            assert!(up_to.iter().any(|h| h.id == hit.id), "a hit at t_max counts: {ray:?}");
+            self.check(&Ray { t_max: hit.t.next_down(), ..*ray }, filter);
+            self.check(&Ray { t_min: hit.t, ..*ray }, filter);
+        }
+        self.check(ray, &RayFilter { start: first.id, ..*filter });
+        self.check(ray, &RayFilter { target: all[all.len() / 2].id, ..*filter });
+        self.check(ray, &RayFilter { cull_back_faces: !filter.cull_back_faces, ..*filter });
+    }
+
+    /// Batches of `W` of these rays from the origin of the first.
+    fn check_batches<const W: usize>(&self, rays: &[Ray], filter: &RayFilter) {
+        let reference = self.exhaustive.tracer(IgnoreWork);
+        for group in rays.chunks(W) {
+            let lane = |i: usize| group[i % group.len()];
+            let batch = ShadowBatch::<W> {
+                origin: group[0].origin,
+                x: std::array::from_fn(|i| lane(i).direction.x),
+                y: std::array::from_fn(|i| lane(i).direction.y),
+                z: std::array::from_fn(|i| lane(i).direction.z),
+                t_max: std::array::from_fn(|i| lane(i).t_max),
+            };
+            // A lane that nobody asked about answers true.
+            let active: [bool; W] = std::array::from_fn(|i| i % 5 != 3);
+            let expected: [bool; W] =
+                std::array::from_fn(|i| !active[i] || reference.occluded(&batch.ray(i), filter));
+            assert_eq!(reference.occluded_batch(&batch, filter, &active), expected);
+            for bvh in &self.bvhs {
+                let packets = PacketTracer { scalar: bvh.tracer(IgnoreWork) };
+                assert_eq!(packets.occluded_batch(&batch, filter, &active), expected, "{batch:?}");
+                assert_eq!(packets.scalar.occluded_batch(&batch, filter, &active), expected, "{batch:?}");
+            }
+        }
+    }
+
+    fn check_rays(&self, rays: &[Ray], filter: &RayFilter) {
+        for ray in rays {
+            self.check_all_ends(ray, filter);
+        }
+        self.check_batches::<1>(rays, filter);
+        self.check_batches::<8>(rays, filter);
+        self.check_batches::<16>(rays, filter);
+    }
+}
+
+/// All hits, one after the other. More than there can be are a loop without end.
+fn chain(tracer: &impl Tracer, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
+    let mut hits = Vec::new();
+    let mut after = Hit::miss(f32::NEG_INFINITY);
+    loop {
+        let hit = tracer.next_hit(ray, filter, &after);
+        if hit.is_miss() {
+            assert_eq!(hit.t.to_bits(), ray.t_max.to_bits(), "a miss says t_max");
+            return hits;
+        }
+        hits.push(hit);
+        assert!(hits.len() < 100_000, "no end: {ray:?}");
+        after = hit;
+    }
+}
+
+fn assert_same(got: &Hit, expected: &Hit, ray: &Ray) {
+    let bits = |h: &Hit| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.id);
+    assert_eq!(bits(got), bits(expected), "{got:?} instead of {expected:?} for {ray:?}");
+}
+
+// --- Random worlds ---------------------------------------------------------------------------------------------------
+
+fn smooth() -> impl Strategy<Value = Vec3> {
+    (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0).prop_map(|(x, y, z)| vec3(x, y, z))
+}
+
+/// Few values a coordinate: flat, coplanar, equal and degenerate things abound.
+fn on_grid() -> impl Strategy<Value = Vec3> {
+    (-2i8..=2, -2i8..=2, -2i8..=2).prop_map(|(x, y, z)| vec3(x as f32, y as f32, z as f32) * 0.5)
+}
+
+fn triangle() -> impl Strategy<Value = [Vec3; 3]> {
+    let sliver = (smooth(), smooth(), 0.0f32..1.0, smooth(), -9i32..-2)
+        .prop_map(|(a, b, at, off, exponent)| [a, b, a + (b - a) * at + off * 10f32.powi(exponent)]);
+    let wall = (0usize..3, on_grid(), on_grid(), on_grid()).prop_map(|(axis, a, b, c)| {
+        let flat = |p: Vec3| match axis {
+            0 => vec3(a.x, p.y, p.z),
+            1 => vec3(p.x, a.y, p.z),
+            _ => vec3(p.x, p.y, a.z),
+        };
+        [a, flat(b), flat(c)]
+    });
+    prop_oneof![
+        4 => [smooth(), smooth(), smooth()],
+        4 => [on_grid(), on_grid(), on_grid()],
+        3 => wall,
+        2 => sliver,
+        1 => (smooth(), smooth()).prop_map(|(a, b)| [a, b, a]),
+        1 => smooth().prop_map(|a| [a, a, a]),
+        2 => (smooth(), smooth(), smooth(), -6i32..0)
+            .prop_map(|(a, b, c, e)| [a, a + b * 10f32.powi(e), a + c * 10f32.powi(e)]),
+    ]
+}
+
+fn sphere() -> impl Strategy<Value = Sphere> {
+    prop_oneof![
+        (smooth(), 0.01f32..1.0).prop_map(|(center, radius)| Sphere { center, radius }),
+        (on_grid(), 1u8..4).prop_map(|(center, r)| Sphere { center, radius: r as f32 * 0.5 }),
+    ]
+}
+
+fn placement() -> impl Strategy<Value = Affine> {
+    let angle = prop_oneof![Just(0.0), Just(std::f64::consts::FRAC_PI_2), -3.2f64..3.2];
+    let scale = prop_oneof![Just(1.0f32), Just(-1.0), Just(0.001), 0.1f32..3.0, -2.0f32..-0.5];
+    let place = prop_oneof![Just(Vec3::ZERO), on_grid(), smooth()];
+    ([scale.clone(), scale.clone(), scale], [angle.clone(), angle.clone(), angle], place)
+        .prop_map(|([x, y, z], radians, at)| affine(vec3(x, y, z), radians, at))
+}
+
+/// Where a ray starts and what it is aimed at; numbers pick primitives and mix points.
+#[derive(Clone, Debug)]
+struct Aim {
+    kind: u8,
+    triangle: u32,
+    weights: [f32; 2],
+    origin: Vec3,
+    direction: Vec3,
+    far: f32,
+}
+
+fn aim() -> impl Strategy<Value = Aim> {
+    let origin = prop_oneof![smooth(), on_grid(), smooth().prop_map(|p| p * 4.0)];
+    let direction = prop_oneof![smooth(), on_grid()];
+    let weight = prop_oneof![Just(0.0f32), Just(0.5), Just(1.0), 0.0f32..1.0];
+    (0u8..10, any::<u32>(), [weight.clone(), weight], origin, direction, 0.0f32..5.0).prop_map(
+        |(kind, triangle, weights, origin, direction, far)| Aim {
+            kind,
+            triangle,
+            weights,
+            origin,
+            direction,
+            far,
+        },
+    )
+}
+
+/// Scales and moves a point of the unit world.
+type Frame = (f32, Vec3);
+
+fn put((scale, offset): Frame, p: Vec3) -> Vec3 {
+    p * scale + offset
+}
+
+impl Aim {
+    fn ray(&self, world: &World, frame: Frame) -> Ray {
+        let none = [Vec3::ZERO; 3].map(|p| put(frame, p));
+        let t = match world.triangles.len() {
+            0 => none,
+            n => world.triangles[self.triangle as usize % n],
+        };
+        let [u, v] = self.weights;
+        let on_edge = t[0] + (t[1] - t[0]) * u;
+        let inside = on_edge + (t[2] - on_edge) * v;
+        let origin = put(frame, self.origin);
+        let towards = |from: Vec3, to: Vec3| (to - from).normalize_or(vec3(0.0, 0.0, 1.0));
+        let free = self.direction.normalize_or(vec3(-0.0, 1.0, 0.0));
+        let axis = match self.triangle % 6 {
+            0 => vec3(1.0, 0.0, 0.0),
+            1 => vec3(-1.0, -0.0, 0.0),
+            2 => vec3(0.0, 1.0, -0.0),
+            3 => vec3(-0.0, -1.0, -0.0),
+            4 => vec3(-0.0, 0.0, 1.0),
+            _ => vec3(0.0, 0.0, -1.0),
+        };
+        let (origin, direction) = match self.kind {
+            0 => (origin, free),
+            1 => (origin, axis),
+            2 => (origin, towards(origin, t[self.triangle as usize / 7 % 3])),
+            3 => (origin, towards(origin, on_edge)),
+            4 => (origin, towards(origin, inside)),
+            // In the triangle's plane, from outside and along an edge.
+            5 => (t[0] + (t[0] - inside) * self.far, towards(t[0], inside)),
+            6 => (t[0] + (t[0] - t[1]) * self.far, towards(t[0], t[1])),
+            // From the surface, and from a corner.
+            7 => (inside, free),
+            8 => (t[1], axis),
+            // Along an axis, exactly at a corner or an edge.
+            _ => (on_edge + axis * (-self.far * frame.0), axis),
+        };
+        let t_max = if self.triangle % 4 == 3 { self.far * frame.0 } else { f32::INFINITY };
+        Ray { origin, t_min: 0.0, direction, t_max }
+    }
+}
+
+/// One geometry's primitives.
+type Primitives = (Vec<[Vec3; 3]>, Vec<Sphere>);
+
+fn build(world: &Primitives, object: &Primitives, placements: &[Affine], frame: Frame) -> World {
+    let put_all = |(triangles, spheres): &Primitives| -> Primitives {
+        let sphere = |s: &Sphere| Sphere { center: put(frame, s.center), radius: s.radius * frame.0 };
+        (triangles.iter().map(|t| t.map(|p| put(frame, p))).collect(), spheres.iter().map(sphere).collect())
+    };
+    let (triangles, spheres) = put_all(world);
+    let mut world = World::new(triangles, spheres);
+    if !placements.is_empty() {
+        let geometry = world.add_geometry(&object.0, &object.1);
+        for map in placements {
+            let [a, b, c] = map.columns.map(|v| v * frame.0);
+            world.add_instance(
+                geometry,
+                Affine { columns: [a, b, c], translation: put(frame, map.translation) },
+            );
+        }
+    }
+    world
+}
+
+fn primitives(triangles: usize, spheres: usize) -> impl Strategy<Value = Primitives> {
+    (prop::collection::vec(triangle(), 0..triangles), prop::collection::vec(sphere(), 0..spheres))
+}
+
+fn cases(count: u32) -> ProptestConfig {
+    ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(count) }
+}
+
+proptest! {
+    #![proptest_config(cases(500))]
+
+    #[test]
+    fn structures_agree_on_triangles_and_spheres(
+        world in primitives(40, 6),
+        aims in prop::collection::vec(aim(), 24),
+        culling in any::<bool>(),
+    ) {
+        let world = build(&world, &(vec![], vec![]), &[], (1.0, Vec3::ZERO));
+        let rays: Vec<Ray> = aims.iter().map(|a| a.ray(&world, (1.0, Vec3::ZERO))).collect();
+        let filter = RayFilter { cull_back_faces: culling, ..RayFilter::ALL };
+        Structures::new(&world).check_rays(&rays, &filter);
+    }
+
+    #[test]
+    fn structures_agree_on_instances(
+        world in primitives(8, 3),
+        object in primitives(12, 3),
+        placements in prop::collection::vec(placement(), 1..6),
+        aims in prop::collection::vec(aim(), 16),
+        culling in any::<bool>(),
+    ) {
+        let world = build(&world, &object, &placements, (1.0, Vec3::ZERO));
+        let mut rays: Vec<Ray> = aims.iter().map(|a| a.ray(&world, (1.0, Vec3::ZERO))).collect();
+        // Aimed at placed corners.
+        for (ray, instance) in rays.iter_mut().zip(world.instances.iter().skip(1).cycle()) {
+            if let (Some(t), true) = (object.0.first(), ray.t_max.is_infinite()) {
+                let to = instance.world_from_object.point(t[1]);
+                ray.direction = (to - ray.origin).normalize_or(ray.direction);
+            }
+        }
+        let filter = RayFilter { cull_back_faces: culling, ..RayFilter::ALL };
+        Structures::new(&world).check_rays(&rays, &filter);
+    }
+
+    #[test]
+    fn structures_agree_far_from_the_origin_and_at_any_scale(
+        world in primitives(20, 4),
+        object in primitives(6, 2),
+        placements in prop::collection::vec(placement(), 0..3),
+        aims in prop::collection::vec(aim(), 16),
+        scale in -6i32..10,
+        offset in prop_oneof![Just(0.0f32), 0.0f32..12.0],
+        towards in on_grid(),
+    ) {
+        let frame = (10f32.powi(scale), towards * if offset == 0.0 { 0.0 } else { 10f32.powf(offset) });
+        let world = build(&world, &object, &placements, frame);
+        let rays: Vec<Ray> = aims.iter().map(|a| a.ray(&world, frame)).collect();
+        Structures::new(&world).check_rays(&rays, &RayFilter::ALL);
+    }
+
+    #[test]
+    fn rays_that_are_no_rays_miss(
+        world in primitives(20, 4),
+        object in primitives(6, 2),
+        placements in prop::collection::vec(placement(), 0..3),
+        aim in aim(),
+        component in 0usize..3,
+        poison in prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(f32::NEG_INFINITY)],
+    ) {
+        let world = build(&world, &object, &placements, (1.0, Vec3::ZERO));
+        let structures = Structures::new(&world);
+        let good = aim.ray(&world, (1.0, Vec3::ZERO));
+        let poisoned = |v: Vec3| {
+            let mut parts: [f32; 3] = v.into();
+            parts[component] = poison;
+            Vec3::from(parts)
+        };
+        let bad = [
+            Ray { origin: poisoned(good.origin), ..good },
+            Ray { direction: poisoned(good.direction), ..good },
+            Ray { origin: Vec3::splat(poison), direction: Vec3::splat(poison), ..good },
+            Ray { direction: Vec3::ZERO, ..good },
+            Ray { t_max: f32::NAN, ..good },
+            Ray { t_max: f32::NEG_INFINITY, ..good },
+            Ray { t_min: f32::NAN, ..good },
+            Ray { t_min: f32::INFINITY, ..good },
+        ];
+        for ray in &bad {
+            prop_assert_eq!(structures.check(ray, &RayFilter::ALL), vec![], "{:?}", ray);
+        }
+        let bad: Vec<Ray> = bad.into_iter().filter(|r| r.t_min == 0.0).collect();
+        for ray in &bad {
+            structures.check_batches::<1>(&[*ray], &RayFilter::ALL);
+        }
+        structures.check_batches::<8>(&bad, &RayFilter::ALL);
+        structures.check_batches::<16>(&bad, &RayFilter::ALL);
+    }
+}
+
+// --- Cases by hand ---------------------------------------------------------------------------------------------------
+
+fn ray(origin: Vec3, direction: Vec3) -> Ray {
+    Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
+}
+
+const DOWN: Vec3 = vec3(0.0, 0.0, -1.0);
+
+/// Covers (0, 0) in the plane z.
+fn flat_triangle(z: f32) -> [Vec3; 3] {
+    [vec3(-1.0, -1.0, z), vec3(3.0, -1.0, z), vec3(-1.0, 3.0, z)]
+}
+
+#[test]
+fn empty_worlds_are_missed() {
+    let mut instanced = World::new(vec![], vec![]);
+    let nothing = instanced.add_geometry(&[], &[]);
+    instanced.add_instance(nothing, Affine::IDENTITY);
+    for world in [World::new(vec![], vec![]), instanced] {
+        let structures = Structures::new(&world);
+        let mut random = Random(1);
+        let rays: Vec<Ray> =
+            (0..100).map(|_| ray(random.in_cube(), random.direction())).chain([ray(Vec3::ZERO, DOWN)]).collect();
+        structures.check_rays(&rays, &RayFilter::ALL);
+        assert!(rays.iter().all(|r| structures.closest(r).is_miss()));
+    }
+}
+
+#[test]
+fn ties_go_to_the_lowest_primitive() {
+    // A stack of equal triangles among others, whatever order a tree has them in.
+    let triangles = (0..50).map(|i| flat_triangle(if i % 3 == 1 { 0.0 } else { -1.0 - i as f32 })).collect();
+    let structures = Structures::new(&World::new(triangles, vec![]));
+    let down = ray(vec3(0.0, 0.0, 2.0), DOWN);
+    let hits = structures.check(&down, &RayFilter::ALL);
+    assert_eq!(hits.len(), 50);
+    let at_zero: Vec<u32> = hits.iter().filter(|h| h.t == 2.0).map(|h| h.id.primitive).collect();
+    assert_eq!(at_zero, (0..50).filter(|i| i % 3 == 1).collect::<Vec<_>>());
+    assert_eq!(structures.closest(&down).id, PrimitiveId { instance: 0, primitive: 1 });
+}
+
+#[test]
+fn ties_go_to_the_lowest_instance_before_the_lowest_primitive() {
+    let mut world = World::new(vec![flat_triangle(0.0), flat_triangle(1.0)], vec![]);
+    let object = world.add_geometry(&[flat_triangle(0.0), flat_triangle(1.0)], &[]);
+    for _ in 0..20 {
+        world.add_instance(object, Affine::IDENTITY);
+    }
+    let structures = Structures::new(&world);
+    let hits = structures.check(&ray(vec3(0.0, 0.0, 2.0), DOWN), &RayFilter::ALL);
+    let expected: Vec<_> = [1, 0]
+        .into_iter()
+        .flat_map(|primitive| (0..=20).map(move |instance| PrimitiveId { instance, primitive }))
+        .collect();
+    assert_eq!(hits.iter().map(|h| h.id).collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn ties_between_a_triangle_and_a_sphere_go_to_the_triangle() {
+    let sphere = Sphere { center: vec3(0.0, 0.0, -1.0), radius: 1.0 };
+    let structures = Structures::new(&World::new(vec![flat_triangle(0.0)], vec![sphere]));
+    let hits = structures.check(&ray(vec3(0.0, 0.0, 2.0), DOWN), &RayFilter::ALL);
+    let found: Vec<_> = hits.iter().map(|h| (h.t, h.id.primitive)).collect();
+    assert_eq!(found, [(2.0, 0), (2.0, 1), (4.0, 1)]);
+}
+
+#[test]
+fn a_ray_from_inside_a_sphere_meets_its_far_side_only() {
+    let sphere = Sphere { center: Vec3::ZERO, radius: 2.0 };
+    let structures = Structures::new(&World::new(vec![], vec![sphere]));
+    let hits = structures.check(&ray(vec3(0.0, 0.0, 1.0), DOWN), &RayFilter::ALL);
+    assert_eq!(hits.iter().map(|h| h.t).collect::<Vec<_>>(), [3.0]);
+}
+
+#[test]
+fn culling_hides_triangles_seen_from_behind_and_no_spheres() {
+    let sphere = Sphere { center: vec3(0.0, 0.0, -5.0), radius: 1.0 };
+    let structures = Structures::new(&World::new(vec![flat_triangle(0.0)], vec![sphere]));
+    let culling = RayFilter { cull_back_faces: true, ..RayFilter::ALL };
+    let above = structures.check(&ray(vec3(0.0, 0.0, 1.0), DOWN), &culling);
+    assert_eq!(above.iter().map(|h| h.id.primitive).collect::<Vec<_>>(), [0, 1, 1]);
+    let below = structures.check(&ray(vec3(0.0, 0.0, -9.0), -DOWN), &culling);
+    assert_eq!(below.iter().map(|h| h.id.primitive).collect::<Vec<_>>(), [1, 1]);
+}
+
+#[test]
+fn mirrored_instances_are_culled_by_their_own_winding() {
+    let mut world = World::new(vec![], vec![]);
+    let object = world.add_geometry(&[flat_triangle(0.0)], &[]);
+    world.add_instance(object, affine(vec3(1.0, 1.0, -1.0), [0.0; 3], Vec3::ZERO));
+    let structures = Structures::new(&world);
+    let culling = RayFilter { cull_back_faces: true, ..RayFilter::ALL };
+    // In its own space the ray comes from below.
+    assert!(structures.check(&ray(vec3(0.0, 0.0, 1.0), DOWN), &culling).is_empty());
+    assert_eq!(structures.check(&ray(vec3(0.0, 0.0, -1.0), -DOWN), &culling).len(), 1);
+}
+
+#[test]
+fn t_means_the_same_inside_unevenly_scaled_instances() {
+    let mut world = World::new(vec![], vec![]);
+    let object = world.add_geometry(&[flat_triangle(0.0)], &[Sphere { center: DOWN, radius: 0.5 }]);
+    world.add_instance(object, affine(vec3(1.0, 3.0, 4.0), [0.0; 3], vec3(0.0, 0.0, 10.0)));
+    let structures = Structures::new(&world);
+    let hits = structures.check(&ray(vec3(0.0, 0.0, 16.0), DOWN), &RayFilter::ALL);
+    assert_eq!(hits.iter().map(|h| h.t).collect::<Vec<_>>(), [6.0, 8.0, 12.0]);
+}
+
+// --- Trees -----------------------------------------------------------------------------------------------------------
+
+fn soup(count: usize, seed: u64) -> Vec<[Vec3; 3]> {
+    let mut random = Random(seed);
+    (0..count)
+        .map(|_| {
+            let at = random.in_cube() * 10.0;
+            [0, 1, 2].map(|_| at + random.in_cube() * 0.1)
+        })
+        .collect()
+}
+
+fn node_bytes(bvh: &Bvh) -> Vec<[u32; 8]> {
+    let bits = |n: &BvhNode| {
+        let (a, b) = (n.min, n.max);
+        [a.x.to_bits(), a.y.to_bits(), a.z.to_bits(), n.first, b.x.to_bits(), b.y.to_bits(), b.z.to_bits(), n.count]
+    };
+    bvh.nodes.iter().map(bits).collect()
+}
+
+#[test]
+fn any_number_of_threads_builds_the_same_tree() {
+    // More than the parallel binning and subtrees begin at; zeros of both signs, and many equal centroids.
+    let mut triangles = soup(90_000, 5);
+    triangles.extend((0..10_000).map(|i| flat_triangle(if i % 2 == 0 { 0.0 } else { -0.0 })));
+    let mut random = Random(6);
+    let spheres = (0..5000).map(|_| Sphere { center: random.in_cube() * 10.0, radius: 0.05 }).collect();
+    let world = World::new(triangles, spheres);
+    let build = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| Bvh::build(&world.geometry(), &BuildOptions::default()))
+    };
+    let one = build(1);
+    for threads in [2, 7] {
+        let many = build(threads);
+        assert!(node_bytes(&many) == node_bytes(&one), "{threads} threads");
+        assert!(many.primitives.triangles == one.primitives.triangles, "{threads} threads");
+        assert!(many.primitives.sphere_primitives == one.primitives.sphere_primitives, "{threads} threads");
+    }
+}
+
+/// Whether boxes hold what is inside, leaves hold one kind, and every primitive is in one leaf; returns the depth.
+fn check_tree(world: &World, options: &BuildOptions) -> u32 {
+    let bvh = Bvh::build(&world.geometry(), options);
+    let geometry = &world.geometries[0];
+    let triangle_bounds = bvh.primitives.triangle_bounds(geometry);
+    let sphere_bounds = bvh.primitives.sphere_bounds(geometry);
+    let holds = |outer: &Bounds, inner: &Bounds| outer.union(inner) == *outer;
+    let mut seen = vec![0; (geometry.triangle_count + geometry.sphere_count) as usize];
+    let mut pending = vec![bvh.roots[0]];
+    while let Some(at) = pending.pop() {
+        let node = &bvh.nodes[at as usize];
+        if node.is_inner() {
+            for child in [node.first, node.first + 1] {
+                assert!(holds(&node.bounds(), &bvh.nodes[child as usize].bounds()));
+                pending.push(child);
+            }
+            continue;
+        }
+        let count = node.count & !BvhNode::SPHERES;
+        assert!(count <= options.max_leaf_primitives, "{count}");
+        for k in (node.first..).take(count as usize).map(|k| k as usize) {
+            let (bounds, primitive) = if node.count & BvhNode::SPHERES == 0 {
+                (&triangle_bounds[k], bvh.primitives.triangles[k].primitive)
+            } else {
+                (&sphere_bounds[k], bvh.primitives.sphere_primitives[k])
+            };
+            assert!(holds(&node.bounds(), bounds));
+            seen[primitive as usize] += 1;
+        }
+    }
+    assert!(seen.iter().all(|&n| n == 1));
+    bvh.statistics().max_leaf_depth
+}
+
+#[test]
+fn trees_hold_every_primitive_once_and_are_no_deeper_than_the_stack() {
+    let tiny = |at: Vec3, size: f32| [at, at + vec3(size, 0.0, 0.0), at + vec3(0.0, size, 0.0)];
+    let powers = |base: f32, count: i32| -> Vec<[Vec3; 3]> {
+        (0..count).map(|k| base.powi(k - count / 2)).map(|x| tiny(vec3(x, 0.0, 0.0), x * 0.1)).collect()
+    };
+    let mut random = Random(3);
+    let mixed = (0..2000).map(|_| Sphere { center: random.in_cube(), radius: 0.01 }).collect();
+    let equal = vec![Sphere { center: vec3(1.0 / 3.0, 1.0 / 3.0, 0.0), radius: 0.25 }; 300];
+    let nested: Vec<_> = (0..4000).map(|k| tiny(Vec3::ZERO, 1.01f32.powi(k - 2000))).collect();
+    // Doubling distances, each with a crowd of its own that halving must still part.
+    let crowded: Vec<_> = powers(2.0, 90).into_iter().flat_map(|t| vec![t; 700]).collect();
+    let worlds = [
+        ("powers of 2", World::new(powers(2.0, 90), vec![])),
+        ("powers of 1.05", World::new(powers(1.05, 1500), vec![])),
+        ("crowded powers of 2", World::new(crowded, vec![])),
+        ("100,000 equal", World::new(vec![flat_triangle(0.5); 100_000], vec![])),
+        ("nested", World::new(nested, vec![])),
+        ("mixed", World::new(soup(2000, 9), mixed)),
+        ("equal centroids of both kinds", World::new(vec![tiny(Vec3::ZERO, 2.0 / 3.0); 300], equal)),
+        ("one", World::new(vec![flat_triangle(0.0)], vec![])),
+    ];
+    for (name, world) in &worlds {
+        for (max_leaf_primitives, traversal_cost) in [(4, 1.0), (1, 0.0), (255, 1e9)] {
+            let depth = check_tree(world, &BuildOptions { max_leaf_primitives, traversal_cost });
+            println!("{name}: depth {depth} with leaves of {max_leaf_primitives}");
+            assert!((depth as usize) < MAX_BVH_DEPTH, "{name}: {depth}");
+        }
+    }
+}
+
+#[test]
+fn the_deepest_trees_are_traversed_within_the_stack() {
+    // Debug assertions check the stack's room.
+    let triangle = |k: i32| {
+        let x = 2f32.powi(k);
+        [vec3(x, -x, -x), vec3(x, x, -x), vec3(x, -x, x)]
+    };
+    let triangles: Vec<_> = (-45..45).flat_map(|k| vec![triangle(k); 40]).collect();
+    let world = World::new(triangles, vec![]);
+    let tracer_options = BuildOptions { max_leaf_primitives: 1, traversal_cost: 0.0 };
+    let bvh = Bvh::build(&world.geometry(), &tracer_options);
+    let (tracer, reference) = (bvh.tracer(IgnoreWork), Exhaustive::new(&world.geometry()));
+    let packets = PacketTracer { scalar: bvh.tracer(IgnoreWork) };
+    for ray in [
+        ray(vec3(-1.0, -1e-15, -1e-15), vec3(1.0, 0.0, 0.0)),
+        ray(vec3(4e13, -1.0, -1.0), vec3(-1.0, 0.0, -0.0)),
+        ray(Vec3::ZERO, vec3(0.9, -0.3, -0.3).normalize()),
+    ] {
+        let expected = reference.tracer(IgnoreWork).closest_hit(&ray, &RayFilter::ALL);
+        assert_same(&tracer.closest_hit(&ray, &RayFilter::ALL), &expected, &ray);
+        // Nothing is left of the chain but its end, so every node on the way is entered.
+        let late = Hit { t: f32::MAX, ..expected };
+        assert!(tracer.next_hit(&ray, &RayFilter::ALL, &late).is_miss());
+        let batch = ShadowBatch::<1> {
+            origin: ray.origin,
+            x: [ray.direction.x],
+            y: [ray.direction.y],
+            z: [ray.direction.z],
+            t_max: [f32::INFINITY],
+        };
+        assert_eq!(packets.occluded_batch(&batch, &RayFilter::ALL, &[true]), [!expected.is_miss()]);
+    }
+}
