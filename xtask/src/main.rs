@@ -1,6 +1,8 @@
 //! The project's own commands: `cargo xtask COMMAND`.
 
+mod fma;
 mod ptx;
+mod sheet;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -8,8 +10,11 @@ use std::process::ExitCode;
 /// A command: its name, what it does, and the function that takes its arguments.
 type Command = (&'static str, &'static str, fn(&[String]) -> anyhow::Result<()>);
 
-const COMMANDS: &[Command] =
-    &[("ptx", "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there", ptx::run)];
+const COMMANDS: &[Command] = &[
+    ("ptx", "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there", ptx::run),
+    ("fma", "check that AVX2 and AVX-512 code calls no library fma [BINARY]", fma::run),
+    ("sheet", "render a contact sheet of models, modes and materials to look at [OUT.png]", sheet::run),
+];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

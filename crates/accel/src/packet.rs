@@ -148,7 +148,8 @@ impl<C: Work> PacketTracer<'_, C> {
                 } else {
                     for sphere in &primitives.spheres[node.first as usize..][..count as usize] {
                         for lane in 0..W {
-                            let [t0, t1] = eosphor_core::intersect::intersect_sphere(&packet.lane(lane), sphere);
+                            let [t0, t1] =
+                                eosphor_core::intersect::intersect_sphere(&packet.lane(lane), sphere);
                             let t_max = packet.t_max[lane];
                             searching[lane] &= !(((t0 <= t_max) | (t1 <= t_max)) as u32);
                         }

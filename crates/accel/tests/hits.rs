@@ -35,6 +35,12 @@ impl Structures {
         self.exhaustive.tracer(IgnoreWork).closest_hit(ray, &RayFilter::ALL)
     }
 
+    fn is_triangle(&self, id: PrimitiveId) -> bool {
+        let primitives = &self.exhaustive.primitives;
+        let geometry = primitives.instances[id.instance as usize].geometry;
+        id.primitive < primitives.geometries[geometry as usize].triangle_count
+    }
+
     /// Asks everything about a ray; returns all its hits.
     fn check(&self, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
         let reference = self.exhaustive.tracer(IgnoreWork);
@@ -44,7 +50,8 @@ impl Structures {
         assert_eq!(reference.occluded(ray, filter), !closest.is_miss(), "{ray:?}");
         for hit in &all {
             assert!(hit.t > ray.t_min && hit.t <= ray.t_max && hit.t.is_finite(), "{hit:?} {ray:?}");
-            assert!(!filter.skips(hit.id), "{hit:?} {ray:?}");
+            // Spheres are not left out by number.
+            assert!(!(filter.skips(hit.id) && self.is_triangle(hit.id)), "{hit:?} {ray:?}");
         }
         for pair in all.windows(2) {
             assert!(pair[0].before(&pair[1]), "{pair:?} {ray:?}");
@@ -400,8 +407,10 @@ fn empty_worlds_are_missed() {
     for world in [World::new(vec![], vec![]), instanced] {
         let structures = Structures::new(&world);
         let mut random = Random(1);
-        let rays: Vec<Ray> =
-            (0..100).map(|_| ray(random.in_cube(), random.direction())).chain([ray(Vec3::ZERO, DOWN)]).collect();
+        let rays: Vec<Ray> = (0..100)
+            .map(|_| ray(random.in_cube(), random.direction()))
+            .chain([ray(Vec3::ZERO, DOWN)])
+            .collect();
         structures.check_rays(&rays, &RayFilter::ALL);
         assert!(rays.iter().all(|r| structures.closest(r).is_miss()));
     }
@@ -501,7 +510,16 @@ fn soup(count: usize, seed: u64) -> Vec<[Vec3; 3]> {
 fn node_bytes(bvh: &Bvh) -> Vec<[u32; 8]> {
     let bits = |n: &BvhNode| {
         let (a, b) = (n.min, n.max);
-        [a.x.to_bits(), a.y.to_bits(), a.z.to_bits(), n.first, b.x.to_bits(), b.y.to_bits(), b.z.to_bits(), n.count]
+        [
+            a.x.to_bits(),
+            a.y.to_bits(),
+            a.z.to_bits(),
+            n.first,
+            b.x.to_bits(),
+            b.y.to_bits(),
+            b.z.to_bits(),
+            n.count,
+        ]
     };
     bvh.nodes.iter().map(bits).collect()
 }

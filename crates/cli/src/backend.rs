@@ -2,15 +2,15 @@
 
 use crate::arguments::{BackendChoice, DeviceFlags};
 use crate::failure::Failure;
-use eosphor::{Backend, CpuBackend, CpuOptions};
+use eosphor::{Backend, CpuBackend, CpuOptions, CudaBackend, CudaOptions};
 
-/// The backend that the flags ask for. `auto` takes the fastest there is.
+/// The backend that the flags ask for. `auto` is the CPU while the GPU kernels are not tuned.
 pub(crate) fn backend_for(flags: &DeviceFlags) -> Result<Box<dyn Backend>, Failure> {
-    match flags.backend {
+    match &flags.backend {
         BackendChoice::Auto | BackendChoice::Cpu => Ok(Box::new(CpuBackend::new(cpu_options(flags))?)),
-        BackendChoice::Cuda => {
-            let text = "CUDA is not in this version: --backend cuda: use --backend cpu, which gives the same picture";
-            Err(Failure::Failed(text.into()))
+        BackendChoice::Cuda(devices) => {
+            let options = CudaOptions { devices: devices.clone(), accel: flags.accel };
+            Ok(Box::new(CudaBackend::new(options)?))
         }
     }
 }

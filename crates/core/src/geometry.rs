@@ -55,7 +55,7 @@ impl Bounds {
     /// Whether nothing is inside.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        !(self.min.x <= self.max.x)
+        self.min.x > self.max.x
     }
 
     /// The box around the images of all eight corners.

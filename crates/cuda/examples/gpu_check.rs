@@ -23,7 +23,19 @@ struct Overrides {
     samples: Option<u32>,
 }
 
-fn main() -> Result<ExitCode, Box<dyn Error>> {
+fn main() -> ExitCode {
+    match check_all() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("gpu_check: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whether the films of all scenes are identical.
+fn check_all() -> Result<bool, Box<dyn Error>> {
     for device in devices()? {
         println!("{device}");
     }
@@ -53,7 +65,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             name => all_identical &= check(name, overrides, &cpu, &gpu)?,
         }
     }
-    Ok(if all_identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(all_identical)
 }
 
 fn size(text: &str) -> Result<[u32; 2], Box<dyn Error>> {

@@ -30,7 +30,7 @@ fn assert_identical(scene: &Scene, accel: Accel) {
 /// Says so even where the test harness keeps what passing tests print to itself.
 fn skip(reason: &dyn Display) {
     let test = std::thread::current().name().unwrap_or_default().to_string();
-    writeln!(std::io::stderr(), "SKIPPED {test}: {reason}").unwrap();
+    std::io::stderr().write_all(format!("SKIPPED {test}: {reason}\n").as_bytes()).unwrap();
 }
 
 #[test]

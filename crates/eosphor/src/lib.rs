@@ -54,6 +54,8 @@ pub use error::Error;
 pub use render::render;
 
 #[doc(inline)]
+pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, devices as cuda_devices};
+#[doc(inline)]
 pub use eosphor_render::output::{
     DevelopSettings, Developed, Format, MAX_SIDE, OutputError, Picture, SaveOptions, check_writable, save,
     save_developed,

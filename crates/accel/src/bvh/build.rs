@@ -86,7 +86,8 @@ impl Builder<'_> {
         let first_left = first_below + 2;
         let first_right = first_left + left_below.len();
         let parallel = left_items.len() + right_items.len() > PARALLEL_ITEMS;
-        let mut build_left = || self.build(&mut left[0], left_below, first_left, left_items, first_item, depth + 1);
+        let mut build_left =
+            || self.build(&mut left[0], left_below, first_left, left_items, first_item, depth + 1);
         let mut build_right = || {
             self.build(
                 &mut right[0],
@@ -106,7 +107,13 @@ impl Builder<'_> {
     }
 
     /// Orders items so that the left child's come first and returns how many these are; `None` makes a leaf.
-    fn partition(&self, items: &mut [Item], bounds: &Bounds, centroids: &Bounds, depth: usize) -> Option<usize> {
+    fn partition(
+        &self,
+        items: &mut [Item],
+        bounds: &Bounds,
+        centroids: &Bounds,
+        depth: usize,
+    ) -> Option<usize> {
         let count = items.len();
         let is_triangle = |item: &Item| item.index < self.triangle_count;
         let mixed = items.iter().any(is_triangle) && !items.iter().all(is_triangle);

@@ -76,14 +76,18 @@ impl Bvh {
     fn add_geometry(&mut self, geometry: &eosphor_core::geometry::Geometry, options: &BuildOptions) -> u32 {
         let mut bounds = self.primitives.triangle_bounds(geometry);
         bounds.extend(self.primitives.sphere_bounds(geometry));
-        let (first_triangle, first_sphere) = (geometry.first_triangle as usize, geometry.first_sphere as usize);
+        let (first_triangle, first_sphere) =
+            (geometry.first_triangle as usize, geometry.first_sphere as usize);
         let triangle_count = geometry.triangle_count;
         let tree = build::build_tree(&bounds, triangle_count, options);
         let root = self.append(&tree.nodes, geometry.first_triangle, geometry.first_sphere);
 
         // Primitives into the order of the leaves.
-        let triangles: Vec<_> =
-            tree.triangle_order.iter().map(|&i| self.primitives.triangles[first_triangle + i as usize]).collect();
+        let triangles: Vec<_> = tree
+            .triangle_order
+            .iter()
+            .map(|&i| self.primitives.triangles[first_triangle + i as usize])
+            .collect();
         self.primitives.triangles[first_triangle..][..triangles.len()].copy_from_slice(&triangles);
         let spheres: Vec<_> = tree
             .sphere_order

@@ -7,23 +7,23 @@ use eosphor_core::math::{Affine, Vec3, vec3};
 
 /// Owned arrays of a [`SceneGeometry`].
 #[derive(Clone, Debug, Default)]
-pub struct World {
-    pub triangles: Vec<[Vec3; 3]>,
-    pub spheres: Vec<Sphere>,
-    pub geometries: Vec<Geometry>,
-    pub instances: Vec<Instance>,
+pub(crate) struct World {
+    pub(crate) triangles: Vec<[Vec3; 3]>,
+    pub(crate) spheres: Vec<Sphere>,
+    pub(crate) geometries: Vec<Geometry>,
+    pub(crate) instances: Vec<Instance>,
 }
 
 impl World {
     /// A world of these primitives, not yet with instances.
-    pub fn new(triangles: Vec<[Vec3; 3]>, spheres: Vec<Sphere>) -> World {
+    pub(crate) fn new(triangles: Vec<[Vec3; 3]>, spheres: Vec<Sphere>) -> World {
         let mut world = World::default();
         let geometry = world.add_geometry(&triangles, &spheres);
         world.place(geometry, Affine::IDENTITY, Affine::IDENTITY);
         world
     }
 
-    pub fn add_geometry(&mut self, triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> u32 {
+    pub(crate) fn add_geometry(&mut self, triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> u32 {
         let bounds = bounds_of(triangles, spheres);
         self.geometries.push(Geometry {
             first_triangle: self.triangles.len() as u32,
@@ -38,7 +38,7 @@ impl World {
     }
 
     /// Places a geometry as `eosphor-scene` does; maps that cannot be inverted are left out.
-    pub fn add_instance(&mut self, geometry: u32, world_from_object: Affine) {
+    pub(crate) fn add_instance(&mut self, geometry: u32, world_from_object: Affine) {
         if let Some(object_from_world) = world_from_object.inverse() {
             self.place(geometry, world_from_object, object_from_world);
         }
@@ -60,7 +60,7 @@ impl World {
         )
     }
 
-    pub fn geometry(&self) -> SceneGeometry<'_> {
+    pub(crate) fn geometry(&self) -> SceneGeometry<'_> {
         SceneGeometry {
             triangles: &self.triangles,
             spheres: &self.spheres,
@@ -70,7 +70,7 @@ impl World {
     }
 
     /// The largest absolute coordinate in world space.
-    pub fn extent(&self) -> f32 {
+    pub(crate) fn extent(&self) -> f32 {
         self.instances.iter().fold(0.0, |e, i| e.max(i.world_bounds.extent()))
     }
 }
@@ -84,7 +84,7 @@ fn bounds_of(triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Bounds {
 }
 
 /// Scale, rotation about all axes and translation.
-pub fn affine(scale: Vec3, radians: [f64; 3], translation: Vec3) -> Affine {
+pub(crate) fn affine(scale: Vec3, radians: [f64; 3], translation: Vec3) -> Affine {
     let mut columns = [vec3(scale.x, 0.0, 0.0), vec3(0.0, scale.y, 0.0), vec3(0.0, 0.0, scale.z)];
     for (axis, angle) in radians.into_iter().enumerate() {
         let (s, c) = (angle.sin() as f32, angle.cos() as f32);
@@ -98,10 +98,10 @@ pub fn affine(scale: Vec3, radians: [f64; 3], translation: Vec3) -> Affine {
 }
 
 /// SplitMix64 (Steele et al. 2014): numbers for tests.
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -109,23 +109,23 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
 
     /// In [0, 1).
-    pub fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// In [-1, 1) on every axis.
-    pub fn in_cube(&mut self) -> Vec3 {
+    pub(crate) fn in_cube(&mut self) -> Vec3 {
         let mut part = || (self.unit() * 2.0 - 1.0) as f32;
         vec3(part(), part(), part())
     }
 
     /// Uniform on the unit sphere.
-    pub fn direction(&mut self) -> Vec3 {
+    pub(crate) fn direction(&mut self) -> Vec3 {
         loop {
             let d = self.in_cube();
             if d.length_squared() <= 1.0 && d.length_squared() > 1e-4 {

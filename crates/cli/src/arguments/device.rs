@@ -7,8 +7,8 @@ use eosphor::{Accel, SimdLevel};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
 pub(crate) struct DeviceFlags {
-    /// Where to render; auto takes the fastest there is
-    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = backends())]
+    /// Where to render: auto (the CPU, in this version), cpu, cuda, or cuda:0,1 for several GPUs
+    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = backend)]
     pub(crate) backend: BackendChoice,
     /// CPU threads; all cores otherwise
     #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
@@ -25,14 +25,14 @@ pub(crate) struct DeviceFlags {
 }
 
 /// Where to render.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum BackendChoice {
-    /// The fastest there is.
+    /// The program's choice.
     Auto,
     /// All cores.
     Cpu,
-    /// NVIDIA GPUs.
-    Cuda,
+    /// NVIDIA GPUs with these numbers.
+    Cuda(Vec<usize>),
 }
 
 /// A level of instructions; `None` is the widest that the CPU has. (clap takes a bare `Option` to mean a flag that may
@@ -40,8 +40,22 @@ pub(crate) enum BackendChoice {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SimdFlag(pub(crate) Option<SimdLevel>);
 
-fn backends() -> impl clap::builder::TypedValueParser<Value = BackendChoice> {
-    named([("auto", BackendChoice::Auto), ("cpu", BackendChoice::Cpu), ("cuda", BackendChoice::Cuda)])
+/// `auto`, `cpu`, `cuda` or `cuda:0,1`.
+fn backend(text: &str) -> Result<BackendChoice, String> {
+    match text {
+        "auto" => return Ok(BackendChoice::Auto),
+        "cpu" => return Ok(BackendChoice::Cpu),
+        "cuda" => return Ok(BackendChoice::Cuda(vec![0])),
+        _ => {}
+    }
+    let numbers = text.strip_prefix("cuda:").and_then(|list| {
+        list.split(',').map(|number| number.parse::<u8>().ok().map(usize::from)).collect::<Option<Vec<_>>>()
+    });
+    let mut numbers =
+        numbers.ok_or("it must be auto, cpu, cuda, or cuda: and device numbers, as cuda:0,1")?;
+    numbers.sort_unstable();
+    numbers.dedup();
+    Ok(BackendChoice::Cuda(numbers))
 }
 
 fn accels() -> impl clap::builder::TypedValueParser<Value = Accel> {
@@ -55,4 +69,19 @@ fn simd_levels() -> impl clap::builder::TypedValueParser<Value = SimdFlag> {
         ("avx2", SimdFlag(Some(SimdLevel::Avx2))),
         ("avx512", SimdFlag(Some(SimdLevel::Avx512))),
     ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backends() {
+        assert_eq!(backend("cpu"), Ok(BackendChoice::Cpu));
+        assert_eq!(backend("cuda"), Ok(BackendChoice::Cuda(vec![0])));
+        assert_eq!(backend("cuda:3,1,3"), Ok(BackendChoice::Cuda(vec![1, 3])));
+        for bad in ["", "gpu", "cuda:", "cuda:x", "cuda:-1", "cuda:0,", "cuda:999"] {
+            assert!(backend(bad).is_err(), "{bad}");
+        }
+    }
 }

@@ -24,8 +24,37 @@ struct Cpu {
 
 #[derive(Serialize)]
 struct Cuda {
-    available: bool,
-    note: &'static str,
+    devices: Vec<CudaDevice>,
+    /// Why there is none.
+    note: Option<String>,
+}
+
+#[derive(Serialize)]
+struct CudaDevice {
+    /// For `--backend cuda:N`.
+    number: usize,
+    name: String,
+    memory_bytes: u64,
+    compute_capability: (i32, i32),
+    supported: bool,
+}
+
+impl Cuda {
+    fn look() -> Cuda {
+        match eosphor::cuda_devices() {
+            Err(error) => Cuda { devices: Vec::new(), note: Some(error.to_string()) },
+            Ok(found) => {
+                let device = |info: eosphor::DeviceInfo| CudaDevice {
+                    number: info.ordinal,
+                    supported: info.is_supported(),
+                    name: info.name,
+                    memory_bytes: info.memory_bytes,
+                    compute_capability: info.compute_capability,
+                };
+                Cuda { devices: found.into_iter().map(device).collect(), note: None }
+            }
+        }
+    }
 }
 
 pub(crate) fn devices(flags: &DevicesFlags) -> Result<(), Failure> {
@@ -35,20 +64,27 @@ pub(crate) fn devices(flags: &DevicesFlags) -> Result<(), Failure> {
             threads: available_parallelism().map_or(1, |threads| threads.get()),
             simd: SimdLevel::available().collect(),
         },
-        cuda: Cuda {
-            available: false,
-            note: "not in this version (it will be looked for through the NVIDIA driver alone: libcuda.so.1)",
-        },
+        cuda: Cuda::look(),
     };
     if flags.json {
         return streams::json(&devices);
     }
     let Devices { cpu, cuda } = devices;
     let simd = cpu.simd.iter().map(SimdLevel::to_string).collect::<Vec<_>>().join(", ");
-    streams::result(&format!(
-        "cpu   {}: {} threads, instructions {simd}\ncuda  {}\n",
-        cpu.model, cpu.threads, cuda.note
-    ))
+    let mut text = format!("cpu     {}: {} threads, instructions {simd}\n", cpu.model, cpu.threads);
+    for device in &cuda.devices {
+        let gib = device.memory_bytes as f64 / (1u64 << 30) as f64;
+        let (major, minor) = device.compute_capability;
+        let fit = if device.supported { "" } else { " (too old)" };
+        text += &format!(
+            "cuda:{}  {}: {gib:.1} GiB, compute capability {major}.{minor}{fit}\n",
+            device.number, device.name
+        );
+    }
+    if let Some(note) = &cuda.note {
+        text += &format!("cuda    {note}\n");
+    }
+    streams::result(&text)
 }
 
 fn cpu_model() -> String {

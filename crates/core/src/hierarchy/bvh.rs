@@ -29,7 +29,8 @@ impl BvhNode {
     pub const SPHERES: u32 = 1 << 31;
 
     /// A leaf that holds nothing. (A box turned inside out would not do: the slab test sorts its planes.)
-    pub const EMPTY: BvhNode = BvhNode { min: Vec3::ZERO, first: 0, max: Vec3::ZERO, count: BvhNode::SPHERES };
+    pub const EMPTY: BvhNode =
+        BvhNode { min: Vec3::ZERO, first: 0, max: Vec3::ZERO, count: BvhNode::SPHERES };
 
     /// Its box.
     #[inline(always)]

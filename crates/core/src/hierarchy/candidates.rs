@@ -31,7 +31,8 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    pub(super) const WORLD: Placement = Placement { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
+    pub(super) const WORLD: Placement =
+        Placement { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
 }
 
 /// What is looked for, and what was found so far.
@@ -160,7 +161,13 @@ impl PrimitivesView<'_> {
 
     /// The ray in an instance's space, or `None` where it misses the instance's box before `t_max`.
     #[inline(always)]
-    pub(super) fn enter_instance(&self, number: u32, ray: &Ray, slab: &Slab, t_max: f32) -> Option<(Placement, LocalRay)> {
+    pub(super) fn enter_instance(
+        &self,
+        number: u32,
+        ray: &Ray,
+        slab: &Slab,
+        t_max: f32,
+    ) -> Option<(Placement, LocalRay)> {
         let instance = item(self.instances, number);
         let (near, far) = slab.interval(&instance.world_bounds, ray.t_min);
         if !Slab::passes(near, far, t_max) {

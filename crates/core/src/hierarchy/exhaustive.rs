@@ -26,7 +26,9 @@ impl<C: Work> ExhaustiveTracer<'_, C> {
         let mut number = 1;
         while number < self.primitives.instances.len() as u32 {
             self.work.nodes(1);
-            if let Some((placement, local)) = self.primitives.enter_instance(number, ray, &slab, search.t_max()) {
+            if let Some((placement, local)) =
+                self.primitives.enter_instance(number, ray, &slab, search.t_max())
+            {
                 let geometry = item(self.primitives.instances, number).geometry;
                 if self.search_geometry(geometry, &local, &placement, filter, search) {
                     return;

@@ -23,7 +23,7 @@ pub fn intersect_sphere(ray: &LocalRay, sphere: &Sphere) -> [f32; 2] {
     let t_closest = -(from_center.dot(d) * ray.inverse_direction_squared);
     let closest = from_center.along(d, t_closest);
     let discriminant = sphere.radius * sphere.radius - closest.length_squared();
-    if !(discriminant >= 0.0) {
+    if (discriminant < 0.0) | discriminant.is_nan() {
         return [f32::NAN; 2];
     }
     let half = sqrt(discriminant * ray.inverse_direction_squared);

@@ -83,7 +83,11 @@ pub struct Confirmed {
 
 /// `(t, u, v)` where the ray meets the triangle beyond `t_min`, or `None`.
 #[inline(always)]
-pub fn intersect_triangle(ray: &LocalRay, triangle: &PackedTriangle, cull_back_faces: bool) -> Option<(f32, f32, f32)> {
+pub fn intersect_triangle(
+    ray: &LocalRay,
+    triangle: &PackedTriangle,
+    cull_back_faces: bool,
+) -> Option<(f32, f32, f32)> {
     let normal = triangle.normal();
     let edges = triangle.test_edges(ray, normal, cull_back_faces);
     if !edges.candidate {

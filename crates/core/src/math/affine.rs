@@ -1,7 +1,7 @@
 //! Affine transforms: placing instances and taking rays into object space.
 
-use super::{Vec3, fma64, vec3};
 use super::float::fma;
+use super::{Vec3, fma64, vec3};
 
 /// An affine map `p -> linear * p + translation`, as three columns and a translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,8 +15,10 @@ pub struct Affine {
 
 impl Affine {
     /// The map that changes nothing.
-    pub const IDENTITY: Affine =
-        Affine { columns: [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)], translation: Vec3::ZERO };
+    pub const IDENTITY: Affine = Affine {
+        columns: [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)],
+        translation: Vec3::ZERO,
+    };
 
     /// Maps a point.
     #[inline(always)]

@@ -46,7 +46,11 @@ pub fn fresnel_factor(mode: FresnelMode, cos_in: f32, eta: f32) -> f32 {
         FresnelMode::Exact => fresnel_exact(cos_in, eta),
         FresnelMode::Schlick => fresnel_schlick(cos_in, eta),
         FresnelMode::Constant => {
-            if eta * eta * (1.0 - cos_in * cos_in) >= 1.0 { 1.0 } else { reflectance_at_normal_incidence(eta) }
+            if eta * eta * (1.0 - cos_in * cos_in) >= 1.0 {
+                1.0
+            } else {
+                reflectance_at_normal_incidence(eta)
+            }
         }
     }
 }

@@ -7,7 +7,7 @@ mod lobe;
 mod surface;
 
 pub use directions::{Refracted, reflect, refract};
-pub use fresnel::{fresnel_factor, fresnel_exact, fresnel_schlick, reflectance_at_normal_incidence};
+pub use fresnel::{fresnel_exact, fresnel_factor, fresnel_schlick, reflectance_at_normal_incidence};
 pub use light_sample::{LightSample, emitted, sample_light, triangle_sample};
 pub use lobe::specular_lobe;
 pub use surface::SurfacePoint;

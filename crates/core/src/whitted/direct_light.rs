@@ -40,13 +40,18 @@ pub fn direct_light<T: Tracer, const W: usize>(
         let light = item(view.lights, number);
         let key = hash_pair(point_key, FIRST_LIGHT_DIMENSION + number);
         let color = emitted(light);
-        let front = Receiver { view, point, normal: point.normal, above: point.geometric_normal };
-        let got = front.gather::<T, W>(tracer, light, key, sample, shadow_rays);
-        sum += color * (point.diffuse * got.diffuse + specular * got.specular);
-        if from_behind {
-            let back = Receiver { view, point, normal: -point.normal, above: -point.geometric_normal };
-            let got = back.gather::<T, W>(tracer, light, key, sample, shadow_rays);
-            sum += color * (transmission * (point.diffuse * got.diffuse));
+        let mut side = 0;
+        while side <= from_behind as u32 {
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            let receiver =
+                Receiver { view, point, normal: point.normal * sign, above: point.geometric_normal * sign };
+            let got = receiver.gather::<T, W>(tracer, light, key, sample, shadow_rays);
+            if side == 0 {
+                sum += color * (point.diffuse * got.diffuse + specular * got.specular);
+            } else {
+                sum += color * (transmission * (point.diffuse * got.diffuse));
+            }
+            side += 1;
         }
         number += 1;
     }
@@ -103,7 +108,7 @@ impl Receiver<'_, '_> {
             // A light is not lit by itself: its samples lie in its own plane.
             filter: RayFilter { start: self.point.id, target, cull_back_faces: false },
         };
-        if count > 1 {
+        if W > 1 && count > 1 {
             self.gather_lanes::<T, W>(tracer, light, &samples, shadow_rays)
         } else {
             self.gather_lanes::<T, 1>(tracer, light, &samples, shadow_rays)

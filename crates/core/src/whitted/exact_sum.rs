@@ -61,7 +61,8 @@ mod tests {
 
     #[test]
     fn order_does_not_matter() {
-        let colors: Vec<Vec3> = (0..1000).map(|i| vec3(1.0 / (i + 1) as f32, i as f32 * 0.37, 1e-5)).collect();
+        let colors: Vec<Vec3> =
+            (0..1000).map(|i| vec3(1.0 / (i + 1) as f32, i as f32 * 0.37, 1e-5)).collect();
         let (mut forward, mut backward) = (ExactSum::default(), ExactSum::default());
         colors.iter().for_each(|c| forward.add(*c));
         colors.iter().rev().for_each(|c| backward.add(*c));

@@ -28,7 +28,13 @@ const STOP_SHORT: f32 = 1.0 - 1.0 / 8192.0;
 impl<const W: usize> LightLanes<W> {
     /// Samples `first .. first + W` of the light's sequence with this key.
     #[inline(always)]
-    pub(super) fn new(receiver: &Receiver, light: &Light, key: u32, first: u32, origin: Vec3) -> LightLanes<W> {
+    pub(super) fn new(
+        receiver: &Receiver,
+        light: &Light,
+        key: u32,
+        first: u32,
+        origin: Vec3,
+    ) -> LightLanes<W> {
         let none = [0.0; W];
         let rays = ShadowBatch { origin, x: none, y: none, z: none, t_max: none };
         let mut lanes = LightLanes { rays, diffuse: none, specular: none };
@@ -71,7 +77,7 @@ impl<const W: usize> LightLanes<W> {
         let (normal, above, to_viewer) = (receiver.normal, receiver.above, receiver.point.to_viewer);
         let mut lit = [0.0; W];
         for lane in 0..W {
-            let to_light = self.to_light(lane);
+            let to_light = self.direction(lane);
             let cos = normal.dot(to_light);
             let reached = (cos > 0.0) & (above.dot(to_light) > 0.0);
             lit[lane] = if reached { weight[lane] } else { 0.0 };
@@ -83,13 +89,13 @@ impl<const W: usize> LightLanes<W> {
         match receiver.view.settings.lighting_model {
             LightingModel::Phong if has_highlight => {
                 for lane in 0..W {
-                    let (model, l) = (LightingModel::Phong, self.to_light(lane));
+                    let (model, l) = (LightingModel::Phong, self.direction(lane));
                     self.specular[lane] = lit[lane] * specular_lobe(model, normal, to_viewer, l, exponent);
                 }
             }
             LightingModel::BlinnPhong if has_highlight => {
                 for lane in 0..W {
-                    let (model, l) = (LightingModel::BlinnPhong, self.to_light(lane));
+                    let (model, l) = (LightingModel::BlinnPhong, self.direction(lane));
                     self.specular[lane] = lit[lane] * specular_lobe(model, normal, to_viewer, l, exponent);
                 }
             }
@@ -98,7 +104,7 @@ impl<const W: usize> LightLanes<W> {
     }
 
     #[inline(always)]
-    fn to_light(&self, lane: usize) -> Vec3 {
+    fn direction(&self, lane: usize) -> Vec3 {
         vec3(self.rays.x[lane], self.rays.y[lane], self.rays.z[lane])
     }
 }

@@ -73,7 +73,14 @@ pub fn radiance<T: Tracer, const W: usize>(
             let point = SurfacePoint::new(view, &ray, &hit);
             let mut found = local_radiance(view, &point, hit.t);
             if is_lit(settings.lighting_model) {
-                found += direct_light::<T, W>(view, tracer, &point, path_ray.path, (x, y, sample), &mut counts.shadow);
+                found += direct_light::<T, W>(
+                    view,
+                    tracer,
+                    &point,
+                    path_ray.path,
+                    (x, y, sample),
+                    &mut counts.shadow,
+                );
                 if path_ray.depth < settings.max_depth && branch_count(point.material) > 0 {
                     stack.push(Level { ray: path_ray, hit, next_branch: 0 });
                 }

@@ -11,6 +11,7 @@ use eosphor_core::hierarchy::{CountWork, IgnoreWork, Tracer};
 use eosphor_core::math::Vec3;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{RayCounts, pixel_color, render_pixel};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What answers queries.
 pub(super) enum Structure {
@@ -18,81 +19,74 @@ pub(super) enum Structure {
     Bvh(Bvh),
 }
 
+/// A tile to be rendered.
+pub(super) struct TileJob<'a> {
+    pub(super) tile: Tile,
+    /// When raised, the tile is given up.
+    pub(super) cancel: &'a AtomicBool,
+    /// Count nodes and primitive tests.
+    pub(super) count_work: bool,
+}
+
+/// Colours of a tile, row after row, and what it took; `None` where it was given up.
+type Rendered = Option<(Vec<Vec3>, RayStatistics)>;
+
 /// Shadow rays traced at a time.
 const LANES: usize = 16;
 
-/// Colours of a tile, row after row, and what it took.
+/// Renders a tile at a SIMD level that the CPU has.
 pub(super) fn render_tile(
     view: &SceneView,
     structure: &Structure,
-    tile: &Tile,
+    job: &TileJob,
     simd: SimdLevel,
-    count_work: bool,
-) -> (Vec<Vec3>, RayStatistics) {
+) -> Rendered {
     match simd {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: CpuBackend::new has made sure that the CPU has the level.
-        SimdLevel::Avx512 => unsafe { render_tile_avx512(view, structure, tile, count_work) },
+        SimdLevel::Avx512 => unsafe { render_tile_avx512(view, structure, job) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as above.
-        SimdLevel::Avx2 => unsafe { render_tile_avx2(view, structure, tile, count_work) },
-        _ => render_tile_baseline(view, structure, tile, count_work),
+        SimdLevel::Avx2 => unsafe { render_tile_avx2(view, structure, job) },
+        _ => render_tile_baseline(view, structure, job),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt")]
-unsafe fn render_tile_avx512(
-    view: &SceneView,
-    structure: &Structure,
-    tile: &Tile,
-    count_work: bool,
-) -> (Vec<Vec3>, RayStatistics) {
-    render_tile_with(view, structure, tile, count_work)
+unsafe fn render_tile_avx512(view: &SceneView, structure: &Structure, job: &TileJob) -> Rendered {
+    render_tile_with(view, structure, job)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt")]
-unsafe fn render_tile_avx2(
-    view: &SceneView,
-    structure: &Structure,
-    tile: &Tile,
-    count_work: bool,
-) -> (Vec<Vec3>, RayStatistics) {
-    render_tile_with(view, structure, tile, count_work)
+unsafe fn render_tile_avx2(view: &SceneView, structure: &Structure, job: &TileJob) -> Rendered {
+    render_tile_with(view, structure, job)
 }
 
-fn render_tile_baseline(
-    view: &SceneView,
-    structure: &Structure,
-    tile: &Tile,
-    count_work: bool,
-) -> (Vec<Vec3>, RayStatistics) {
-    render_tile_with(view, structure, tile, count_work)
+fn render_tile_baseline(view: &SceneView, structure: &Structure, job: &TileJob) -> Rendered {
+    render_tile_with(view, structure, job)
 }
 
 #[inline(always)]
-fn render_tile_with(
-    view: &SceneView,
-    structure: &Structure,
-    tile: &Tile,
-    count_work: bool,
-) -> (Vec<Vec3>, RayStatistics) {
-    match (structure, count_work) {
+fn render_tile_with(view: &SceneView, structure: &Structure, job: &TileJob) -> Rendered {
+    match (structure, job.count_work) {
         (Structure::Bvh(bvh), false) => {
-            trace_tile::<_, LANES>(view, &PacketTracer { scalar: bvh.tracer(IgnoreWork) }, tile)
+            trace_tile::<_, LANES>(view, &PacketTracer { scalar: bvh.tracer(IgnoreWork) }, job)
         }
         (Structure::Bvh(bvh), true) => {
             // Work is counted by the scalar traversal: packets share nodes, which would make the figures per ray
             // incomparable.
             let tracer = bvh.tracer(CountWork::default());
-            let (colors, statistics) = trace_tile::<_, 1>(view, &tracer, tile);
-            (colors, with_work(statistics, &tracer.work))
+            trace_tile::<_, 1>(view, &tracer, job).map(|(colors, s)| (colors, with_work(s, &tracer.work)))
         }
         (Structure::Exhaustive(exhaustive), _) => {
             let tracer = exhaustive.tracer(CountWork::default());
-            let (colors, statistics) = trace_tile::<_, 1>(view, &tracer, tile);
-            (colors, if count_work { with_work(statistics, &tracer.work) } else { statistics })
+            let rendered = trace_tile::<_, 1>(view, &tracer, job);
+            if !job.count_work {
+                return rendered;
+            }
+            rendered.map(|(colors, s)| (colors, with_work(s, &tracer.work)))
         }
     }
 }
@@ -102,14 +96,13 @@ fn with_work(statistics: RayStatistics, work: &CountWork) -> RayStatistics {
 }
 
 #[inline(always)]
-fn trace_tile<T: Tracer, const W: usize>(
-    view: &SceneView,
-    tracer: &T,
-    tile: &Tile,
-) -> (Vec<Vec3>, RayStatistics) {
-    let mut colors = Vec::with_capacity(tile.pixels() as usize);
+fn trace_tile<T: Tracer, const W: usize>(view: &SceneView, tracer: &T, job: &TileJob) -> Rendered {
+    let mut colors = Vec::with_capacity(job.tile.pixels() as usize);
     let mut statistics = RayStatistics::default();
-    for (x, y) in tile.places() {
+    for (x, y) in job.tile.places() {
+        if job.cancel.load(Ordering::Relaxed) {
+            return None;
+        }
         let mut counts = RayCounts::default();
         let sum = render_pixel::<T, W>(view, tracer, x, y, &mut counts);
         colors.push(pixel_color(view, &sum));
@@ -122,5 +115,5 @@ fn trace_tile<T: Tracer, const W: usize>(
             ..RayStatistics::default()
         };
     }
-    (colors, statistics)
+    Some((colors, statistics))
 }

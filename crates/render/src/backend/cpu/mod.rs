@@ -8,13 +8,13 @@ pub use options::{Accel, CpuOptions, SimdLevel};
 
 use super::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered};
 use crate::{BuildStatistics, Film, RayStatistics};
-use dispatch::Structure;
+use dispatch::{Structure, TileJob};
 use eosphor_accel::{BuildOptions, Bvh, Exhaustive, SceneGeometry};
 use eosphor_scene::SceneData;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
-use tile::Tile;
+use tile::Tiling;
 
 /// Renders on the cores of the CPU.
 pub struct CpuBackend {
@@ -108,14 +108,16 @@ impl PreparedScene for PreparedCpu {
         let pixels_total = width as u64 * height as u64;
         let film = Mutex::new((Film::new(width, height), RayStatistics::default()));
         let (pixels_done, rays) = (AtomicU64::new(0), AtomicU64::new(0));
-        let tiles = Tile::cover(width, height, self.tile);
+        let tiling = Tiling::new(width, height, self.tile);
         self.pool.install(|| {
-            tiles.par_iter().with_max_len(1).for_each(|tile| {
-                if control.cancel.load(Ordering::Relaxed) {
+            (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
+                let tile = tiling.tile(number);
+                let job = TileJob { tile, cancel: control.cancel, count_work: control.count_work };
+                let Some((colors, statistics)) =
+                    dispatch::render_tile(&view, &self.structure, &job, self.simd)
+                else {
                     return;
-                }
-                let (colors, statistics) =
-                    dispatch::render_tile(&view, &self.structure, tile, self.simd, control.count_work);
+                };
                 {
                     // A tile is done or not: nothing panics between here and the end of the block.
                     let mut guard = film.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

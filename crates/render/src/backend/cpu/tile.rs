@@ -3,6 +3,36 @@
 use crate::Film;
 use eosphor_core::math::Vec3;
 
+/// A picture cut into tiles of at most `side` by `side` pixels, counted row after row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tiling {
+    width: u32,
+    height: u32,
+    side: u32,
+}
+
+impl Tiling {
+    pub(super) fn new(width: u32, height: u32, side: u32) -> Tiling {
+        Tiling { width, height, side }
+    }
+
+    fn columns(&self) -> u32 {
+        self.width.div_ceil(self.side)
+    }
+
+    /// How many tiles there are. Sides of at most 65,535 pixels keep it below 2^32 even for tiles of one pixel.
+    pub(super) fn len(&self) -> u32 {
+        self.columns() * self.height.div_ceil(self.side)
+    }
+
+    /// One of them.
+    pub(super) fn tile(&self, number: u32) -> Tile {
+        let x = (number % self.columns()) * self.side;
+        let y = (number / self.columns()) * self.side;
+        Tile { x, y, width: self.side.min(self.width - x), height: self.side.min(self.height - y) }
+    }
+}
+
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Tile {
@@ -13,29 +43,14 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// Tiles of at most `side` by `side` pixels over a picture, row after row.
-    pub(super) fn cover(width: u32, height: u32, side: u32) -> Vec<Tile> {
-        let starts = |length: u32| (0..length).step_by(side as usize);
-        starts(height)
-            .flat_map(|y| {
-                starts(width).map(move |x| Tile {
-                    x,
-                    y,
-                    width: side.min(width - x),
-                    height: side.min(height - y),
-                })
-            })
-            .collect()
-    }
-
     /// Pixels in it.
     pub(super) fn pixels(&self) -> u64 {
         self.width as u64 * self.height as u64
     }
 
     /// Its pixels' places, row after row.
-    pub(super) fn places(&self) -> impl Iterator<Item = (u32, u32)> {
-        let tile = *self;
+    pub(super) fn places(self) -> impl Iterator<Item = (u32, u32)> {
+        let tile = self;
         (0..tile.height).flat_map(move |dy| (0..tile.width).map(move |dx| (tile.x + dx, tile.y + dy)))
     }
 
@@ -56,7 +71,8 @@ mod tests {
     fn tiles_cover_every_pixel_once() {
         for (width, height, side) in [(1, 1, 16), (17, 5, 4), (64, 64, 64), (100, 33, 7), (5, 300, 1)] {
             let mut seen = vec![0; (width * height) as usize];
-            for (x, y) in Tile::cover(width, height, side).iter().flat_map(Tile::places) {
+            let tiling = Tiling::new(width, height, side);
+            for (x, y) in (0..tiling.len()).map(|n| tiling.tile(n)).flat_map(|t| t.places()) {
                 seen[(y * width + x) as usize] += 1;
             }
             assert!(seen.iter().all(|&n| n == 1), "{width}x{height} in tiles of {side}");

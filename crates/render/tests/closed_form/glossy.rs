@@ -1,0 +1,87 @@
+//! Glossy lobes: means over `cos^n` in closed form.
+
+use crate::support::*;
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_scene::{MaterialKind, Scene};
+
+/// A glossy square at height 0, looked at straight from above unless said otherwise.
+fn glossy_floor(exponent: f32, reflectance: Vec3) -> Scene {
+    let mut scene = scene();
+    let kind = MaterialKind::Glossy { reflectance, exponent, rays: 64, color: Vec3::ZERO };
+    let m = material(&mut scene, kind);
+    rectangle(&mut scene, vec3(0.02, 0.0, 0.01), vec3(0.0, 0.0, 0.1), vec3(0.1, 0.0, 0.0), m);
+    scene.settings.samples = 64;
+    scene.settings.light_samples = 1;
+    scene
+}
+
+/// A ceiling at height 1 that shines where x is over `from_x`.
+fn add_half_ceiling(scene: &mut Scene, from_x: f32) {
+    let glow = emissive(scene, Vec3::ONE);
+    let half = 5000.0;
+    rectangle(scene, vec3(from_x + half, 1.0, 0.0), vec3(half, 0.0, 0.0), vec3(0.0, 0.0, half), glow);
+}
+
+const ABOVE: Vec3 = vec3(0.0, 0.5, 0.0);
+
+#[test]
+fn a_narrow_lobe_shows_what_the_mirror_shows() {
+    let tint = vec3(0.9, 0.5, 0.2);
+    for (from_x, expected) in [(-0.05, 1.0), (0.05, 0.0)] {
+        let mut scene = glossy_floor(100_000.0, tint);
+        add_half_ceiling(&mut scene, from_x);
+        assert_near(probe(&scene, ABOVE, Vec3::ZERO), double(tint).map(|t| t * expected), 1e-5);
+    }
+}
+
+#[test]
+fn a_half_bright_world_gives_one_half_at_every_exponent() {
+    for exponent in [1.0, 5.0, 50.0, 1000.0] {
+        let mut scene = glossy_floor(exponent, Vec3::splat(0.8));
+        add_half_ceiling(&mut scene, 0.0);
+        let got = probe(&scene, ABOVE, Vec3::ZERO);
+        println!("glossy, exponent {exponent}: {} of 0.4", got.x);
+        assert_grey(got, 0.4, 4e-3);
+    }
+}
+
+#[test]
+fn a_cosine_lobe_sees_a_half_space_by_one_plus_cosine_over_two() {
+    // The half space beyond the plane through the point and the ceiling's border, whose normal is at angle a to the
+    // lobe's axis: Lambert's form factor (1 + cos a) / 2.
+    for border in [-2.0f64, -0.5, 0.3, 1.0, 3.0] {
+        let mut scene = glossy_floor(1.0, Vec3::ONE);
+        add_half_ceiling(&mut scene, border as f32);
+        let cos = -border / (1.0 + border * border).sqrt();
+        let (got, expected) = (probe(&scene, ABOVE, Vec3::ZERO), 0.5 * (1.0 + cos));
+        println!("cosine lobe, border {border}: {} of {expected:.6}", got.x);
+        assert_grey(got, expected, 5e-3);
+    }
+}
+
+#[test]
+fn rays_of_the_lobe_under_the_surface_count_as_black() {
+    // In a white world a cosine lobe about the mirror direction at angle a to the normal keeps (1 + cos a) / 2.
+    for degrees in [0.0f64, 30.0, 60.0, 80.0] {
+        let mut scene = glossy_floor(1.0, Vec3::ONE);
+        scene.settings.background = Vec3::ONE;
+        let (s, c) = (degrees.to_radians().sin(), degrees.to_radians().cos());
+        let got = probe(&scene, vec3(s as f32, c as f32, 0.0), Vec3::ZERO);
+        assert_grey(got, 0.5 * (1.0 + c), 3e-3);
+    }
+}
+
+#[test]
+fn the_mean_of_a_lobe_does_not_depend_on_how_samples_and_rays_share_it() {
+    let value = |rays: u32, samples: u32| {
+        let mut scene = glossy_floor(3.0, Vec3::ONE);
+        let kind = MaterialKind::Glossy { reflectance: Vec3::ONE, exponent: 3.0, rays, color: Vec3::ZERO };
+        scene.materials[0].kind = kind;
+        scene.settings.samples = samples;
+        add_half_ceiling(&mut scene, 0.4);
+        probe(&scene, ABOVE, Vec3::ZERO).x
+    };
+    // The same 1024 points.
+    assert_eq!(value(1, 1024), value(16, 64));
+    assert_eq!(value(1024, 1), value(16, 64));
+}

@@ -1,0 +1,10 @@
+//! Pictures whose values are known in closed form: scene model → `SceneData` → `CpuBackend` → film.
+
+mod camera;
+mod glass;
+mod glossy;
+mod lights;
+mod mirrors;
+mod shadows;
+mod support;
+mod surfaces;

@@ -1,0 +1,288 @@
+//! The picture contract on the CPU: a pixel does not depend on threads, tiles, SIMD level or hierarchy.
+
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
+use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, Film, RenderControl, SimdLevel};
+use eosphor_scene::{
+    Camera, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh, Mtl, NO_INDEX, NormalMode,
+    Parallelogram, PixelSampling, Preset, RenderSettings, Scene, SceneData, Sphere, Texture, Transform,
+    Triangle, load,
+};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+fn render(scene: &Arc<SceneData>, options: CpuOptions) -> Film {
+    let backend = CpuBackend::new(options).unwrap();
+    let prepared = backend.prepare(Arc::clone(scene)).unwrap();
+    let cancel = AtomicBool::new(false);
+    // Counting takes another way through the tracers: tiles of 5 stand for it.
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: options.tile == 5 };
+    let rendered = prepared.render(&control).unwrap();
+    assert!(rendered.complete);
+    rendered.film
+}
+
+/// Renders in all ways and compares every bit.
+fn assert_identical(name: &str, scene: &Scene) {
+    let (data, _) = SceneData::flatten(scene).unwrap();
+    let scene = Arc::new(data);
+    let base = CpuOptions { threads: Some(1), ..CpuOptions::default() };
+    let reference = render(&scene, base);
+    let lit = reference.pixels.iter().filter(|p| p.max_component() > 0.0).count();
+    assert!(lit * 20 > reference.pixels.len(), "{name}: the picture shows next to nothing");
+    let mut ways: Vec<(String, CpuOptions)> = Vec::new();
+    for threads in [2, 7] {
+        ways.push((format!("{threads} threads"), CpuOptions { threads: Some(threads), ..base }));
+    }
+    for tile in [1, 5, 8, 64] {
+        ways.push((format!("tiles of {tile}"), CpuOptions { threads: Some(2), tile, ..base }));
+    }
+    for simd in SimdLevel::available() {
+        ways.push((format!("bvh, {simd}"), CpuOptions { simd: Some(simd), threads: Some(2), ..base }));
+    }
+    ways.push(("no hierarchy".into(), CpuOptions { accel: Accel::None, threads: Some(2), ..base }));
+    for level in SimdLevel::ALL.into_iter().filter(|l| !l.is_available()) {
+        eprintln!("SKIPPED: {name}: this CPU has no {level}");
+    }
+    for (way, options) in ways {
+        let film = render(&scene, options);
+        let first = film.pixels.iter().zip(&reference.pixels).position(|(a, b)| bits(*a) != bits(*b));
+        if let Some(at) = first {
+            let (x, y) = (at % film.width as usize, at / film.width as usize);
+            panic!("{name}, {way}: pixel ({x}, {y}) is {:?}, not {:?}", film.pixels[at], reference.pixels[at]);
+        }
+    }
+}
+
+fn bits(c: Vec3) -> [u32; 3] {
+    [c.x.to_bits(), c.y.to_bits(), c.z.to_bits()]
+}
+
+const SIZE: [u32; 2] = [52, 37];
+
+fn cornell(change: impl FnOnce(&mut RenderSettings)) -> Scene {
+    let mut scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+    scene.settings.size = SIZE;
+    scene.settings.samples = 2;
+    scene.settings.light_samples = 5;
+    change(&mut scene.settings);
+    scene
+}
+
+fn material(scene: &mut Scene, kind: MaterialKind) -> u32 {
+    scene.materials.push(Material { name: format!("m{}", scene.materials.len()), kind, diffuse_texture: None });
+    scene.materials.len() as u32 - 1
+}
+
+/// A floor, spheres of every kind, a lamp and a spot light.
+fn spheres() -> Scene {
+    let mut scene = Scene {
+        camera: Some(Camera {
+            position: vec3(0.3, 2.0, 6.5),
+            look_at: Some(vec3(0.0, 0.6, 0.0)),
+            ..Camera::default()
+        }),
+        settings: RenderSettings { size: SIZE, samples: 3, light_samples: 3, ..RenderSettings::default() },
+        ..Scene::default()
+    };
+    let floor = material(&mut scene, MaterialKind::Matte { color: vec3(0.6, 0.5, 0.4) });
+    let lamp = material(&mut scene, MaterialKind::Emissive { radiance: vec3(6.0, 5.0, 4.0) });
+    scene.parallelograms.push(Parallelogram {
+        corner: vec3(-6.0, 0.0, 5.0),
+        edge_u: vec3(12.0, 0.0, 0.0),
+        edge_v: vec3(0.0, 0.0, -12.0),
+        material: floor,
+    });
+    scene.parallelograms.push(Parallelogram {
+        corner: vec3(-1.0, 4.0, -1.0),
+        edge_u: vec3(2.0, 0.0, 0.0),
+        edge_v: vec3(0.0, 0.0, 2.0),
+        material: lamp,
+    });
+    let white = Vec3::splat(0.7);
+    let kinds = [
+        MaterialKind::Mirror { reflectance: Vec3::splat(0.9) },
+        MaterialKind::Dielectric { ior: 1.5, tint: vec3(0.9, 1.0, 0.95) },
+        MaterialKind::Glossy { reflectance: white, exponent: 30.0, rays: 3, color: vec3(0.1, 0.1, 0.0) },
+        MaterialKind::Transparent {
+            color: vec3(0.9, 0.2, 0.2),
+            transparency: 0.6,
+            reflection: 0.2,
+            shininess: 64.0,
+        },
+        MaterialKind::Mtl(Mtl { Kd: vec3(0.2, 0.3, 0.8), Ks: Vec3::splat(0.5), Ns: 50.0, ..Mtl::default() }),
+    ];
+    for (i, kind) in kinds.into_iter().enumerate() {
+        let material = material(&mut scene, kind);
+        let center = vec3(i as f32 * 1.3 - 2.6, 0.6, (i % 2) as f32 - 0.5);
+        scene.spheres.push(Sphere { center, radius: 0.6, material });
+    }
+    scene.lights.push(Light::Spot {
+        position: vec3(3.0, 4.0, 3.0),
+        direction: vec3(-3.0, -4.0, -3.0),
+        inner_degrees: 10.0,
+        outer_degrees: 25.0,
+        color: Vec3::splat(20.0),
+    });
+    scene
+}
+
+/// A bumpy patch of 800 triangles, so that it is not baked when placed several times.
+fn patch() -> Mesh {
+    const N: u32 = 20;
+    let height = |i: u32, j: u32| ((i * 7 + j * 13) % 11) as f32 * 0.02;
+    let mut mesh = Mesh { name: "patch".into(), ..Mesh::default() };
+    for j in 0..=N {
+        for i in 0..=N {
+            let (x, z) = (i as f32 / N as f32 - 0.5, j as f32 / N as f32 - 0.5);
+            mesh.positions.push(vec3(x, height(i, j), -z));
+        }
+    }
+    let mut add = |positions| {
+        mesh.triangles.push(Triangle {
+            positions,
+            normals: [NO_INDEX; 3],
+            uvs: [NO_INDEX; 3],
+            material: 0,
+        });
+    };
+    for j in 0..N {
+        for i in 0..N {
+            let a = j * (N + 1) + i;
+            add([a, a + 1, a + N + 2]);
+            add([a, a + N + 2, a + N + 1]);
+        }
+    }
+    mesh
+}
+
+fn instances() -> Scene {
+    let mut scene = spheres();
+    scene.meshes.push(patch());
+    for k in 0..6 {
+        let angle = k as f32 * 57.0;
+        scene.instances.push(Instance {
+            mesh: 0,
+            world_from_object: Transform {
+                scale: vec3(1.0 + k as f32 * 0.3, if k % 2 == 0 { 1.0 } else { -2.0 }, 1.5),
+                rotate_degrees: vec3(angle, angle * 0.5, 10.0),
+                translate: vec3(k as f32 - 2.5, 1.2 + 0.2 * k as f32, -1.0),
+                matrix: None,
+            },
+        });
+    }
+    scene
+}
+
+fn moved(mut scene: Scene, offset: Vec3) -> Scene {
+    let camera = scene.camera.as_mut().unwrap();
+    camera.position += offset;
+    camera.look_at = camera.look_at.map(|p| p + offset);
+    scene.spheres.iter_mut().for_each(|s| s.center += offset);
+    scene.parallelograms.iter_mut().for_each(|p| p.corner += offset);
+    for instance in &mut scene.instances {
+        instance.world_from_object.translate += offset;
+    }
+    for light in &mut scene.lights {
+        if let Light::Point { position, .. } | Light::Spot { position, .. } = light {
+            *position += offset;
+        }
+    }
+    scene
+}
+
+#[test]
+fn cornell_as_shipped() {
+    assert_identical("cornell", &cornell(|_| {}));
+}
+
+#[test]
+fn cornell_with_preset_pg1() {
+    let mut scene = cornell(|_| {});
+    Preset::Pg1.apply(&mut scene);
+    scene.settings.size = SIZE;
+    assert_identical("cornell pg1", &scene);
+}
+
+#[test]
+fn cornell_with_preset_eos() {
+    let mut scene = cornell(|_| {});
+    Preset::Eos.apply(&mut scene);
+    scene.settings.size = SIZE;
+    assert_identical("cornell eos", &scene);
+}
+
+#[test]
+fn every_lighting_model() {
+    for lighting in [
+        LightingModel::Distance,
+        LightingModel::Diffuse,
+        LightingModel::Lambert,
+        LightingModel::Phong,
+        LightingModel::BlinnPhong,
+    ] {
+        assert_identical(&format!("{lighting:?}"), &cornell(|s| s.lighting = lighting));
+    }
+}
+
+#[test]
+fn every_shadow_and_fresnel_mode() {
+    for (shadows, fresnel) in [
+        (ShadowMode::None, FresnelMode::Exact),
+        (ShadowMode::Opaque, FresnelMode::Schlick),
+        (ShadowMode::Coloured, FresnelMode::Constant),
+    ] {
+        let mut scene = spheres();
+        (scene.settings.shadows, scene.settings.fresnel) = (shadows, fresnel);
+        scene.settings.light_from_behind = true;
+        assert_identical(&format!("{shadows:?}, {fresnel:?}"), &scene);
+    }
+}
+
+#[test]
+fn lens_and_sample_grid() {
+    let mut scene = spheres();
+    scene.camera.as_mut().unwrap().lens = Some(Lens { aperture_radius: 0.2, focus_distance: None });
+    scene.settings.pixel_sampling = PixelSampling::Grid(2);
+    assert_identical("lens", &scene);
+}
+
+#[test]
+fn culling_and_normals() {
+    for normals in [NormalMode::Flat, NormalMode::Smooth, NormalMode::Generated] {
+        let scene = cornell(|s| {
+            s.normals = normals;
+            s.cull_back_faces = true;
+        });
+        assert_identical(&format!("culling, {normals:?}"), &scene);
+    }
+}
+
+#[test]
+fn instances_traced_in_their_own_space() {
+    let scene = instances();
+    let (data, _) = SceneData::flatten(&scene).unwrap();
+    assert!(data.instances.len() > 2, "the mesh must not be baked");
+    assert_identical("instances", &scene);
+}
+
+#[test]
+fn far_from_the_origin() {
+    for distance in [100.0, 10_000.0] {
+        let scene = moved(instances(), vec3(distance, -distance, 2.0 * distance));
+        assert_identical(&format!("{distance} from the origin"), &scene);
+    }
+}
+
+#[test]
+fn textured_floor() {
+    use eosphor_core::texture::{TextureFilter, TextureWrap};
+    for filter in [TextureFilter::Nearest, TextureFilter::Bilinear] {
+        let mut scene = spheres();
+        let texels = (0..64u32).map(|i| 0xff00_0000 | ((i * 0x0003_0501) & 0x00ff_ffff)).collect();
+        let wrap = TextureWrap::Repeat;
+        scene.textures.push(Texture { name: "dots".into(), width: 8, height: 8, texels, filter, wrap });
+        scene.materials[0].diffuse_texture = Some(0);
+        assert_identical(&format!("{filter:?}"), &scene);
+    }
+}
