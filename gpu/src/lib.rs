@@ -113,7 +113,7 @@ unsafe fn render_band<T: Tracer>(
 }
 
 /// Defines a kernel that renders a band of rows. After the tracer's own parameters all have the same ones, in the
-/// order in which `crates/cuda/src/launch.rs` passes them.
+/// order in which `crates/cuda/src/scene.rs` passes them.
 macro_rules! render_kernel {
     ($(#[$doc:meta])* $name:ident($($own:ident: $type:ty),*) |$primitives:ident| $tracer:expr) => {
         $(#[$doc])*

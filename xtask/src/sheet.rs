@@ -72,7 +72,7 @@ fn cells() -> Vec<Cell> {
         cells.push((label.to_owned(), words.map(str::to_owned).collect()));
     };
     for model in ["distance", "diffuse", "lambert", "phong", "blinn-phong"] {
-        add(&format!("lighting {model}"), cornell, &format!("--lighting {model} --max-distance 3.7"));
+        add(&format!("lighting {model}"), lens, &format!("--aperture 0 --samples 16 --lighting {model}"));
     }
     for mode in ["none", "opaque", "coloured"] {
         add(&format!("shadows {mode}"), panes, &format!("--shadows {mode} --no-light-from-behind"));

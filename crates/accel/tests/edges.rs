@@ -56,7 +56,9 @@ fn icosphere(levels: u32) -> Mesh {
     let mut triangles = Vec::new();
     for (i, &a) in positions.iter().enumerate() {
         for (j, &b) in positions.iter().enumerate().skip(i + 1).filter(|(_, b)| near(a, **b)) {
-            for (k, &c) in positions.iter().enumerate().skip(j + 1).filter(|(_, c)| near(a, **c) && near(b, **c)) {
+            for (k, &c) in
+                positions.iter().enumerate().skip(j + 1).filter(|(_, c)| near(a, **c) && near(b, **c))
+            {
                 let outward = dot(cross(sub(b, a), sub(c, a)), a) > 0.0;
                 triangles.push(if outward { [i, j, k] } else { [i, k, j] });
             }
@@ -281,7 +283,10 @@ fn reference(origin: V, direction: V, [a, b, c]: [V; 3]) -> Option<f64> {
 fn outside(origin: V, direction: V, [a, b, c]: [V; 3]) -> f64 {
     let facing = dot(cross(sub(b, a), sub(c, a)), direction);
     let moment = |a: V, b: V| dot(cross(sub(a, origin), sub(b, a)), direction) / length(sub(b, a));
-    [(a, b), (b, c), (c, a)].map(|(a, b)| -moment(a, b) * facing.signum()).into_iter().fold(f64::MIN, f64::max)
+    [(a, b), (b, c), (c, a)]
+        .map(|(a, b)| -moment(a, b) * facing.signum())
+        .into_iter()
+        .fold(f64::MIN, f64::max)
 }
 
 /// What rays at a mesh showed. Errors of places are over the reach of coordinates: the largest of the mesh plus the
@@ -398,5 +403,23 @@ fn hits_are_those_of_double_precision() {
         if points_are_near {
             assert!(accuracy.t_error < 4e-6 && accuracy.steep_t_error < 1e-6, "{name}: {accuracy:?}");
         }
+    }
+}
+
+#[test]
+fn meshes_of_sizes_from_1e_minus_9_to_1e12_are_closed() {
+    for exponent in -9..=12 {
+        let size = 10f64.powi(exponent);
+        let mut mesh = icosphere(1);
+        mesh.positions.iter_mut().for_each(|p| *p = p.map(|x| x * size * 0.5));
+        let placed = Placed::new(&mesh, [0.0; 3]);
+        let mut random = Random((exponent + 9) as u64);
+        let missed = (0..2000)
+            .filter(|_| {
+                let eye = random.direction() * (size as f32 * 0.9);
+                placed.hit(eye, (random.in_cube() * (size as f32 * 0.1) - eye).normalize()).is_miss()
+            })
+            .count();
+        assert_eq!(missed, 0, "size 1e{exponent}");
     }
 }

@@ -49,7 +49,10 @@ fn assert_identical(name: &str, scene: &Scene) {
         let first = film.pixels.iter().zip(&reference.pixels).position(|(a, b)| bits(*a) != bits(*b));
         if let Some(at) = first {
             let (x, y) = (at % film.width as usize, at / film.width as usize);
-            panic!("{name}, {way}: pixel ({x}, {y}) is {:?}, not {:?}", film.pixels[at], reference.pixels[at]);
+            panic!(
+                "{name}, {way}: pixel ({x}, {y}) is {:?}, not {:?}",
+                film.pixels[at], reference.pixels[at]
+            );
         }
     }
 }
@@ -70,7 +73,11 @@ fn cornell(change: impl FnOnce(&mut RenderSettings)) -> Scene {
 }
 
 fn material(scene: &mut Scene, kind: MaterialKind) -> u32 {
-    scene.materials.push(Material { name: format!("m{}", scene.materials.len()), kind, diffuse_texture: None });
+    scene.materials.push(Material {
+        name: format!("m{}", scene.materials.len()),
+        kind,
+        diffuse_texture: None,
+    });
     scene.materials.len() as u32 - 1
 }
 
@@ -139,12 +146,7 @@ fn patch() -> Mesh {
         }
     }
     let mut add = |positions| {
-        mesh.triangles.push(Triangle {
-            positions,
-            normals: [NO_INDEX; 3],
-            uvs: [NO_INDEX; 3],
-            material: 0,
-        });
+        mesh.triangles.push(Triangle { positions, normals: [NO_INDEX; 3], uvs: [NO_INDEX; 3], material: 0 });
     };
     for j in 0..N {
         for i in 0..N {

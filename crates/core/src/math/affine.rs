@@ -1,6 +1,5 @@
 //! Affine transforms: placing instances and taking rays into object space.
 
-use super::float::fma;
 use super::{Vec3, fma64, vec3};
 
 /// An affine map `p -> linear * p + translation`, as three columns and a translation.
@@ -86,7 +85,7 @@ impl Affine {
     /// The largest absolute row sum of the linear part: how much a box can grow.
     pub fn growth(&self) -> f32 {
         let [a, b, c] = self.columns;
-        let row = |x: f32, y: f32, z: f32| fma(1.0, x.abs(), y.abs() + z.abs());
+        let row = |x: f32, y: f32, z: f32| x.abs() + y.abs() + z.abs();
         row(a.x, b.x, c.x).max(row(a.y, b.y, c.y)).max(row(a.z, b.z, c.z))
     }
 

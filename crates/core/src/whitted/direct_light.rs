@@ -170,12 +170,22 @@ impl Receiver<'_, '_> {
 fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &RayFilter) -> Vec3 {
     let mut through = Vec3::ONE;
     let mut after = Hit::miss(f32::NEG_INFINITY);
+    let mut after_front = false;
     loop {
         let hit = tracer.next_hit(ray, filter, &after);
         if hit.is_miss() {
             return through;
         }
         let point = SurfacePoint::new(view, ray, &hit);
+        let again = !after.is_miss()
+            && hit.t - after.t <= point.offset
+            && point.front == after_front
+            && meet_at_corner(view, after.id, hit.id);
+        after = hit;
+        after_front = point.front;
+        if again {
+            continue;
+        }
         let material = point.material;
         let mut surface = material.shadow_filter;
         if material.diffuse_texture != NONE && material.diffuse.min_component() > 0.0 {
@@ -191,6 +201,23 @@ fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &Ra
         if through.max_component() <= 0.0 {
             return Vec3::ZERO;
         }
-        after = hit;
     }
+}
+
+/// Whether two triangles of one material are neighbours: they share a corner or two. A ray through an edge that
+/// neighbours share hits both, but crosses their surface once. (Triangles that share all corners lie on each other.)
+#[inline(always)]
+fn meet_at_corner(view: &SceneView, a: PrimitiveId, b: PrimitiveId) -> bool {
+    let geometry = item(view.geometries, item(view.instances, a.instance).geometry);
+    let triangles = geometry.triangle_count;
+    if a.instance != b.instance || a.primitive >= triangles || b.primitive >= triangles {
+        return false;
+    }
+    let (a, b) = (geometry.first_triangle + a.primitive, geometry.first_triangle + b.primitive);
+    let [p, q, r] = *item(view.triangles, b);
+    let shared = |v: Vec3| ((v == p) | (v == q) | (v == r)) as u32;
+    let [x, y, z] = *item(view.triangles, a);
+    let count = shared(x) + shared(y) + shared(z);
+    let one_material = item(view.triangle_shading, a).material == item(view.triangle_shading, b).material;
+    one_material & (count > 0) & (count < 3)
 }

@@ -10,7 +10,8 @@ use crate::math::Vec3;
 /// Contributions are rounded down to multiples of this.
 pub const RESOLUTION: f32 = 1.0 / 268_435_456.0;
 
-/// Contributions above this are cut to it. A pixel holds 65,535 of the largest before its sum wraps.
+/// Contributions above this are cut to it. A pixel holds 65,535 of the largest before its sum stays where it is (sums of
+/// non-negative numbers that saturate are still free of order).
 pub const MAX_RADIANCE: f32 = 1_048_576.0;
 
 /// A sum of colours.
@@ -25,17 +26,17 @@ impl ExactSum {
     /// Adds a colour. NaN and negative components count as 0.
     #[inline(always)]
     pub fn add(&mut self, color: Vec3) {
-        self.units[0] = self.units[0].wrapping_add(units(color.x));
-        self.units[1] = self.units[1].wrapping_add(units(color.y));
-        self.units[2] = self.units[2].wrapping_add(units(color.z));
+        self.units[0] = self.units[0].saturating_add(units(color.x));
+        self.units[1] = self.units[1].saturating_add(units(color.y));
+        self.units[2] = self.units[2].saturating_add(units(color.z));
     }
 
     /// Adds another sum.
     #[inline(always)]
     pub fn merge(&mut self, other: &ExactSum) {
-        self.units[0] = self.units[0].wrapping_add(other.units[0]);
-        self.units[1] = self.units[1].wrapping_add(other.units[1]);
-        self.units[2] = self.units[2].wrapping_add(other.units[2]);
+        self.units[0] = self.units[0].saturating_add(other.units[0]);
+        self.units[1] = self.units[1].saturating_add(other.units[1]);
+        self.units[2] = self.units[2].saturating_add(other.units[2]);
     }
 
     /// The sum over `count` samples as a mean colour.

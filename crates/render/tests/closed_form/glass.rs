@@ -3,7 +3,9 @@
 use crate::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::FresnelMode;
-use eosphor_scene::{Composition, Instance, MaterialKind, Mesh, Mtl, NO_INDEX, NormalMode, Scene, Transform, Triangle};
+use eosphor_scene::{
+    Composition, Instance, MaterialKind, Mesh, Mtl, NO_INDEX, NormalMode, Scene, Transform, Triangle,
+};
 
 fn glass(scene: &mut Scene, ior: f32, tint: Vec3) -> u32 {
     material(scene, MaterialKind::Dielectric { ior, tint })
@@ -64,8 +66,10 @@ fn beyond_the_critical_angle_glass_reflects_everything_in_every_mode() {
             if total {
                 assert_eq!(got, vec3(0.0, 1.0, 0.0), "{mode:?} {degrees}");
             } else {
-                // What gets out is nearly horizontal and misses the red sphere.
-                assert!(got.y < 0.999 && got.x == 0.0, "{mode:?} {degrees}: {got:?}");
+                assert!(got.x > 0.0 && (got.x + got.y - 1.0).abs() < 1e-6, "{mode:?} {degrees}: {got:?}");
+                let f = fresnel(c, 1.5).0;
+                // The curve is steep here.
+                assert!(mode != FresnelMode::Exact || (got.y as f64 - f).abs() < 1e-4, "{got:?} {f}");
             }
         }
     }
@@ -98,7 +102,14 @@ fn add_target(scene: &mut Scene, at: V, d: V, half: f64) {
 /// Asserts that the probe sees a square of this half width about the point that theory says, at its full transmittance,
 /// and does not see squares beside it.
 #[track_caller]
-fn assert_aims_at(scene: &Scene, from: Vec3, to: Vec3, at: V, d: V, half: f64, transmittance: f64, tolerance: f64) {
+fn assert_aims_at(
+    scene: &Scene,
+    (from, to): (Vec3, Vec3),
+    (at, d): (V, V),
+    half: f64,
+    transmittance: f64,
+    tolerance: f64,
+) {
     let mut with = scene.clone();
     add_target(&mut with, at, d, half);
     assert_grey(probe(&with, from, to), transmittance, tolerance);
@@ -112,14 +123,19 @@ fn assert_aims_at(scene: &Scene, from: Vec3, to: Vec3, at: V, d: V, half: f64, t
 
 #[test]
 fn a_slab_shifts_a_ray_sideways_and_keeps_its_direction() {
-    // Shift = h sin a (1 - cos a / (n cos b)), seen within 1e-4.
+    // Shift = h sin a (1 - cos a / (n cos b)). Rays go on 2^-17 of the scene's extent off the surface, which moves them by
+    // up to 3e-5 a surface.
     let h = 0.7;
     for ior in [1.0002f32, 1.333, 1.5, 2.419] {
         for degrees in [0.0f64, 20.0, 45.0, 70.0, 85.0] {
+            if ior < 1.1 && degrees > 80.0 {
+                // It would come out far away.
+                continue;
+            }
             let mut scene = scene();
             let m = glass(&mut scene, ior, Vec3::ONE);
-            floor(&mut scene, 0.0, 9.0, m);
-            let (u, v) = (vec3(9.0, 0.0, 0.0), vec3(0.0, 0.0, 9.0));
+            floor(&mut scene, 0.0, 2.5, m);
+            let (u, v) = (vec3(2.5, 0.0, 0.0), vec3(0.0, 0.0, 2.5));
             rectangle(&mut scene, vec3(0.3, -h as f32, -0.4), u, v, m);
             scene.settings.depth = 2;
             let a = degrees.to_radians();
@@ -129,11 +145,13 @@ fn a_slab_shifts_a_ray_sideways_and_keeps_its_direction() {
             let shift = h * a.sin() * (1.0 - a.cos() / (n * cos_in));
             // The straight ray, moved at right angles towards where the bent one comes out.
             let sideways = [-a.cos(), -a.sin(), 0.0];
-            let at = along(along([0.1, 0.0, 0.2], d, h / a.cos() + 0.5), sideways, shift);
+            let inside = h / cos_in;
+            let forward = (inside * inside - shift * shift).sqrt();
+            let at = along(along([0.1, 0.0, 0.2], d, forward + 0.5), sideways, shift);
             let from = along([0.1, 0.0, 0.2], d, -1.0);
             let passed = (1.0 - reflected) * (1.0 - reflected);
             let to = vec3(0.1, 0.0, 0.2);
-            assert_aims_at(&scene, single(from), to, at, d, 1e-4, passed, 1e-3);
+            assert_aims_at(&scene, (single(from), to), (at, d), 1e-4, passed, 1e-3);
         }
     }
 }
@@ -165,7 +183,7 @@ fn a_glass_sphere_bends_rays_by_snell_twice() {
             sphere(&mut scene, Vec3::ZERO, 1.0, m);
             scene.settings.depth = 2;
             let (q, out, passed) = through_sphere(o, unit(sub(to, o)), ior as f64);
-            assert_aims_at(&scene, single(o), single(to), along(q, out, 1.5), out, 2e-4, passed, 1e-3);
+            assert_aims_at(&scene, (single(o), single(to)), (along(q, out, 1.5), out), 2e-4, passed, 1e-3);
         }
     }
 }
@@ -175,7 +193,8 @@ fn add_sphere_mesh(scene: &mut Scene, n: u32, material: u32) {
     let mut mesh = Mesh { name: "sphere".into(), ..Mesh::default() };
     for i in 0..=n {
         for j in 0..2 * n {
-            let (theta, phi) = (i as f64 / n as f64 * std::f64::consts::PI, j as f64 / n as f64 * std::f64::consts::PI);
+            let (theta, phi) =
+                (i as f64 / n as f64 * std::f64::consts::PI, j as f64 / n as f64 * std::f64::consts::PI);
             let ring = if i == 0 || i == n { 0.0 } else { theta.sin() };
             mesh.positions.push(single([ring * phi.cos(), theta.cos(), -ring * phi.sin()]));
         }
@@ -202,7 +221,7 @@ fn a_sphere_of_smooth_triangles_bends_rays_nearly_as_the_sphere_does() {
         add_sphere_mesh(&mut scene, 128, m);
         scene.settings.depth = 2;
         let (q, out, passed) = through_sphere(o, unit(sub(to, o)), 1.5);
-        assert_aims_at(&scene, single(o), single(to), along(q, out, 1.5), out, 3e-3, passed, 2e-3);
+        assert_aims_at(&scene, (single(o), single(to)), (along(q, out, 1.5), out), 3e-3, passed, 2e-3);
     }
 }
 
@@ -244,7 +263,7 @@ fn a_straight_pane_lets_rays_through_unbent() {
     let d = unit([0.5, -0.6, 0.2]);
     let at = along([0.1, 0.0, 0.2], d, 2.0);
     let from = along([0.1, 0.0, 0.2], d, -1.0);
-    assert_aims_at(&scene, single(from), vec3(0.1, 0.0, 0.2), at, d, 1e-5, 0.75, 1e-5);
+    assert_aims_at(&scene, (single(from), vec3(0.1, 0.0, 0.2)), (at, d), 1e-4, 0.75, 1e-5);
 }
 
 #[test]

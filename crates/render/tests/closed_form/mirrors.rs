@@ -99,7 +99,8 @@ fn a_mirror_sphere_shows_the_direction_of_its_normal() {
         // A square across the mirrored ray, 2 units on.
         let (at, side) = (along(p, mirrored, 2.0), unit(cross(mirrored, [0.0, 1.0, 0.3])));
         let other = cross(mirrored, side);
-        for (shift, seen) in [(0.0, true), (0.0018, true), (0.0022, false), (-0.0018, true), (-0.0022, false)] {
+        for (shift, seen) in [(0.0, true), (0.0018, true), (0.0022, false), (-0.0018, true), (-0.0022, false)]
+        {
             for across in [side, other] {
                 let mut scene = scene();
                 let mirror = material(&mut scene, MaterialKind::Mirror { reflectance: Vec3::ONE });

@@ -3,7 +3,7 @@
 use crate::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
-use eosphor_scene::{Light, MaterialKind, Mtl, Scene};
+use eosphor_scene::{Instance, Light, MaterialKind, Mesh, Mtl, NO_INDEX, Scene, Transform, Triangle};
 
 const RED: Vec3 = vec3(0.9, 0.4, 0.2);
 const BLUE: Vec3 = vec3(0.3, 0.5, 0.8);
@@ -85,6 +85,42 @@ fn coplanar_panes_multiply_once_each() {
         });
         assert_near(under_light(&under_panes(&panes, ShadowMode::Coloured)), expected, 1e-4);
     }
+}
+
+#[test]
+fn light_through_the_diagonal_of_a_pane_is_filtered_once() {
+    // The light's ray meets the edge that the two halves of the parallelogram share.
+    let mut scene = under_panes(&[], ShadowMode::Coloured);
+    let m = pane(&mut scene, RED, 0.5);
+    for (u, v) in [(vec3(0.0, 0.0, 0.7), vec3(0.9, 0.0, 0.0)), (vec3(0.3, 0.0, 0.5), vec3(0.5, 0.0, -0.3))] {
+        let mut scene = scene.clone();
+        rectangle(&mut scene, vec3(0.5, 2.0, 0.25), u, v, m);
+        assert_near(under_light(&scene), double(RED * 0.5), 1e-4);
+    }
+}
+
+#[test]
+fn light_through_a_vertex_of_a_closed_mesh_is_filtered_twice() {
+    // Six triangles meet where the ray comes in and six where it goes out.
+    let mut scene = under_panes(&[], ShadowMode::Coloured);
+    let m = pane(&mut scene, RED, 0.5);
+    let mut mesh = Mesh { name: "double cone".into(), ..Mesh::default() };
+    for k in 0..6u32 {
+        let turn = k as f32 * std::f32::consts::FRAC_PI_3;
+        mesh.positions.push(vec3(turn.cos(), 0.0, -turn.sin()) * 0.5);
+    }
+    mesh.positions.extend([vec3(0.0, 0.3, 0.0), vec3(0.0, -0.3, 0.0)]);
+    for k in 0..6u32 {
+        let next = (k + 1) % 6;
+        for positions in [[k, next, 6], [next, k, 7]] {
+            let triangle = Triangle { positions, normals: [NO_INDEX; 3], uvs: [NO_INDEX; 3], material: m };
+            mesh.triangles.push(triangle);
+        }
+    }
+    scene.meshes.push(mesh);
+    let place = Transform::translation(vec3(0.5, 2.0, 0.25));
+    scene.instances.push(Instance { mesh: 0, world_from_object: place });
+    assert_near(under_light(&scene), double(RED * RED * 0.25), 1e-4);
 }
 
 #[test]

@@ -4,8 +4,8 @@ use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
 use eosphor_render::{Backend, CpuBackend, CpuOptions, Film, RenderControl};
 use eosphor_scene::{
-    Camera, Material, MaterialKind, NormalMode, Parallelogram, PixelSampling, RenderSettings, Scene, SceneData,
-    Sphere,
+    Camera, Material, MaterialKind, NormalMode, Parallelogram, PixelSampling, RenderSettings, Scene,
+    SceneData, Sphere,
 };
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
@@ -70,8 +70,7 @@ pub(crate) fn render(scene: &Scene) -> Film {
     let backend = BACKEND.get_or_init(|| CpuBackend::new(CpuOptions::default()).unwrap());
     let (data, _) = SceneData::flatten(scene).unwrap();
     let prepared = backend.prepare(Arc::new(data)).unwrap();
-    let control =
-        RenderControl { on_progress: &|_| {}, cancel: &AtomicBool::new(false), count_work: false };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &AtomicBool::new(false), count_work: false };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);
     rendered.film

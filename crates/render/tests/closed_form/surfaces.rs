@@ -4,7 +4,9 @@ use crate::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::LightingModel;
 use eosphor_core::texture::{TextureFilter, TextureWrap};
-use eosphor_scene::{Instance, Light, MaterialKind, Mesh, Mtl, NO_INDEX, Scene, Texture, Transform, Triangle};
+use eosphor_scene::{
+    Instance, Light, MaterialKind, Mesh, Mtl, NO_INDEX, Scene, Texture, Transform, Triangle,
+};
 
 const KD: Vec3 = vec3(0.8, 0.5, 0.25);
 const KS: Vec3 = vec3(0.3, 0.6, 0.9);
@@ -108,7 +110,12 @@ fn smooth_normals_light_a_triangle_by_their_interpolation() {
         positions: positions.to_vec(),
         normals: normals.to_vec(),
         uvs: vec![],
-        triangles: vec![Triangle { positions: [0, 1, 2], normals: [0, 1, 2], uvs: [NO_INDEX; 3], material: white }],
+        triangles: vec![Triangle {
+            positions: [0, 1, 2],
+            normals: [0, 1, 2],
+            uvs: [NO_INDEX; 3],
+            material: white,
+        }],
     });
     scene.instances.push(Instance { mesh: 0, world_from_object: Transform::default() });
     scene.settings.normals = eosphor_scene::NormalMode::Smooth;

@@ -120,7 +120,7 @@ fn color(rest: &[u8]) -> Result<Vec3, String> {
         None => Vec3::splat(r),
         second => vec3(r, first_number(second)?, first_number(list.next())?),
     };
-    if c.min_component() < 0.0 || c.max_component() > 1e15 {
+    if c.min_component() < 0.0 || c.max_component() > 1e12 {
         return Err("a colour is negative or huge; the default is taken".into());
     }
     Ok(c)

@@ -88,7 +88,7 @@ fn bad_input_names_file_and_line() {
         ("\nv nan 0 0", "a.obj:2: \"nan\" is not a finite number; mend the file"),
         ("v 0 -inf 0", "a.obj:1: \"-inf\" is not a finite number; mend the file"),
         ("v 0 1.#IND 0", "a.obj:1: \"1.#IND\" is not a finite number; mend the file"),
-        ("v 0 0 2e15", "a.obj:1: 2e15 is out of range; numbers must be within 1e15"),
+        ("v 0 0 2e12", "a.obj:1: 2e12 is out of range; numbers must be within 1e12"),
         ("v 0 0 1e39", "a.obj:1: \"1e39\" is not a finite number; mend the file"),
         ("vn 0 1", "a.obj:1: \"vn\" needs 3 numbers, found 2"),
         ("vt", "a.obj:1: \"vt\" needs 1 numbers, found 0"),

@@ -14,8 +14,7 @@ const TO_EYE: Vec3 = vec3(0.0, 0.0, 1.0);
 /// Room around a framed scene.
 const MARGIN: f32 = 1.05;
 
-/// What a headlight gives a white surface in the middle of the scene that faces it: a little less than 1, so that
-/// what is nearer is not burnt out.
+/// What a headlight gives a white surface that faces it.
 const HEADLIGHT: f32 = 0.8;
 
 /// The camera, and the headlight to be used where the scene has no light.
@@ -38,7 +37,7 @@ pub(super) fn build(
             camera
         }
     };
-    let headlight = (!world.is_empty()).then(|| headlight(&camera, world, scene.settings.light_falloff));
+    let headlight = (!world.is_empty()).then(|| headlight(&camera));
     Ok((camera, headlight))
 }
 
@@ -89,10 +88,8 @@ fn framing(world: &Bounds, width: u32, height: u32) -> Result<Camera, SceneError
     Ok(camera)
 }
 
-/// A point light at the camera, equally bright with and without falloff. Inside a scene (a room) the distance to its
-/// middle says little: then a quarter of its size is the distance that counts.
-fn headlight(camera: &Camera, world: &Bounds, falloff: bool) -> Light {
-    let distance = (world.center() - camera.eye).length().max((world.max - world.min).length() * 0.25);
-    let intensity = if falloff { HEADLIGHT * distance * distance } else { HEADLIGHT };
-    Light::Point { position: camera.eye, intensity: Vec3::splat(intensity) }
+/// A point light at the camera. It is the only light where it is used, and then there is no falloff: near and far are
+/// equally bright, inside a room as well as before an object.
+fn headlight(camera: &Camera) -> Light {
+    Light::Point { position: camera.eye, intensity: Vec3::splat(HEADLIGHT) }
 }

@@ -81,12 +81,13 @@ impl SceneData {
         let (camera, headlight) = camera::build(scene, &world, &mut notes)?;
         let mut lights = lights::explicit(scene);
         lights.extend(lights::emissive_triangles(scene, &geometry, &materials, &mut notes));
+        let mut settings = settings::build(&scene.settings, &camera, &world);
         if let Some(light) = headlight.filter(|_| lights.is_empty() && settings::needs_light(&scene.settings))
         {
             notes.push(Note::Headlight { position: camera.eye.into() });
             lights.push(light);
+            settings.light_falloff = false;
         }
-        let settings = settings::build(&scene.settings, &camera, &world);
 
         let data = SceneData {
             triangles: geometry.triangles,

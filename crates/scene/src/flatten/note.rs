@@ -40,7 +40,7 @@ impl fmt::Display for Note {
             }
             Note::Empty => f.write_str("the scene is empty: there is nothing to see"),
             Note::Headlight { position: [x, y, z] } => {
-                write!(f, "no light: a headlight at the camera ({x:.4}, {y:.4}, {z:.4})")
+                write!(f, "no light: a headlight without falloff at the camera ({x:.4}, {y:.4}, {z:.4})")
             }
             Note::EmissiveSpheres { count } => {
                 write!(

@@ -161,7 +161,7 @@ fn singular_transforms_are_an_error() {
         error(&placed(cube(), &[Transform::default(), flat])),
         "instances[1] (mesh \"cube\"): its transform cannot be inverted: it squashes the mesh flat; no scale may be 0"
     );
-    let far = Transform { scale: Vec3::splat(1e10), translate: vec3(1e15, 0.0, 0.0), ..Transform::default() };
+    let far = Transform { scale: Vec3::splat(1e10), translate: vec3(1e12, 0.0, 0.0), ..Transform::default() };
     assert!(error(&placed(cube(), &[far])).starts_with("mesh \"cube\": its transform takes a vertex to"));
 }
 
@@ -401,17 +401,14 @@ fn a_scene_without_camera_is_framed() {
 }
 
 #[test]
-fn the_headlight_is_as_bright_with_and_without_falloff() {
+fn the_headlight_has_no_falloff() {
     let mut scene = placed(cube(), &[Transform::default()]);
-    let at_middle = |scene: &Scene| {
-        let (data, _) = flatten(scene);
-        let CoreLight::Point { position, intensity } = data.lights[0] else { panic!() };
-        assert_eq!(position, data.camera.eye);
-        intensity.x / if scene.settings.light_falloff { position.length_squared() } else { 1.0 }
-    };
-    assert!((at_middle(&scene) - 0.8).abs() < 1e-6);
-    scene.settings.light_falloff = false;
-    assert!((at_middle(&scene) - 0.8).abs() < 1e-6);
+    let (data, _) = flatten(&scene);
+    let CoreLight::Point { position, intensity } = data.lights[0] else { panic!() };
+    assert_eq!(
+        (position, intensity, data.settings.light_falloff),
+        (data.camera.eye, Vec3::splat(0.8), false)
+    );
     scene.settings.lighting = LightingModel::Diffuse;
     assert!(flatten(&scene).0.lights.is_empty());
 }

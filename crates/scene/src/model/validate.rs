@@ -8,7 +8,7 @@ use eosphor_core::math::Vec3;
 use std::fmt::Display;
 
 /// The largest absolute coordinate. Squares of sums of such numbers stay finite in single precision.
-pub(crate) const MAX_COORDINATE: f32 = 1e15;
+pub(crate) const MAX_COORDINATE: f32 = 1e12;
 
 type Check = Result<(), Problem>;
 

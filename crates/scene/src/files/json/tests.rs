@@ -126,7 +126,7 @@ fn errors_name_the_place() {
         ),
         (
             "{\"eosphor\": 1,\n \"spheres\": [{\"center\": [0,0,1e39], \"radius\": 1}]}",
-            "dir/s.json:2:30: 1e39 is out of range; numbers must be within 1e15",
+            "dir/s.json:2:30: 1e39 is out of range; numbers must be within 1e12",
         ),
         ("{\"eosphor\": 1, \"materials\": {\"a\": {}}}", "dir/s.json:1:36: the material has no kind"),
         (
