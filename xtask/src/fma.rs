@@ -4,7 +4,7 @@
 //! not inlined is compiled for the baseline, and there a fused multiply-add is a library call, ten times slower. This
 //! command disassembles the binary and follows calls from those functions.
 
-use crate::root;
+use crate::build_program;
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
@@ -17,7 +17,7 @@ const LIBRARY_FMA: [&str; 6] = ["fmaf", "fma", "fmaf@plt", "fma@plt", "fmaf_with
 
 pub(crate) fn run(arguments: &[String]) -> Result<()> {
     let binary = match arguments {
-        [] => build()?,
+        [] => build_program()?.display().to_string(),
         [path] => path.clone(),
         _ => bail!("usage: cargo xtask fma [BINARY]"),
     };
@@ -34,17 +34,6 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn build() -> Result<String> {
-    let status = Command::new("cargo")
-        .args(["build", "--release", "--locked", "-p", "eosphor-cli"])
-        .current_dir(root())
-        .status()
-        .context("cannot run cargo")?;
-    ensure!(status.success(), "the build failed");
-    let target = std::env::var("CARGO_TARGET_DIR").map_or_else(|_| root().join("target"), Into::into);
-    Ok(target.join("release/eosphor").display().to_string())
 }
 
 /// Who calls whom.

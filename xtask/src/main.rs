@@ -4,6 +4,7 @@ mod fma;
 mod ptx;
 mod sheet;
 
+use anyhow::Context;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -36,4 +37,16 @@ fn main() -> ExitCode {
 /// The root of the repository.
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Builds the program in the release profile; returns where it lies.
+fn build_program() -> anyhow::Result<PathBuf> {
+    let status = std::process::Command::new("cargo")
+        .args(["build", "--release", "--locked", "-p", "eosphor-cli"])
+        .current_dir(root())
+        .status()
+        .context("cannot run cargo")?;
+    anyhow::ensure!(status.success(), "the build failed");
+    let target = std::env::var("CARGO_TARGET_DIR").map_or_else(|_| root().join("target"), PathBuf::from);
+    Ok(target.join("release/eosphor"))
 }

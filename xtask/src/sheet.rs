@@ -1,7 +1,7 @@
 //! `sheet`: a contact sheet to be looked at: every lighting model, shadow mode, normal mode, Fresnel mode, depth of field,
 //! glossy reflection and culling, and real scenes where they are at hand.
 
-use crate::root;
+use crate::{build_program, root};
 use anyhow::{Context, Result, bail, ensure};
 use font8x8::legacy::BASIC_LEGACY;
 use std::fs::{self, File};
@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
         [path] => PathBuf::from(path),
         _ => bail!("usage: cargo xtask sheet [OUT.png]"),
     };
-    let binary = build()?;
+    let binary = build_program()?;
     let folder = out.parent().unwrap_or(Path::new(".")).to_owned();
     fs::create_dir_all(&folder)?;
     let picture = folder.join("sheet-cell.ppm");
@@ -48,17 +48,6 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
     sheet.save(&out)?;
     println!("{}", out.display());
     Ok(())
-}
-
-fn build() -> Result<PathBuf> {
-    let status = Command::new("cargo")
-        .args(["build", "--release", "--locked", "-p", "eosphor-cli"])
-        .current_dir(root())
-        .status()
-        .context("cannot run cargo")?;
-    ensure!(status.success(), "the build failed");
-    let target = std::env::var("CARGO_TARGET_DIR").map_or_else(|_| root().join("target"), PathBuf::from);
-    Ok(target.join("release/eosphor"))
 }
 
 fn cells() -> Vec<Cell> {

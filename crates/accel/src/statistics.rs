@@ -5,6 +5,7 @@ use eosphor_core::hierarchy::BvhNode;
 
 /// A hierarchy in numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct HierarchyStatistics {
     /// Name of the structure.
     pub structure: &'static str,

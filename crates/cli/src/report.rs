@@ -1,7 +1,7 @@
 //! What a render did: a table for people, JSON for programs.
 
 use crate::text::{bytes, grouped, ratio};
-use eosphor::{BuildStatistics, RayStatistics};
+use eosphor::{HierarchyStatistics, RayStatistics};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -21,7 +21,7 @@ pub(crate) struct Report {
     pub(crate) work_per_ray: Option<WorkPerRay>,
     pub(crate) speed: Speed,
     pub(crate) seconds: Seconds,
-    pub(crate) hierarchy: BuildStatistics,
+    pub(crate) hierarchy: HierarchyStatistics,
     /// Warnings of loading and notes of preparing.
     pub(crate) notes: Vec<String>,
 }
@@ -128,7 +128,7 @@ impl Report {
 }
 
 /// The hierarchy in numbers, as rows of a table.
-pub(crate) fn hierarchy_rows(h: &BuildStatistics) -> Vec<(&'static str, String)> {
+pub(crate) fn hierarchy_rows(h: &HierarchyStatistics) -> Vec<(&'static str, String)> {
     vec![
         ("hierarchy", format!("{}, built in {:.3} s", h.structure, h.build_seconds)),
         ("  primitives", grouped(h.primitives)),

@@ -3,11 +3,10 @@
 use crate::bands::{BandHeight, Rows};
 use crate::device::{Device, devices};
 use crate::failure::failure;
-use crate::scene::{DeviceScene, Structure};
-use eosphor_accel::{BuildOptions, Bvh, Exhaustive, SceneGeometry};
+use crate::scene::DeviceScene;
 use eosphor_render::{
-    Accel, Backend, BackendError, BuildStatistics, Film, PreparedScene, Progress, RayStatistics,
-    RenderControl, Rendered,
+    Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
+    RayStatistics, RenderControl, Rendered,
 };
 use eosphor_scene::SceneData;
 use std::sync::atomic::Ordering;
@@ -70,32 +69,15 @@ impl Backend for CudaBackend {
     }
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
-        let geometry = SceneGeometry {
-            triangles: &scene.triangles,
-            spheres: &scene.spheres,
-            geometries: &scene.geometries,
-            instances: &scene.instances,
-        };
-        let (structure, statistics) = match self.accel {
-            Accel::None => {
-                let exhaustive = Exhaustive::new(&geometry);
-                let statistics = exhaustive.statistics();
-                (Structure::Exhaustive(exhaustive.primitives), statistics)
-            }
-            Accel::Bvh => {
-                let bvh = Bvh::build(&geometry, &BuildOptions::default());
-                let statistics = bvh.statistics();
-                (Structure::Bvh(bvh), statistics)
-            }
-        };
+        let hierarchy = Hierarchy::build(self.accel, &scene);
         let upload = |device: &Device| {
-            DeviceScene::upload(&device.stream, &scene.view(), &structure)
+            DeviceScene::upload(&device.stream, &scene.view(), &hierarchy)
                 .map_err(|error| failure(&device.name, "copying the scene", error))
         };
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),
-            statistics: statistics.into(),
+            statistics: hierarchy.statistics(),
             width: scene.settings.width,
             height: scene.settings.height,
         }))
@@ -106,13 +88,13 @@ struct PreparedCuda {
     /// One for each device.
     scenes: Vec<DeviceScene>,
     devices: Arc<Vec<Device>>,
-    statistics: BuildStatistics,
+    statistics: HierarchyStatistics,
     width: u32,
     height: u32,
 }
 
 impl PreparedScene for PreparedCuda {
-    fn build_statistics(&self) -> BuildStatistics {
+    fn hierarchy_statistics(&self) -> HierarchyStatistics {
         self.statistics.clone()
     }
 

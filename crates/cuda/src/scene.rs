@@ -4,7 +4,6 @@ use crate::device::Device;
 use crate::memory::{DeviceArray, allocate, download, upload};
 use crate::ptx::BLOCK;
 use cudarc::driver::{CudaStream, DriverError, LaunchConfig, PushKernelArg};
-use eosphor_accel::{Bvh, PackedPrimitives};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleShading};
 use eosphor_core::hierarchy::BvhNode;
@@ -15,25 +14,8 @@ use eosphor_core::math::Vec3;
 use eosphor_core::settings::Settings;
 use eosphor_core::texture::Texture;
 use eosphor_core::view::SceneView;
-use eosphor_render::RayStatistics;
+use eosphor_render::{Hierarchy, RayStatistics};
 use std::sync::Arc;
-
-/// What rays are traced through.
-pub(crate) enum Structure {
-    /// A hierarchy.
-    Bvh(Bvh),
-    /// Every primitive is tested.
-    Exhaustive(PackedPrimitives),
-}
-
-impl Structure {
-    fn primitives(&self) -> &PackedPrimitives {
-        match self {
-            Structure::Bvh(bvh) => &bvh.primitives,
-            Structure::Exhaustive(primitives) => primitives,
-        }
-    }
-}
 
 /// Arguments that `render_bvh` takes before the common ones.
 #[cfg(test)]
@@ -83,12 +65,12 @@ impl DeviceScene {
     pub(crate) fn upload(
         stream: &Arc<CudaStream>,
         view: &SceneView,
-        structure: &Structure,
+        hierarchy: &Hierarchy,
     ) -> Result<DeviceScene, DriverError> {
-        let primitives = structure.primitives();
-        let bvh = match structure {
-            Structure::Exhaustive(_) => None,
-            Structure::Bvh(bvh) => Some(DeviceBvh {
+        let primitives = hierarchy.primitives();
+        let bvh = match hierarchy {
+            Hierarchy::Exhaustive(_) => None,
+            Hierarchy::Bvh(bvh) => Some(DeviceBvh {
                 nodes: upload(stream, &bvh.nodes)?,
                 roots: upload(stream, &bvh.roots)?,
                 instance_order: upload(stream, &bvh.instance_order)?,

@@ -62,7 +62,7 @@ pub use eosphor_render::output::{
 };
 #[doc(inline)]
 pub use eosphor_render::{
-    Accel, Backend, BackendError, BuildStatistics, CpuBackend, CpuOptions, Film, PreparedScene, Progress,
+    Accel, Backend, BackendError, CpuBackend, CpuOptions, Film, HierarchyStatistics, PreparedScene, Progress,
     RayStatistics, RenderControl, Rendered, SimdLevel,
 };
 #[doc(inline)]

@@ -6,10 +6,13 @@
 mod backend;
 pub mod compare;
 mod film;
+mod hierarchy;
 pub mod output;
 mod statistics;
 
-pub use backend::cpu::{Accel, CpuBackend, CpuOptions, SimdLevel};
+pub use backend::cpu::{CpuBackend, CpuOptions, SimdLevel};
 pub use backend::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered};
+pub use eosphor_accel::HierarchyStatistics;
 pub use film::Film;
-pub use statistics::{BuildStatistics, RayStatistics};
+pub use hierarchy::{Accel, Hierarchy};
+pub use statistics::RayStatistics;

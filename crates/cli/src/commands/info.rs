@@ -7,7 +7,7 @@ use crate::report::hierarchy_rows;
 use crate::streams;
 use crate::text::grouped;
 use eosphor::math::Vec3;
-use eosphor::{BuildStatistics, LoadOptions, Scene, SceneData, load};
+use eosphor::{HierarchyStatistics, LoadOptions, Scene, SceneData, load};
 use serde::Serialize;
 use std::fmt::Write;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ struct Info {
     /// `None` for an empty scene.
     bounds: Option<[Vec3; 2]>,
     camera: CameraInfo,
-    hierarchy: BuildStatistics,
+    hierarchy: HierarchyStatistics,
     files: Vec<String>,
     /// Of loading and of preparing.
     notes: Vec<String>,
@@ -64,7 +64,7 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
         lights: data.lights.len(),
         bounds: bounds(scene),
         camera: camera_info(scene, &data),
-        hierarchy: backend_for(&flags.device)?.prepare(Arc::new(data))?.build_statistics(),
+        hierarchy: backend_for(&flags.device)?.prepare(Arc::new(data))?.hierarchy_statistics(),
         files,
         notes,
     };

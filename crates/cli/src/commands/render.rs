@@ -9,7 +9,7 @@ use crate::streams::{self, Verbosity};
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
-use eosphor::{Backend, BuildStatistics, Camera, LoadOptions, RenderControl, Rendered, SaveOptions};
+use eosphor::{Backend, Camera, HierarchyStatistics, LoadOptions, RenderControl, Rendered, SaveOptions};
 use eosphor::{Scene, SceneData, Transform, check_writable, load, save};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -119,7 +119,7 @@ fn trace(
     backend: &dyn Backend,
     data: Arc<SceneData>,
     seconds: &mut Seconds,
-) -> Result<(Rendered, BuildStatistics, f64), Failure> {
+) -> Result<(Rendered, HierarchyStatistics, f64), Failure> {
     interrupt::check()?;
     let prepared = timed(&mut seconds.build, || backend.prepare(data))?;
     interrupt::check()?;
@@ -133,7 +133,7 @@ fn trace(
     let rendered = timed(&mut seconds.render, || prepared.render(&control))?;
     let cpu = |before: ProcessTime| before.try_elapsed().ok();
     seconds.render_cpu = cpu_before.and_then(cpu).map(|time| Duration::as_secs_f64(&time));
-    Ok((rendered, prepared.build_statistics(), view.finish()))
+    Ok((rendered, prepared.hierarchy_statistics(), view.finish()))
 }
 
 /// Calls `work` and notes the seconds that it took.
@@ -147,7 +147,7 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
 fn report(
     flags: &RenderFlags,
     rendered: &Rendered,
-    hierarchy: BuildStatistics,
+    hierarchy: HierarchyStatistics,
     backend: String,
     seconds: Seconds,
     notes: Vec<String>,

@@ -69,7 +69,7 @@ fn a_scene_without_a_camera_can_be_zoomed() {
     let flags = ["--size", "8x8", "--lighting", "diffuse", "-q"];
     place.run(&[&["render", "t.obj", "-o", "a.ppm"], &flags[..]].concat()).succeeded();
     place.run(&[&["render", "t.obj", "-o", "b.ppm", "--fov", "45"], &flags[..]].concat()).succeeded();
-    place.run(&[&["render", "t.obj", "-o", "c.ppm", "--fov", "5"], &flags[..]].concat()).succeeded();
+    place.run(&[&["render", "t.obj", "-o", "c.ppm", "--fov", "90"], &flags[..]].concat()).succeeded();
     place.run(&["compare", "a.ppm", "b.ppm"]).succeeded();
     assert_eq!(place.run(&["compare", "a.ppm", "c.ppm"]).code, Some(1));
 }

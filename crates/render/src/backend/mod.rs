@@ -2,7 +2,7 @@
 
 pub(crate) mod cpu;
 
-use crate::{BuildStatistics, Film, RayStatistics};
+use crate::{Film, HierarchyStatistics, RayStatistics};
 use eosphor_scene::SceneData;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -19,7 +19,7 @@ pub trait Backend: Send + Sync {
 /// A scene that is ready to be rendered.
 pub trait PreparedScene: Send + Sync {
     /// The hierarchy in numbers.
-    fn build_statistics(&self) -> BuildStatistics;
+    fn hierarchy_statistics(&self) -> HierarchyStatistics;
 
     /// Renders the picture. Where [`RenderControl::cancel`] is raised, returns soon with what is done.
     fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError>;

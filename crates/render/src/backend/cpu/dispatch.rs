@@ -5,19 +5,13 @@
 
 use super::options::SimdLevel;
 use super::tile::Tile;
-use crate::RayStatistics;
-use eosphor_accel::{Bvh, Exhaustive, PacketTracer};
+use crate::{Hierarchy, RayStatistics};
+use eosphor_accel::PacketTracer;
 use eosphor_core::hierarchy::{CountWork, IgnoreWork, Tracer};
 use eosphor_core::math::Vec3;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{RayCounts, pixel_color, render_pixel};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// What answers queries.
-pub(super) enum Structure {
-    Exhaustive(Exhaustive),
-    Bvh(Bvh),
-}
 
 /// A tile to be rendered.
 pub(super) struct TileJob<'a> {
@@ -37,50 +31,50 @@ const LANES: usize = 16;
 /// Renders a tile at a SIMD level that the CPU has.
 pub(super) fn render_tile(
     view: &SceneView,
-    structure: &Structure,
+    hierarchy: &Hierarchy,
     job: &TileJob,
     simd: SimdLevel,
 ) -> Rendered {
     match simd {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: CpuBackend::new has made sure that the CPU has the level.
-        SimdLevel::Avx512 => unsafe { render_tile_avx512(view, structure, job) },
+        SimdLevel::Avx512 => unsafe { render_tile_avx512(view, hierarchy, job) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as above.
-        SimdLevel::Avx2 => unsafe { render_tile_avx2(view, structure, job) },
-        _ => render_tile_baseline(view, structure, job),
+        SimdLevel::Avx2 => unsafe { render_tile_avx2(view, hierarchy, job) },
+        _ => render_tile_baseline(view, hierarchy, job),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt")]
-unsafe fn render_tile_avx512(view: &SceneView, structure: &Structure, job: &TileJob) -> Rendered {
-    render_tile_with(view, structure, job)
+unsafe fn render_tile_avx512(view: &SceneView, hierarchy: &Hierarchy, job: &TileJob) -> Rendered {
+    render_tile_with(view, hierarchy, job)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt")]
-unsafe fn render_tile_avx2(view: &SceneView, structure: &Structure, job: &TileJob) -> Rendered {
-    render_tile_with(view, structure, job)
+unsafe fn render_tile_avx2(view: &SceneView, hierarchy: &Hierarchy, job: &TileJob) -> Rendered {
+    render_tile_with(view, hierarchy, job)
 }
 
-fn render_tile_baseline(view: &SceneView, structure: &Structure, job: &TileJob) -> Rendered {
-    render_tile_with(view, structure, job)
+fn render_tile_baseline(view: &SceneView, hierarchy: &Hierarchy, job: &TileJob) -> Rendered {
+    render_tile_with(view, hierarchy, job)
 }
 
 #[inline(always)]
-fn render_tile_with(view: &SceneView, structure: &Structure, job: &TileJob) -> Rendered {
-    match (structure, job.count_work) {
-        (Structure::Bvh(bvh), false) => {
+fn render_tile_with(view: &SceneView, hierarchy: &Hierarchy, job: &TileJob) -> Rendered {
+    match (hierarchy, job.count_work) {
+        (Hierarchy::Bvh(bvh), false) => {
             trace_tile::<_, LANES>(view, &PacketTracer { scalar: bvh.tracer(IgnoreWork) }, job)
         }
-        (Structure::Bvh(bvh), true) => {
+        (Hierarchy::Bvh(bvh), true) => {
             // Work is counted by the scalar traversal: packets share nodes, which would make the figures per ray
             // incomparable.
             let tracer = bvh.tracer(CountWork::default());
             trace_tile::<_, 1>(view, &tracer, job).map(|(colors, s)| (colors, with_work(s, &tracer.work)))
         }
-        (Structure::Exhaustive(exhaustive), _) => {
+        (Hierarchy::Exhaustive(exhaustive), _) => {
             let tracer = exhaustive.tracer(CountWork::default());
             let rendered = trace_tile::<_, 1>(view, &tracer, job);
             if !job.count_work {

@@ -4,12 +4,11 @@ mod dispatch;
 mod options;
 mod tile;
 
-pub use options::{Accel, CpuOptions, SimdLevel};
+pub use options::{CpuOptions, SimdLevel};
 
 use super::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered};
-use crate::{BuildStatistics, Film, RayStatistics};
-use dispatch::{Structure, TileJob};
-use eosphor_accel::{BuildOptions, Bvh, Exhaustive, SceneGeometry};
+use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
+use dispatch::TileJob;
 use eosphor_scene::SceneData;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -63,21 +62,10 @@ impl Backend for CpuBackend {
     }
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
-        let geometry = SceneGeometry {
-            triangles: &scene.triangles,
-            spheres: &scene.spheres,
-            geometries: &scene.geometries,
-            instances: &scene.instances,
-        };
-        let structure = match self.options.accel {
-            Accel::None => Structure::Exhaustive(Exhaustive::new(&geometry)),
-            Accel::Bvh => {
-                Structure::Bvh(self.pool.install(|| Bvh::build(&geometry, &BuildOptions::default())))
-            }
-        };
+        let hierarchy = self.pool.install(|| Hierarchy::build(self.options.accel, &scene));
         let prepared = PreparedCpu {
             scene,
-            structure,
+            hierarchy,
             simd: self.simd,
             tile: self.options.tile,
             pool: Arc::clone(&self.pool),
@@ -88,18 +76,15 @@ impl Backend for CpuBackend {
 
 struct PreparedCpu {
     scene: Arc<SceneData>,
-    structure: Structure,
+    hierarchy: Hierarchy,
     simd: SimdLevel,
     tile: u32,
     pool: Arc<rayon::ThreadPool>,
 }
 
 impl PreparedScene for PreparedCpu {
-    fn build_statistics(&self) -> BuildStatistics {
-        match &self.structure {
-            Structure::Exhaustive(e) => e.statistics().into(),
-            Structure::Bvh(b) => b.statistics().into(),
-        }
+    fn hierarchy_statistics(&self) -> HierarchyStatistics {
+        self.hierarchy.statistics()
     }
 
     fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
@@ -114,7 +99,7 @@ impl PreparedScene for PreparedCpu {
                 let tile = tiling.tile(number);
                 let job = TileJob { tile, cancel: control.cancel, count_work: control.count_work };
                 let Some((colors, statistics)) =
-                    dispatch::render_tile(&view, &self.structure, &job, self.simd)
+                    dispatch::render_tile(&view, &self.hierarchy, &job, self.simd)
                 else {
                     return;
                 };

@@ -1,5 +1,6 @@
 //! Choices that change the time a picture takes, and nothing else about it.
 
+use crate::Accel;
 use serde::Serialize;
 use std::fmt;
 use std::str::FromStr;
@@ -20,40 +21,6 @@ pub struct CpuOptions {
 impl Default for CpuOptions {
     fn default() -> CpuOptions {
         CpuOptions { threads: None, tile: 16, accel: Accel::Bvh, simd: None }
-    }
-}
-
-/// Acceleration structures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Accel {
-    /// Every ray tests every primitive.
-    None,
-    /// Bounding volume hierarchy, binned SAH.
-    Bvh,
-}
-
-impl Accel {
-    /// All, for help texts.
-    pub const ALL: [Accel; 2] = [Accel::None, Accel::Bvh];
-}
-
-impl fmt::Display for Accel {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Accel::None => "none",
-            Accel::Bvh => "bvh",
-        })
-    }
-}
-
-impl FromStr for Accel {
-    type Err = String;
-    fn from_str(s: &str) -> Result<Accel, String> {
-        Accel::ALL.into_iter().find(|a| a.to_string() == s).ok_or_else(|| {
-            let names: Vec<String> = Accel::ALL.iter().map(Accel::to_string).collect();
-            format!("unknown acceleration structure '{s}': choose one of {}", names.join(", "))
-        })
     }
 }
 
