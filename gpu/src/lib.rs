@@ -40,9 +40,9 @@ pub struct RayTotals {
 
 impl RayTotals {
     fn add(&self, counts: &RayCounts) {
-        let add = |total: &AtomicU64, count: u32| {
+        let add = |total: &AtomicU64, count: u64| {
             if count > 0 {
-                total.fetch_add(count as u64, Ordering::Relaxed);
+                total.fetch_add(count, Ordering::Relaxed);
             }
         };
         add(&self.camera, counts.camera);

@@ -23,14 +23,14 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
     };
     let calls = CallGraph::read(&binary)?;
     for entry in ENTRIES {
-        let start = calls.functions.keys().find(|name| name.contains(entry));
-        let start = start.with_context(|| format!("{binary} has no function {entry}"))?;
-        match calls.path_to_fma(start) {
-            Some(path) => bail!("{entry} calls a library fma: {}", path.join(" -> ")),
-            None => println!(
-                "{entry}: no library fma among {} functions it reaches",
-                calls.reachable(start).len()
-            ),
+        let starts: Vec<&String> = calls.functions.keys().filter(|name| name.contains(entry)).collect();
+        ensure!(!starts.is_empty(), "{binary} has no function {entry}");
+        for start in starts {
+            if let Some(path) = calls.path_to_fma(start) {
+                bail!("{entry} calls a library fma: {}", path.join(" -> "));
+            }
+            let reached = calls.reachable(start).len();
+            println!("{entry}: no library fma among {reached} functions it reaches");
         }
     }
     Ok(())
@@ -130,7 +130,7 @@ fn got_slots(relocations: &str) -> BTreeMap<u64, String> {
 fn callee(line: &str, slots: &BTreeMap<u64, String>) -> Option<String> {
     let (_, instruction) = line.split_once('\t')?;
     let (operation, operand) = instruction.split_once(' ')?;
-    if !operation.starts_with("call") && !operation.starts_with("jmp") {
+    if !operation.starts_with("call") && !operation.starts_with('j') {
         return None;
     }
     if let Some((_, comment)) = operand.split_once("# ") {

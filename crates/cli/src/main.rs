@@ -7,6 +7,7 @@ mod arguments;
 mod backend;
 mod commands;
 mod failure;
+mod files;
 mod interrupt;
 mod memory;
 mod progress;

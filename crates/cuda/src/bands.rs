@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 const LAUNCH_SECONDS: f64 = 0.1;
 
 /// Pixels of a device's first launch.
-const FIRST_PIXELS: u32 = 1 << 16;
+const FIRST_PIXELS: u32 = 1 << 12;
 
 /// Most pixels of a launch, so that thread numbers fit.
 const MOST_PIXELS: u32 = 1 << 28;

@@ -89,6 +89,8 @@ fn forbidden(word: &str) -> Option<&'static str> {
         Some("a panic")
     } else if word.contains(".approx") || word.starts_with("div.full") {
         Some("not correctly rounded")
+    } else if ["mul.f32", "add.f32", "sub.f32", "mul.f64", "add.f64", "sub.f64"].contains(&word) {
+        Some("without .rn, so ptxas may fuse it")
     } else if word.contains(".ftz") {
         Some("denormals would be lost")
     } else {

@@ -2,6 +2,7 @@
 
 use crate::arguments::CompareFlags;
 use crate::failure::Failure;
+use crate::files::same_file;
 use crate::streams;
 use crate::text::grouped;
 use eosphor::compare::{Comparison, compare as compare_pictures, difference_image};
@@ -12,6 +13,12 @@ use std::fmt::Write;
 pub(crate) fn compare(flags: &CompareFlags) -> Result<(), Failure> {
     if let Some(path) = &flags.diff {
         check_writable(path)?;
+        if let Some(input) = [&flags.a, &flags.b].into_iter().find(|input| same_file(input, path)) {
+            let (path, input) = (path.display(), input.display());
+            return Err(Failure::Failed(format!(
+                "cannot write the difference: {path}: this is {input}, which is compared: choose another name"
+            )));
+        }
     }
     let (a, b) = (Picture::read(&flags.a)?, Picture::read(&flags.b)?);
     let between = |error| {

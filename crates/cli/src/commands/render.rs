@@ -3,6 +3,7 @@
 use crate::arguments::RenderFlags;
 use crate::backend::{backend_for, limit_threads};
 use crate::failure::Failure;
+use crate::files::same_file;
 use crate::progress::ProgressView;
 use crate::report::{Report, Seconds, Speed, WorkPerRay};
 use crate::streams::{self, Verbosity};
@@ -33,6 +34,12 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     let data = timed(&mut seconds.flatten, || flatten(&scene, &mut notes))?;
     show_notes(&notes, verbosity);
     let (rendered, hierarchy, done) = trace(flags, &*backend, data, &mut seconds)?;
+    if done == 0.0 && !rendered.complete {
+        let output = flags.output.display();
+        return Err(Failure::Interrupted(format!(
+            "interrupted: {output}: nothing was rendered, nothing written"
+        )));
+    }
     let options = SaveOptions { complete: rendered.complete, ..SaveOptions::from(&scene.settings) };
     timed(&mut seconds.write, || save(&rendered.film, &flags.output, &options))?;
 
@@ -60,6 +67,13 @@ fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Fai
     notes.extend(loaded.warnings.iter().map(ToString::to_string));
     let mut scene = loaded.scene;
     for path in &loaded.files_read {
+        if same_file(path, &flags.output) {
+            return Err(Failure::Failed(format!(
+                "cannot write the picture: {}: this is {}, which the scene is read from: choose another name",
+                flags.output.display(),
+                path.display()
+            )));
+        }
         flags.report.verbosity().say(Verbosity::Verbose, &format!("read {}", path.display()));
     }
     if let Some(preset) = flags.preset {

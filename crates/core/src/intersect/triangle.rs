@@ -9,6 +9,9 @@ use super::{LocalRay, Slab};
 use crate::geometry::Bounds;
 use crate::math::{Vec3, sqrt};
 
+/// Triangles whose edges meet at an angle with a sine below this have no area that single precision can tell.
+const NO_AREA: f32 = 1.0 / 4_194_304.0;
+
 /// A triangle as the test reads it: 48 bytes, three 16-byte loads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(16))]
@@ -33,7 +36,16 @@ impl PackedTriangle {
     pub fn new(vertices: [Vec3; 3], primitive: u32) -> PackedTriangle {
         let (e1, e2) = (vertices[1] - vertices[0], vertices[2] - vertices[0]);
         let length = |e: Vec3| sqrt(e.length_squared());
-        PackedTriangle { v0: vertices[0], length1: length(e1), e1, length2: length(e2), e2, primitive }
+        let (length1, length2) = (length(e1), length(e2));
+        let v0 = vertices[0];
+        // Corners on one line have a normal that is nothing but rounding error. Without edges they are never hit.
+        let sine = (e1 * (1.0 / length1)).cross(e2 * (1.0 / length2)).length();
+        // An edge without length makes it NaN.
+        if sine.is_nan() | (sine <= NO_AREA) {
+            let none = Vec3::ZERO;
+            return PackedTriangle { v0, length1: 0.0, e1: none, length2: 0.0, e2: none, primitive };
+        }
+        PackedTriangle { v0, length1, e1, length2, e2, primitive }
     }
 
     /// Its bounds, grown by `padding`. Every hierarchy and the test itself use this one function.

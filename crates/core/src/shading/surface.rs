@@ -24,6 +24,8 @@ pub struct SurfacePoint<'a> {
     pub front: bool,
     /// What it is made of.
     pub material: &'a Material,
+    /// Colour of the texture; white where there is none.
+    pub texel: Vec3,
     /// Diffuse colour, texture included.
     pub diffuse: Vec3,
     /// Its primitive.
@@ -48,7 +50,10 @@ impl<'a> SurfacePoint<'a> {
             let blend = |x: f32, y: f32, z: f32| fma(z, hit.v, fma(y, hit.u, x * w));
             let [t0, t1, t2] = shading.uvs;
             let uv = [blend(t0[0], t1[0], t2[0]), blend(t0[1], t1[1], t2[1])];
-            ((b - a).cross(c - a), (n0 * w).along(n1, hit.u).along(n2, hit.v), uv, shading.material)
+            // Edges are scaled up first: the product of tiny ones would vanish.
+            let (e1, e2) = (b - a, c - a);
+            let scale = 1.0 / e1.abs().max(e2.abs()).max_component();
+            ((e1 * scale).cross(e2 * scale), (n0 * w).along(n1, hit.u).along(n2, hit.v), uv, shading.material)
         } else {
             let number = geometry.first_sphere + (hit.id.primitive - geometry.triangle_count);
             let sphere = item(view.spheres, number);
@@ -64,10 +69,10 @@ impl<'a> SurfacePoint<'a> {
         let smooth = to_world(smooth).normalize_or(outward);
         let front = outward.dot(to_viewer) >= 0.0;
         let material = item(view.materials, material);
-        let diffuse = if material.diffuse_texture == NONE {
-            material.diffuse
+        let texel = if material.diffuse_texture == NONE {
+            Vec3::ONE
         } else {
-            material.diffuse * view.textures.sample(material.diffuse_texture, uv[0], uv[1])
+            view.textures.sample(material.diffuse_texture, uv[0], uv[1])
         };
         SurfacePoint {
             position,
@@ -76,7 +81,8 @@ impl<'a> SurfacePoint<'a> {
             to_viewer,
             front,
             material,
-            diffuse,
+            texel,
+            diffuse: material.diffuse * texel,
             id: hit.id,
             offset: OFFSET * (view.extent + hit.t),
         }

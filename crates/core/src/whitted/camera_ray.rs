@@ -56,6 +56,6 @@ pub fn camera_ray(view: &SceneView, x: u32, y: u32, sample: u32) -> PathRay {
         weight: Vec3::ONE,
         kind: RayKind::Camera,
         start: PrimitiveId::NONE,
-        inside: false,
+        inside: 0,
     }
 }

@@ -1,9 +1,9 @@
 //! Stage 4: rays that go on from a surface point.
 
 use super::camera_ray::pixel_key;
-use super::{PathRay, RayKind};
+use super::{MAX_RADIANCE, PathRay, RayKind};
 use crate::material::{FresnelUse, Material, Refraction};
-use crate::math::{Vec3, max, vec3};
+use crate::math::{Vec3, max};
 use crate::sampling::{cosine_lobe, hash_pair, orthonormal_basis, point_2d};
 use crate::shading::{Refracted, SurfacePoint, fresnel_factor, reflect, refract};
 use crate::view::SceneView;
@@ -19,17 +19,12 @@ pub fn branch_count(material: &Material) -> u32 {
 
 #[inline(always)]
 fn reflected_rays(material: &Material) -> u32 {
-    if material.reflection.max_component() > 0.0 { max_u32(material.glossy_rays, 1) } else { 0 }
+    if material.reflection.max_component() > 0.0 { material.glossy_rays.max(1) } else { 0 }
 }
 
 #[inline(always)]
 fn transmits(material: &Material) -> bool {
     material.transmission.max_component() > 0.0
-}
-
-#[inline(always)]
-fn max_u32(a: u32, b: u32) -> u32 {
-    if a > b { a } else { b }
 }
 
 /// Ray number `branch` (below [`branch_count`]) from a surface point that `parent` found, for sample `sample` of pixel
@@ -54,7 +49,8 @@ pub fn child_ray(
     };
     let reflected = reflected_rays(material);
     let mirror = mirror_direction(point, d);
-    let (direction, weight, kind, inside) = if branch < reflected {
+    let mut spread = 1.0;
+    let (direction, share, kind, inside) = if branch < reflected {
         let kr = material.reflection * factor;
         if material.glossy_rays == 0 {
             (mirror, kr, RayKind::Reflected, parent.inside)
@@ -69,32 +65,39 @@ pub fn child_ray(
             if direction.dot(point.geometric_normal) <= 0.0 {
                 return None;
             }
-            (direction, kr * (1.0 / rays as f32), RayKind::Glossy, parent.inside)
+            spread = 1.0 / rays as f32;
+            (direction, kr, RayKind::Glossy, parent.inside)
         }
     } else {
-        let share = if material.fresnel == FresnelUse::Both { 1.0 - factor } else { 1.0 };
-        let kt = material.transmission * share;
+        let passed = if material.fresnel == FresnelUse::Both { 1.0 - factor } else { 1.0 };
+        let kt = material.transmission * passed;
+        let beyond =
+            if point.front { parent.inside.saturating_add(1) } else { parent.inside.saturating_sub(1) };
         match material.refraction {
-            Refraction::Straight => (d, kt, RayKind::Refracted, point.front),
+            Refraction::Straight => (d, kt, RayKind::Refracted, beyond),
             Refraction::Snell => match refract(d, n, eta) {
                 Refracted::Through(direction) => {
                     // Interpolated normals can bend a ray back to where it came from: it goes straight on then.
                     let through = direction.dot(point.geometric_normal) < 0.0;
-                    (if through { direction } else { d }, kt, RayKind::Refracted, point.front)
+                    (if through { direction } else { d }, kt, RayKind::Refracted, beyond)
                 }
                 // All of it is reflected. With Fresnel the share is 0: the reflected ray has it.
                 Refracted::TotalReflection => (mirror, kt, RayKind::Reflected, parent.inside),
             },
         }
     };
-    let weight = parent.weight * weight;
-    let alive = (weight.max_component() > 0.0) & (weight.max_component() >= settings.energy_threshold);
+    // Limited, so that no product of large colours becomes infinite: infinity times 0 would be NaN.
+    let limit = |weight: Vec3| weight.min(Vec3::splat(MAX_RADIANCE));
+    // A lobe lives or dies as a whole, however many rays it is spread over.
+    let carried = limit(parent.weight * share);
+    let energy = carried.max_component();
+    let alive = (energy > 0.0) & (energy >= settings.energy_threshold);
     alive.then_some(PathRay {
         origin: point.leave(direction),
         path: hash_pair(parent.path, branch + 1),
         direction,
         depth: parent.depth + 1,
-        weight,
+        weight: carried * spread,
         kind,
         start: point.id,
         inside,
@@ -108,5 +111,5 @@ fn mirror_direction(point: &SurfacePoint, d: Vec3) -> Vec3 {
     let mirrored = reflect(d, point.normal);
     let height = mirrored.dot(point.geometric_normal);
     let above = if height > 0.0 { mirrored } else { mirrored.along(point.geometric_normal, -2.0 * height) };
-    above.normalize_or(vec3(-d.x, -d.y, -d.z))
+    above.normalize_or(-d)
 }

@@ -1,10 +1,11 @@
 //! Stage 3: light that reaches a surface point.
 
+use super::MAX_RADIANCE;
 use super::camera_ray::pixel_key;
 use super::light_lanes::LightLanes;
 use crate::hierarchy::{Tracer, item};
 use crate::light::Light;
-use crate::material::NONE;
+use crate::material::Refraction;
 use crate::math::Vec3;
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use crate::sampling::hash_pair;
@@ -24,7 +25,7 @@ pub fn direct_light<T: Tracer, const W: usize>(
     point: &SurfacePoint,
     path: u32,
     (x, y, sample): (u32, u32, u32),
-    shadow_rays: &mut u32,
+    shadow_rays: &mut u64,
 ) -> Vec3 {
     let point_key = hash_pair(pixel_key(view.settings.seed, x, y), path);
     let specular = point.material.specular;
@@ -45,7 +46,8 @@ pub fn direct_light<T: Tracer, const W: usize>(
             let sign = if side == 0 { 1.0 } else { -1.0 };
             let receiver =
                 Receiver { view, point, normal: point.normal * sign, above: point.geometric_normal * sign };
-            let got = receiver.gather::<T, W>(tracer, light, key, sample, shadow_rays);
+            let side_key = if side == 0 { key } else { hash_pair(key, side) };
+            let got = receiver.gather::<T, W>(tracer, light, side_key, sample, shadow_rays);
             if side == 0 {
                 sum += color * (point.diffuse * got.diffuse + specular * got.specular);
             } else {
@@ -93,7 +95,7 @@ impl Receiver<'_, '_> {
         light: &Light,
         key: u32,
         sample: u32,
-        shadow_rays: &mut u32,
+        shadow_rays: &mut u64,
     ) -> Gathered {
         let target = match *light {
             Light::Triangle { instance, primitive, .. } => PrimitiveId { instance, primitive },
@@ -122,7 +124,7 @@ impl Receiver<'_, '_> {
         tracer: &T,
         light: &Light,
         samples: &Samples,
-        shadow_rays: &mut u32,
+        shadow_rays: &mut u64,
     ) -> Gathered {
         let mode = self.view.settings.shadow_mode;
         let mut sum = Gathered { diffuse: Vec3::ZERO, specular: Vec3::ZERO };
@@ -142,7 +144,7 @@ impl Receiver<'_, '_> {
             }
             let mut hidden = [false; W];
             if mode != ShadowMode::None {
-                *shadow_rays += any;
+                *shadow_rays += any as u64;
                 hidden = tracer.occluded_batch(&lanes.rays, &samples.filter, &active);
             }
             for lane in 0..W {
@@ -188,16 +190,12 @@ fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &Ra
         }
         let material = point.material;
         let mut surface = material.shadow_filter;
-        if material.diffuse_texture != NONE && material.diffuse.min_component() > 0.0 {
-            // A textured pane casts its picture: the filter was made from the untextured colour.
-            let texel = Vec3 {
-                x: point.diffuse.x / material.diffuse.x,
-                y: point.diffuse.y / material.diffuse.y,
-                z: point.diffuse.z / material.diffuse.z,
-            };
-            surface *= texel;
+        if material.refraction == Refraction::Straight {
+            // A textured pane casts its picture.
+            surface *= point.texel;
         }
-        through *= surface;
+        // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
+        through = (through * surface).min(Vec3::splat(MAX_RADIANCE));
         if through.max_component() <= 0.0 {
             return Vec3::ZERO;
         }

@@ -31,14 +31,6 @@ impl ExactSum {
         self.units[2] = self.units[2].saturating_add(units(color.z));
     }
 
-    /// Adds another sum.
-    #[inline(always)]
-    pub fn merge(&mut self, other: &ExactSum) {
-        self.units[0] = self.units[0].saturating_add(other.units[0]);
-        self.units[1] = self.units[1].saturating_add(other.units[1]);
-        self.units[2] = self.units[2].saturating_add(other.units[2]);
-    }
-
     /// The sum over `count` samples as a mean colour.
     #[inline(always)]
     pub fn mean(&self, count: u32) -> Vec3 {

@@ -36,8 +36,8 @@ pub struct PathRay {
     pub kind: RayKind,
     /// The triangle it starts on.
     pub start: PrimitiveId,
-    /// It runs inside a body, where back faces are what there is to see.
-    pub inside: bool,
+    /// Bodies it runs inside of, where back faces are what there is to see: surfaces entered less surfaces left.
+    pub inside: u32,
 }
 
 impl PathRay {
@@ -53,7 +53,7 @@ impl PathRay {
         RayFilter {
             start: self.start,
             target: PrimitiveId::NONE,
-            cull_back_faces: settings.cull_back_faces & !self.inside,
+            cull_back_faces: settings.cull_back_faces & (self.inside == 0),
         }
     }
 }

@@ -16,15 +16,15 @@ pub const MAX_DEPTH: u32 = 64;
 #[repr(C)]
 pub struct RayCounts {
     /// From the camera.
-    pub camera: u32,
+    pub camera: u64,
     /// Mirrored.
-    pub reflected: u32,
+    pub reflected: u64,
     /// Through surfaces.
-    pub refracted: u32,
+    pub refracted: u64,
     /// Of glossy lobes.
-    pub glossy: u32,
+    pub glossy: u64,
     /// Towards lights.
-    pub shadow: u32,
+    pub shadow: u64,
 }
 
 impl RayCounts {
@@ -81,7 +81,7 @@ pub fn radiance<T: Tracer, const W: usize>(
                     (x, y, sample),
                     &mut counts.shadow,
                 );
-                if path_ray.depth < settings.max_depth && branch_count(point.material) > 0 {
+                if path_ray.depth < settings.max_depth.min(MAX_DEPTH) && branch_count(point.material) > 0 {
                     stack.push(Level { ray: path_ray, hit, next_branch: 0 });
                 }
             }

@@ -37,7 +37,14 @@ pub enum Picture {
 impl Picture {
     /// Reads a PNG, PPM, EXR or `.data` file. All but `.data` are told by their first bytes.
     pub fn read(path: &Path) -> Result<Picture, OutputError> {
-        let bytes = std::fs::read(path).map_err(|error| OutputError::read(path, error))?;
+        let read = || {
+            // A device or a pipe might never end.
+            if !std::fs::metadata(path)?.is_file() {
+                return Err(std::io::Error::other("this is a folder, device or pipe, not a file"));
+            }
+            std::fs::read(path)
+        };
+        let bytes = read().map_err(|error| OutputError::read(path, error))?;
         let picture = match sniff(&bytes).map_or_else(|| Format::of(path), Ok)? {
             Format::Png => png::read(&bytes).map(Picture::Bytes),
             Format::Ppm => ppm::read(&bytes).map(Picture::Bytes),

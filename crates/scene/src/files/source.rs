@@ -14,7 +14,13 @@ impl Source {
     /// The whole file. Files are read whole, not mapped: a mapped file that changes underneath kills the process.
     pub(crate) fn read(&self, path: &Path) -> io::Result<Cow<'static, [u8]>> {
         match self {
-            Source::Disk => std::fs::read(path).map(Cow::Owned),
+            Source::Disk => {
+                // A device or a pipe might never end.
+                if !std::fs::metadata(path)?.is_file() {
+                    return Err(io::Error::other("this is a folder, device or pipe, not a file"));
+                }
+                std::fs::read(path).map(Cow::Owned)
+            }
             Source::Memory(files) => files
                 .iter()
                 .find(|(name, _)| name == path)

@@ -40,12 +40,12 @@ impl Flat {
             let r = Vec3::splat(s.radius);
             bounds = bounds.including(s.center - r).including(s.center + r);
         }
-        // All primitives together must have numbers below NONE.
+        // A hierarchy numbers up to two nodes a primitive in 32 bits.
         let count = self.triangles.len() as u64 + self.spheres.len() as u64;
-        if count >= u64::from(u32::MAX) {
+        if count >= 1 << 31 {
             return Err(Problem::new(
                 "scene",
-                format!("{count} primitives are too many; the limit is 2^32 - 2"),
+                format!("{count} primitives are too many; the limit is 2^31 - 1"),
             )
             .into());
         }
@@ -58,6 +58,12 @@ impl Flat {
         });
         self.bounds.push(bounds);
         Ok(())
+    }
+
+    /// Whether a geometry so placed lies within the range of coordinates.
+    fn fits(&self, geometry: u32, world_from_object: &Affine) -> bool {
+        let b = self.bounds[geometry as usize].transformed(world_from_object);
+        b.is_empty() || (b.min.is_finite() && b.max.is_finite() && b.extent() <= MAX_COORDINATE)
     }
 
     fn place(&mut self, geometry: u32, world_from_object: Affine, object_from_world: Affine) {
@@ -158,7 +164,15 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     for (number, instance) in scene.instances.iter().enumerate() {
         if own_geometry(instance.mesh) {
             let (map, inverse) = maps(scene, number)?;
-            flat.place(geometry_of_mesh[instance.mesh as usize], map, inverse);
+            let geometry = geometry_of_mesh[instance.mesh as usize];
+            if !flat.fits(geometry, &map) {
+                let name = &scene.meshes[instance.mesh as usize].name;
+                let message = format!(
+                    "its transform takes the mesh out of range: coordinates must be within {MAX_COORDINATE:e}"
+                );
+                return Err(Problem::new(format!("instances[{number}] (mesh \"{name}\")"), message).into());
+            }
+            flat.place(geometry, map, inverse);
         }
     }
     Ok(flat)

@@ -4,6 +4,7 @@ use super::geometry::Flat;
 use super::normals;
 use super::note::Note;
 use crate::model::{Light as ModelLight, Scene};
+use eosphor_core::geometry::Geometry;
 use eosphor_core::light::Light;
 use eosphor_core::material::Material;
 use eosphor_core::math::{Vec3, elementary64, vec3};
@@ -48,15 +49,18 @@ pub(super) fn emissive_triangles(
     let shines = |m: u32| materials[m as usize].emission.max_component() > 0.0;
     let samples = scene.settings.light_samples;
     let mut lights = Vec::new();
+    // Geometries are looked through once, however often they are placed.
+    let shining_triangles = |geometry: &Geometry| -> Vec<u32> {
+        let material = |k: u32| flat.triangle_shading[(geometry.first_triangle + k) as usize].material;
+        (0..geometry.triangle_count).filter(|&k| shines(material(k))).collect()
+    };
+    let shining: Vec<Vec<u32>> = flat.geometries.iter().map(shining_triangles).collect();
     for (number, instance) in flat.instances.iter().enumerate() {
         let geometry = &flat.geometries[instance.geometry as usize];
         let mirrored = instance.world_from_object.determinant() < 0.0;
-        for primitive in 0..geometry.triangle_count {
+        for &primitive in &shining[instance.geometry as usize] {
             let i = (geometry.first_triangle + primitive) as usize;
             let material = flat.triangle_shading[i].material;
-            if !shines(material) {
-                continue;
-            }
             let mut vertices = flat.triangles[i];
             if number > 0 {
                 vertices = vertices.map(|v| instance.world_from_object.point(v));

@@ -6,6 +6,10 @@ use eosphor_core::math::{Vec3, elementary64, sqrt64, vec3};
 /// The normal of triangles that have none: they have no area and are never hit.
 pub(super) const HARMLESS: Vec3 = vec3(0.0, 0.0, 1.0);
 
+/// Positions with more triangles around them than this get generated normals only where none of them makes a crease;
+/// otherwise each keeps its own. It bounds the work on files that were made to take for ever.
+const MAX_CREASED: usize = 4096;
+
 type Vec3d = [f64; 3];
 
 fn double(v: Vec3) -> Vec3d {
@@ -139,6 +143,9 @@ impl<'a> Generator<'a> {
         let position = self.position_of_vertex[vertex as usize] as usize;
         if let Some(common) = self.smooth[position] {
             return Some(common);
+        }
+        if self.around(position).len() > MAX_CREASED {
+            return None;
         }
         let smooth = |&t: &u32| {
             t as usize == triangle || self.units[t as usize].is_some_and(|u| dot(u, own) >= self.min_cosine)

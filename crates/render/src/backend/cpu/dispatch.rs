@@ -101,11 +101,11 @@ fn trace_tile<T: Tracer, const W: usize>(view: &SceneView, tracer: &T, job: &Til
         let sum = render_pixel::<T, W>(view, tracer, x, y, &mut counts);
         colors.push(pixel_color(view, &sum));
         statistics += RayStatistics {
-            camera: counts.camera as u64,
-            reflected: counts.reflected as u64,
-            refracted: counts.refracted as u64,
-            glossy: counts.glossy as u64,
-            shadow: counts.shadow as u64,
+            camera: counts.camera,
+            reflected: counts.reflected,
+            refracted: counts.refracted,
+            glossy: counts.glossy,
+            shadow: counts.shadow,
             ..RayStatistics::default()
         };
     }
