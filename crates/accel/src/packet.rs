@@ -127,7 +127,9 @@ impl<C: Work> PacketTracer<'_, C> {
                 let enters_right = packet.enters(right, searching);
                 if enters_left {
                     if enters_right {
-                        stack.push(first as u32 + 1);
+                        // SAFETY: a walk puts aside one node a level, and builders keep trees below
+                        // MAX_BVH_DEPTH levels.
+                        unsafe { stack.push(first as u32 + 1) };
                     }
                     node = left;
                     continue;

@@ -9,6 +9,9 @@ use crate::settings::Settings;
 use crate::texture::Textures;
 
 /// Borrowed arrays of a scene, in the scene's own order (hierarchies have their own copies in theirs).
+///
+/// Shading follows the numbers in these arrays without looking where they lead: they must hold together, as those of
+/// eosphor-scene's `SceneData` do (`SceneData::check`).
 #[derive(Clone, Copy, Debug)]
 pub struct SceneView<'a> {
     /// Vertices of all triangles.

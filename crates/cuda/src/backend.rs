@@ -6,7 +6,7 @@ use crate::failure::failure;
 use crate::scene::DeviceScene;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
-    RayStatistics, RenderControl, Rendered,
+    RayStatistics, RenderControl, Rendered, check_scene,
 };
 use eosphor_scene::SceneData;
 use std::sync::atomic::Ordering;
@@ -69,6 +69,7 @@ impl Backend for CudaBackend {
     }
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
+        check_scene(&scene)?;
         let hierarchy = Hierarchy::build(self.accel, &scene);
         let upload = |device: &Device| {
             DeviceScene::upload(&device.stream, &scene.view(), &hierarchy)

@@ -11,7 +11,7 @@ pub mod output;
 mod statistics;
 
 pub use backend::cpu::{CpuBackend, CpuOptions, SimdLevel};
-pub use backend::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered};
+pub use backend::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_scene};
 pub use eosphor_accel::HierarchyStatistics;
 pub use film::Film;
 pub use hierarchy::{Accel, Hierarchy};

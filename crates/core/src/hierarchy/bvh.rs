@@ -205,7 +205,9 @@ impl<C: Work> BvhTracer<'_, C> {
                 let (enters0, enters1) = (Slab::passes(near0, far0, t_max), Slab::passes(near1, far1, t_max));
                 if enters0 & enters1 {
                     let first_is_nearer = near0 <= near1;
-                    stack.push(if first_is_nearer { (node.first + 1, near1) } else { (node.first, near0) });
+                    let farther = if first_is_nearer { (node.first + 1, near1) } else { (node.first, near0) };
+                    // SAFETY: a walk puts aside one node a level, and builders keep trees below MAX_BVH_DEPTH levels.
+                    unsafe { stack.push(farther) };
                     node = if first_is_nearer { first } else { second };
                     continue;
                 } else if enters0 {

@@ -30,11 +30,14 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
         self.len == 0
     }
 
-    /// Puts an item on top. There must be room.
+    /// Puts an item on top.
+    ///
+    /// # Safety
+    /// Fewer than `N` items are on the stack. Debug builds check.
     #[inline(always)]
-    pub fn push(&mut self, item: T) {
+    pub unsafe fn push(&mut self, item: T) {
         debug_assert!((self.len as usize) < N, "the builder bounds the depth to the stack");
-        // SAFETY: builders bound the depth of trees, and the settings that of rays, to N (checked in debug builds).
+        // SAFETY: the caller has seen to it that there is room.
         unsafe { self.room.get_unchecked_mut(self.len as usize).write(item) };
         self.len += 1;
     }

@@ -82,7 +82,8 @@ pub fn radiance<T: Tracer, const W: usize>(
                     &mut counts.shadow,
                 );
                 if path_ray.depth < settings.max_depth.min(MAX_DEPTH) && branch_count(point.material) > 0 {
-                    stack.push(Level { ray: path_ray, hit, next_branch: 0 });
+                    // SAFETY: levels have depths 0, 1, 2 ... each, all below MAX_DEPTH.
+                    unsafe { stack.push(Level { ray: path_ray, hit, next_branch: 0 }) };
                 }
             }
             sum.add(path_ray.weight * found);

@@ -25,6 +25,13 @@ pub trait PreparedScene: Send + Sync {
     fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError>;
 }
 
+/// What every backend asks before it builds: devices follow the scene's numbers without looking.
+pub fn check_scene(scene: &SceneData) -> Result<(), BackendError> {
+    scene
+        .check()
+        .map_err(|problem| BackendError::Failed(format!("the scene does not hold together: {problem}")))
+}
+
 /// How far a render is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {

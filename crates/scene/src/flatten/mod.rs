@@ -4,6 +4,7 @@
 //! rounded `+ - * /` and square roots, in serial and fixed order.
 
 mod camera;
+mod check;
 mod geometry;
 mod lights;
 mod materials;

@@ -6,7 +6,7 @@ mod tile;
 
 pub use options::{CpuOptions, SimdLevel};
 
-use super::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered};
+use super::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_scene};
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
 use dispatch::TileJob;
 use eosphor_scene::SceneData;
@@ -62,6 +62,7 @@ impl Backend for CpuBackend {
     }
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
+        check_scene(&scene)?;
         let hierarchy = self.pool.install(|| Hierarchy::build(self.options.accel, &scene));
         let prepared = PreparedCpu {
             scene,
