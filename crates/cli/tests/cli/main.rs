@@ -1,6 +1,8 @@
 //! The real program, from outside: exit codes, messages, files.
 
 mod compare;
+#[cfg(unix)]
+mod inputs;
 mod place;
 mod render;
 #[cfg(unix)]

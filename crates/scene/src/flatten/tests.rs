@@ -410,7 +410,8 @@ fn the_headlight_has_no_falloff() {
         (data.camera.eye, Vec3::splat(0.8), false)
     );
     scene.settings.lighting = LightingModel::Diffuse;
-    assert!(flatten(&scene).0.lights.is_empty());
+    // Only the headlight of scenes without lights is left.
+    assert!(!flatten(&scene).0.lights.iter().any(|light| matches!(light, CoreLight::Triangle { .. })));
 }
 
 #[test]
@@ -491,4 +492,83 @@ fn settings_reach_the_pixel() {
         let message = error(&Scene { settings: change, ..Scene::default() });
         assert!(message.starts_with(expected), "{message}");
     }
+}
+
+#[test]
+fn instances_out_of_range_are_an_error() {
+    let here = Transform::default();
+    let scaled = |s: f32| Transform { scale: Vec3::splat(s), ..here };
+    let matrix = |x: f32| Transform {
+        matrix: Some([[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]),
+        ..here
+    };
+    let out_of_range = [
+        Transform::translation(vec3(0.0, -2e12, 0.0)),
+        Transform { scale: Vec3::splat(1e9), translate: vec3(1e12, 0.0, 0.0), ..here },
+        scaled(1e12 * 1.5),
+        matrix(1e13),
+        Transform { translate: vec3(1e12, 0.0, 0.0), ..matrix(1e12) },
+    ];
+    for transform in out_of_range {
+        let said = error(&placed(grid(12), &[here, transform]));
+        let expected = "instances[1] (mesh \"grid\"): its transform takes the mesh out of range";
+        assert!(said.starts_with(expected), "{said}");
+    }
+    // Neither can be undone.
+    for transform in [scaled(1e30), scaled(f32::INFINITY), scaled(f32::NAN), matrix(f32::INFINITY)] {
+        let said = error(&placed(grid(12), &[here, transform]));
+        println!("{said}");
+        assert!(said.starts_with("instances[1]"), "{said}");
+    }
+    let (data, _) = flatten(&placed(grid(12), &[here, Transform::translation(vec3(9e11, 0.0, 0.0))]));
+    assert_eq!(data.instances.len(), 3);
+}
+
+#[test]
+fn large_meshes_are_placed_many_times() {
+    // 158 x 158 quads are 49,928 triangles, of which two shine.
+    let mut mesh = grid(158);
+    mesh.triangles[17].material = 1;
+    mesh.triangles[40_000].material = 1;
+    let transforms: Vec<_> = (0..200).map(|k| Transform::translation(vec3(0.0, 0.0, k as f32))).collect();
+    let mut scene = placed(mesh, &transforms);
+    scene.materials.push(material(MaterialKind::Emissive { radiance: Vec3::ONE }));
+    let (data, _) = flatten(&scene);
+    assert_eq!((data.geometries.len(), data.instances.len(), data.triangles.len()), (2, 201, 49_928));
+    let lights: Vec<_> = data
+        .lights
+        .iter()
+        .map(|light| match light {
+            CoreLight::Triangle { instance, primitive, .. } => (*instance, *primitive),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(lights, (1..=200).flat_map(|i| [(i, 17), (i, 40_000)]).collect::<Vec<_>>());
+    scene.materials[1] = material(MaterialKind::Matte { color: Vec3::ONE });
+    // Only the headlight of scenes without lights is left.
+    assert!(!flatten(&scene).0.lights.iter().any(|light| matches!(light, CoreLight::Triangle { .. })));
+}
+
+#[test]
+fn creases_of_thousands_of_triangles_around_a_vertex_are_flat() {
+    // A pleated fan: each triangle is steep the other way than the next. Pleats grow, so that smooth normals lean.
+    let flat_corners = |count: u32| {
+        let mut mesh = Mesh { name: "fan".into(), positions: vec![Vec3::ZERO], ..Mesh::default() };
+        for k in 0..count {
+            let turn = k as f64 / count as f64 * std::f64::consts::TAU;
+            let height = (if k % 2 == 0 { 0.1 } else { -0.1 }) * (1.0 + k as f32 / count as f32);
+            mesh.positions.push(vec3(turn.cos() as f32, turn.sin() as f32, height));
+            mesh.triangles.push(triangle([0, k + 1, (k + 1) % count + 1]));
+        }
+        let mut scene = placed(mesh, &[Transform::default()]);
+        scene.settings.normals = NormalMode::Generated;
+        let (data, _) = flatten(&scene);
+        let is_flat = |(t, shading): (&[Vec3; 3], &eosphor_core::geometry::TriangleShading)| {
+            let own = super::normals::of_triangle(t).unwrap();
+            shading.normals.iter().all(|n| (*n - own).length() < 1e-6)
+        };
+        data.triangles.iter().zip(&data.triangle_shading).filter(|&pair| is_flat(pair)).count()
+    };
+    assert_eq!(flat_corners(4098), 4098);
+    assert_eq!(flat_corners(20_000), 20_000);
 }
