@@ -1,6 +1,6 @@
 //! Colour textures.
 
-use crate::math::{Vec3, clamp, floor, vec3};
+use crate::math::{Vec3, clamp, floor, fma, vec3};
 
 /// How a colour is read between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -22,81 +22,152 @@ pub enum TextureWrap {
     Clamp,
     /// The texture again.
     Repeat,
+    /// The texture mirrored, then again.
+    Mirror,
 }
 
-/// Where a texture lies in the array of texels and how it is read. `u` runs right and `v` runs up: `(0, 0)` is the
+/// What the texels of a texture are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum TexelFormat {
+    /// 8 bits a channel, colours sRGB-coded, alpha linear: one word a texel, red in the low byte.
+    Srgb8,
+    /// 8 bits a channel, all linear: one word a texel, red in the low byte.
+    Linear8,
+    /// Single-precision floats: four words a texel, red first.
+    Float,
+}
+
+/// Where a texture lies in the array of words and how it is read. `u` runs right and `v` runs up: `(0, 0)` is the
 /// lower left corner of the picture, as in OBJ; rows are stored top first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Texture {
-    /// Number of the first texel.
-    pub first_texel: u32,
+    /// Number of the first word.
+    pub first_word: u32,
     /// Texels a row, at least 1.
     pub width: u32,
     /// Rows, at least 1.
     pub height: u32,
+    /// What the texels are.
+    pub format: TexelFormat,
     /// Between texels.
     pub filter: TextureFilter,
-    /// Outside the unit square.
-    pub wrap: TextureWrap,
-    /// Texel bytes are sRGB-coded; otherwise they are linear.
-    pub srgb: bool,
+    /// Outside the unit square, along `u`.
+    pub wrap_u: TextureWrap,
+    /// Outside the unit square, along `v`.
+    pub wrap_v: TextureWrap,
+    /// Which of the surface's texture coordinates it takes: 0 or 1.
+    pub uv_set: u32,
+    /// Takes the surface's (u, v, 1) to the picture's (u, v), row by row.
+    pub picture_from_mesh_uv: [[f32; 3]; 2],
 }
 
-/// Textures, their texels (8-bit R, G, B, A from the low byte up) and the sRGB decoding table.
+/// A colour with the share of the surface that is there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rgba {
+    /// Linear.
+    pub color: Vec3,
+    /// Alpha.
+    pub alpha: f32,
+}
+
+impl Rgba {
+    /// White, and wholly there.
+    pub const WHITE: Rgba = Rgba { color: Vec3::ONE, alpha: 1.0 };
+
+    /// One of the four numbers: 0 red, 1 green, 2 blue, else alpha.
+    #[inline(always)]
+    pub fn channel(&self, channel: u32) -> f32 {
+        match channel {
+            0 => self.color.x,
+            1 => self.color.y,
+            2 => self.color.z,
+            _ => self.alpha,
+        }
+    }
+
+    /// This where `weight` is 0, `other` where it is 1.
+    #[inline(always)]
+    fn mix(&self, other: &Rgba, weight: f32) -> Rgba {
+        Rgba {
+            color: self.color.along(other.color + -self.color, weight),
+            alpha: fma(other.alpha - self.alpha, weight, self.alpha),
+        }
+    }
+}
+
+/// Textures, the words of their texels, and the sRGB decoding table.
 #[derive(Clone, Copy, Debug)]
 pub struct Textures<'a> {
     /// Headers.
     pub textures: &'a [Texture],
     /// All texels.
-    pub texels: &'a [u32],
+    pub words: &'a [u32],
     /// Linear value of each sRGB byte.
     pub srgb_decode: &'a [f32; 256],
 }
 
 impl Textures<'_> {
-    /// The linear colour of texture number `texture` at `(u, v)`; alpha is ignored.
+    /// The linear colour and alpha of texture number `texture` at a point with these two sets of texture coordinates.
     ///
     /// Texel `i` of a row has its centre at `u = (i + 0.5) / width`. sRGB-coded texels are decoded before they are
     /// interpolated. Any coordinates are allowed: infinite ones and NaN read some texel of the texture. A number
-    /// without texture gives black, and so do texels that a header promises but the array lacks.
+    /// without texture gives zeros, and so do texels that a header promises but the array lacks.
     #[inline(always)]
-    pub fn sample(&self, texture: u32, u: f32, v: f32) -> Vec3 {
-        let Some(t) = self.textures.get(texture as usize) else { return Vec3::ZERO };
+    pub fn sample(&self, texture: u32, uvs: &[[f32; 2]; 2]) -> Rgba {
+        let Some(t) = self.textures.get(texture as usize) else {
+            return Rgba { color: Vec3::ZERO, alpha: 0.0 };
+        };
+        let [u, v] = if t.uv_set == 0 { uvs[0] } else { uvs[1] };
+        let mapped = |row: &[f32; 3]| fma(row[0], u, fma(row[1], v, row[2]));
+        let [of_u, of_v] = &t.picture_from_mesh_uv;
         // Rows are stored top first, v runs up.
-        let x = wrapped(u, t.wrap) * t.width as f32;
-        let y = (1.0 - wrapped(v, t.wrap)) * t.height as f32;
+        let x = wrapped(mapped(of_u), t.wrap_u) * t.width as f32;
+        let y = (1.0 - wrapped(mapped(of_v), t.wrap_v)) * t.height as f32;
         match t.filter {
             TextureFilter::Nearest => self.texel(t, texel_at(x, t.width), texel_at(y, t.height)),
             TextureFilter::Bilinear => {
-                let (left, right, right_weight) = neighbours(x, t.width, t.wrap);
-                let (top, bottom, bottom_weight) = neighbours(y, t.height, t.wrap);
-                let upper = mix_colors(self.texel(t, left, top), self.texel(t, right, top), right_weight);
-                let lower =
-                    mix_colors(self.texel(t, left, bottom), self.texel(t, right, bottom), right_weight);
-                mix_colors(upper, lower, bottom_weight)
+                let (left, right, right_weight) = neighbours(x, t.width, t.wrap_u);
+                let (top, bottom, bottom_weight) = neighbours(y, t.height, t.wrap_v);
+                let upper = self.texel(t, left, top).mix(&self.texel(t, right, top), right_weight);
+                let lower = self.texel(t, left, bottom).mix(&self.texel(t, right, bottom), right_weight);
+                upper.mix(&lower, bottom_weight)
             }
         }
     }
 
     /// The decoded texel of a column and a row within the texture.
     #[inline(always)]
-    fn texel(&self, t: &Texture, column: u32, row: u32) -> Vec3 {
+    fn texel(&self, t: &Texture, column: u32, row: u32) -> Rgba {
         debug_assert!(column < t.width && row < t.height);
-        let number = t.first_texel as usize + row as usize * t.width as usize + column as usize;
-        // A checked read: headers come from scene data, and this costs little beside the read itself.
-        let [r, g, b, _] = self.texels.get(number).copied().unwrap_or(0).to_le_bytes();
-        let decode = |byte: u8| if t.srgb { self.srgb_decode[byte as usize] } else { byte as f32 / 255.0 };
-        vec3(decode(r), decode(g), decode(b))
+        let number = row as usize * t.width as usize + column as usize;
+        // Checked reads: headers come from scene data, and this costs little beside the read itself.
+        let word = |i: usize| self.words.get(t.first_word as usize + i).copied().unwrap_or(0);
+        if t.format == TexelFormat::Float {
+            let value = |k: usize| f32::from_bits(word(4 * number + k));
+            return Rgba { color: vec3(value(0), value(1), value(2)), alpha: value(3) };
+        }
+        let [r, g, b, alpha] = word(number).to_le_bytes();
+        let linear = |byte: u8| byte as f32 / 255.0;
+        let decode = |byte: u8| {
+            if t.format == TexelFormat::Srgb8 { self.srgb_decode[byte as usize] } else { linear(byte) }
+        };
+        Rgba { color: vec3(decode(r), decode(g), decode(b)), alpha: linear(alpha) }
     }
 }
 
-/// A coordinate taken into [0, 1]; zero when it is NaN, or infinite and repeated.
+/// A coordinate taken into [0, 1]; zero when it is NaN, or infinite and not clamped.
 #[inline(always)]
 fn wrapped(coordinate: f32, wrap: TextureWrap) -> f32 {
     let inside = match wrap {
         TextureWrap::Clamp => coordinate,
         TextureWrap::Repeat => coordinate - floor(coordinate),
+        TextureWrap::Mirror => {
+            // 0 to 2, then back from 1.
+            let twice = coordinate - 2.0 * floor(coordinate * 0.5);
+            if twice > 1.0 { 2.0 - twice } else { twice }
+        }
     };
     clamp(inside, 0.0, 1.0)
 }
@@ -114,7 +185,8 @@ fn neighbours(place: f32, size: u32, wrap: TextureWrap) -> (u32, u32, f32) {
     let whole = floor(place);
     let last = size - 1;
     let (before_first, after_last) = match wrap {
-        TextureWrap::Clamp => (0, last),
+        // Beyond a mirrored border lies the border's own texel.
+        TextureWrap::Clamp | TextureWrap::Mirror => (0, last),
         TextureWrap::Repeat => (last, 0),
     };
     let first = if whole < 0.0 { before_first } else { (whole as u32).min(last) };
@@ -122,17 +194,11 @@ fn neighbours(place: f32, size: u32, wrap: TextureWrap) -> (u32, u32, f32) {
     (first, if second > last { after_last } else { second }, place - whole)
 }
 
-/// `a` where `weight` is 0, `b` where it is 1.
-#[inline(always)]
-fn mix_colors(a: Vec3, b: Vec3, weight: f32) -> Vec3 {
-    a.along(b + -a, weight)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use TextureFilter::{Bilinear, Nearest};
-    use TextureWrap::{Clamp, Repeat};
+    use TextureWrap::{Clamp, Mirror, Repeat};
 
     /// 4 x 2 texels, top row first, behind two texels of another texture; no two channels of any two are equal.
     const TEXELS: [u32; 10] = [
@@ -154,12 +220,23 @@ mod tests {
     }
 
     fn header(filter: TextureFilter, wrap: TextureWrap, srgb: bool) -> Texture {
-        Texture { first_texel: 2, width: 4, height: 2, filter, wrap, srgb }
+        Texture {
+            first_word: 2,
+            width: 4,
+            height: 2,
+            format: if srgb { TexelFormat::Srgb8 } else { TexelFormat::Linear8 },
+            filter,
+            wrap_u: wrap,
+            wrap_v: wrap,
+            uv_set: 0,
+            picture_from_mesh_uv: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        }
     }
 
     fn sample(filter: TextureFilter, wrap: TextureWrap, srgb: bool, u: f32, v: f32) -> Vec3 {
         let textures = [header(Nearest, Clamp, false), header(filter, wrap, srgb)];
-        Textures { textures: &textures, texels: &TEXELS, srgb_decode: &curve() }.sample(1, u, v)
+        let textures = Textures { textures: &textures, words: &TEXELS, srgb_decode: &curve() };
+        textures.sample(1, &[[u, v], [7.0, 7.0]]).color
     }
 
     fn linear(column: usize, row: usize) -> Vec3 {
@@ -248,14 +325,61 @@ mod tests {
 
     #[test]
     fn one_texel_and_missing_texels() {
-        let one = Texture { first_texel: 2, width: 1, height: 1, ..header(Bilinear, Repeat, false) };
-        let missing = Texture { first_texel: u32::MAX, ..one };
+        let one = Texture { first_word: 2, width: 1, height: 1, ..header(Bilinear, Repeat, false) };
+        let missing = Texture { first_word: u32::MAX, ..one };
         let textures = [one, missing];
-        let textures = Textures { textures: &textures, texels: &TEXELS, srgb_decode: &curve() };
+        let textures = Textures { textures: &textures, words: &TEXELS, srgb_decode: &curve() };
         for (u, v) in [(0.0, 0.0), (0.3, 0.9), (-7.1, 1.0)] {
-            assert_near(textures.sample(0, u, v), linear(0, 0));
-            assert_eq!(textures.sample(1, u, v), Vec3::ZERO);
-            assert_eq!(textures.sample(2, u, v), Vec3::ZERO);
+            let sample = |texture| textures.sample(texture, &[[u, v]; 2]);
+            assert_near(sample(0).color, linear(0, 0));
+            assert_eq!(sample(1), Rgba { color: Vec3::ZERO, alpha: 0.0 });
+            assert_eq!(sample(2), Rgba { color: Vec3::ZERO, alpha: 0.0 });
         }
+    }
+
+    #[test]
+    fn mirror_turns_back_at_the_border() {
+        for (u, v) in [(0.375, 0.25), (0.9, 0.6), (0.05, 0.95)] {
+            for filter in [Nearest, Bilinear] {
+                let want = sample(filter, Mirror, false, u, v);
+                assert_near(want, sample(filter, Clamp, false, u, v));
+                for (mu, mv) in [(-u, v), (2.0 - u, v), (u, -v), (u + 2.0, 2.0 - v), (u - 4.0, v - 2.0)] {
+                    assert_near(sample(filter, Mirror, false, mu, mv), want);
+                }
+            }
+        }
+        assert_eq!(sample(Bilinear, Mirror, false, 1.0, 0.75), linear(3, 0));
+    }
+
+    #[test]
+    fn floats_alpha_and_channels() {
+        let words: Vec<u32> = [9.0f32, 1.5, -2.0, 3.0, 0.25, 4.0, 5.0, 6.0, 0.75].map(f32::to_bits).to_vec();
+        let texture = Texture {
+            first_word: 1,
+            width: 2,
+            height: 1,
+            format: TexelFormat::Float,
+            ..header(Bilinear, Clamp, false)
+        };
+        let textures = [texture, Texture { uv_set: 1, ..texture }];
+        let textures = Textures { textures: &textures, words: &words, srgb_decode: &curve() };
+        let left = textures.sample(0, &[[0.25, 0.5], [0.75, 0.5]]);
+        assert_eq!(left, Rgba { color: vec3(1.5, -2.0, 3.0), alpha: 0.25 });
+        assert_eq!([0, 1, 2, 3].map(|c| left.channel(c)), [1.5, -2.0, 3.0, 0.25]);
+        let right = textures.sample(1, &[[0.25, 0.5], [0.75, 0.5]]);
+        assert_eq!(right, Rgba { color: vec3(4.0, 5.0, 6.0), alpha: 0.75 });
+        let middle = textures.sample(0, &[[0.5, 0.5]; 2]);
+        assert_eq!((middle.color.x, middle.alpha), (2.75, 0.5));
+    }
+
+    #[test]
+    fn coordinates_are_mapped_before_they_wrap() {
+        // A quarter turn, half the size and a shift.
+        let map = [[0.0, 0.5, 0.125], [-0.5, 0.0, 0.75]];
+        let texture = Texture { picture_from_mesh_uv: map, ..header(Nearest, Repeat, false) };
+        let textures = [texture];
+        let textures = Textures { textures: &textures, words: &TEXELS, srgb_decode: &curve() };
+        let got = textures.sample(0, &[[0.25, 0.5], [0.0; 2]]).color;
+        assert_eq!(got, sample(Nearest, Repeat, false, 0.375, 0.625));
     }
 }

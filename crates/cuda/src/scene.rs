@@ -49,8 +49,8 @@ pub(crate) struct DeviceScene {
     materials: DeviceArray<Material>,
     textures: DeviceArray<Texture>,
     texture_count: u64,
-    texels: DeviceArray<u32>,
-    texel_count: u64,
+    texture_words: DeviceArray<u32>,
+    texture_word_count: u64,
     srgb_decode: DeviceArray<f32>,
     lights: DeviceArray<Light>,
     light_count: u64,
@@ -92,8 +92,8 @@ impl DeviceScene {
             materials: upload(stream, view.materials)?,
             textures: upload(stream, view.textures.textures)?,
             texture_count: view.textures.textures.len() as u64,
-            texels: upload(stream, view.textures.texels)?,
-            texel_count: view.textures.texels.len() as u64,
+            texture_words: upload(stream, view.textures.words)?,
+            texture_word_count: view.textures.words.len() as u64,
             srgb_decode: upload(stream, view.textures.srgb_decode)?,
             lights: upload(stream, view.lights)?,
             light_count: view.lights.len() as u64,
@@ -126,7 +126,7 @@ impl DeviceScene {
         launch.arg(&self.triangles).arg(&self.spheres).arg(&self.triangle_shading);
         launch.arg(&self.sphere_materials).arg(&self.materials);
         launch.arg(&self.textures).arg(&self.texture_count);
-        launch.arg(&self.texels).arg(&self.texel_count).arg(&self.srgb_decode);
+        launch.arg(&self.texture_words).arg(&self.texture_word_count).arg(&self.srgb_decode);
         launch.arg(&self.lights).arg(&self.light_count);
         launch.arg(&self.camera).arg(&self.settings).arg(&self.extent);
         launch.arg(&first_row).arg(&end_row).arg(&film).arg(&totals);

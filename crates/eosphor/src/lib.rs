@@ -33,7 +33,7 @@
 //!
 //! let red = MaterialKind::Matte { color: vec3(0.8, 0.1, 0.1) };
 //! let mut scene = Scene {
-//!     materials: vec![Material { name: "red".into(), kind: red, diffuse_texture: None }],
+//!     materials: vec![Material::new("red", red)],
 //!     spheres: vec![Sphere { center: Vec3::ZERO, radius: 1.0, material: 0 }],
 //!     lights: vec![Light::Directional { direction: vec3(0.0, 0.0, -1.0), color: Vec3::ONE }],
 //!     camera: Some(Camera::default()),
@@ -67,10 +67,11 @@ pub use eosphor_render::{
 };
 #[doc(inline)]
 pub use eosphor_scene::{
-    BUILTINS, Builtin, Camera, Composition, Instance, Lens, Light, LoadOptions, LoadedScene, Material,
-    MaterialKind, Mesh, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, PixelSampling, Place, Preset,
-    Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError, Sphere, Texture, Transfer,
-    Transform, Triangle, UnknownPreset, Warning, load,
+    AlphaMode, BUILTINS, Builtin, Camera, Channel, Composition, Image, Instance, Lens, Light, LoadOptions,
+    LoadedScene, Material, MaterialKind, MaterialTextures, Mesh, Mtl, NO_INDEX, NormalMode, Note,
+    Parallelogram, Pbr, PixelSampling, Place, Preset, Problem, READ_FORMATS, RenderSettings, Scene,
+    SceneData, SceneError, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform,
+    Triangle, UnknownPreset, Warning, load,
 };
 
 /// Vectors, colours and transforms.

@@ -73,11 +73,7 @@ fn cornell(change: impl FnOnce(&mut RenderSettings)) -> Scene {
 }
 
 fn material(scene: &mut Scene, kind: MaterialKind) -> u32 {
-    scene.materials.push(Material {
-        name: format!("m{}", scene.materials.len()),
-        kind,
-        diffuse_texture: None,
-    });
+    scene.materials.push(Material::new(format!("m{}", scene.materials.len()), kind));
     scene.materials.len() as u32 - 1
 }
 
@@ -165,6 +161,7 @@ fn instances() -> Scene {
         let angle = k as f32 * 57.0;
         scene.instances.push(Instance {
             mesh: 0,
+            material: None,
             world_from_object: Transform {
                 scale: vec3(1.0 + k as f32 * 0.3, if k % 2 == 0 { 1.0 } else { -2.0 }, 1.5),
                 rotate_degrees: vec3(angle, angle * 0.5, 10.0),
@@ -278,13 +275,14 @@ fn far_from_the_origin() {
 
 #[test]
 fn textured_floor() {
-    use eosphor_core::texture::{TextureFilter, TextureWrap};
+    use eosphor_core::texture::TextureFilter;
     for filter in [TextureFilter::Nearest, TextureFilter::Bilinear] {
         let mut scene = spheres();
         let texels = (0..64u32).map(|i| 0xff00_0000 | ((i * 0x0003_0501) & 0x00ff_ffff)).collect();
-        let wrap = TextureWrap::Repeat;
-        scene.textures.push(Texture { name: "dots".into(), width: 8, height: 8, texels, filter, wrap });
-        scene.materials[0].diffuse_texture = Some(0);
+        let texels = Texels::Rgba8(texels);
+        scene.images.push(Image { name: "dots".into(), width: 8, height: 8, texels });
+        scene.textures.push(Texture { filter, ..Texture::of_image(0) });
+        scene.materials[0].textures.color = Some(0);
         assert_identical(&format!("{filter:?}"), &scene);
     }
 }

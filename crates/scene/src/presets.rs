@@ -111,18 +111,9 @@ fn eos_scene(scene: &mut Scene) {
         scene.lights.extend([light(-20.0), light(20.0)]);
     }
     for material in scene.materials.iter_mut().filter(|m| m.is_default()) {
-        *material = Material {
-            name: "eos".into(),
-            // Reflective: illum 3, from which the composition of EOS makes kr = 0.4.
-            kind: MaterialKind::Mtl(Mtl {
-                Kd: Vec3::splat(0.75),
-                Ks: Vec3::ONE,
-                Ns: 120.0,
-                illum: 3,
-                ..Mtl::default()
-            }),
-            diffuse_texture: None,
-        };
+        // Reflective: illum 3, from which the composition of EOS makes kr = 0.4.
+        let mtl = Mtl { Kd: Vec3::splat(0.75), Ks: Vec3::ONE, Ns: 120.0, illum: 3, ..Mtl::default() };
+        *material = Material::new("eos", MaterialKind::Mtl(mtl));
     }
 }
 

@@ -148,9 +148,9 @@ fn textures_come_along() {
     let Some(folder) = scenes() else { return };
     let loaded = read(&folder.join("spot/spot.obj")).unwrap();
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-    let texture = &loaded.scene.textures[0];
-    assert_eq!((texture.width, texture.height, texture.texels.len()), (1024, 1024, 1024 * 1024));
-    assert_eq!(loaded.scene.materials[0].diffuse_texture, Some(0));
+    let image = &loaded.scene.images[0];
+    assert_eq!((image.width, image.height, image.texels.len()), (1024, 1024, 1024 * 1024));
+    assert_eq!(loaded.scene.materials[0].textures.color, Some(0));
     let names: Vec<String> =
         loaded.files_read.iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect();
     assert_eq!(names, ["spot.obj", "spot.mtl", "spot_texture.png"]);

@@ -72,7 +72,7 @@ impl<'a> SurfacePoint<'a> {
         let texel = if material.diffuse_texture == NONE {
             Vec3::ONE
         } else {
-            view.textures.sample(material.diffuse_texture, uv[0], uv[1])
+            view.textures.sample(material.diffuse_texture, &[uv, uv]).color
         };
         SurfacePoint {
             position,

@@ -43,11 +43,12 @@ fn glass() -> Scene {
         },
         MaterialKind::Emissive { radiance: vec3(6.0, 6.0, 7.0) },
     ];
-    let material = |kind| Material { name: String::new(), kind, diffuse_texture: None };
+    let material = |kind| Material::new("", kind);
     let sphere = |x, y, z, radius, material| Sphere { center: vec3(x, y, z), radius, material };
     let pane = |corner, edge_u, edge_v, material| Parallelogram { corner, edge_u, edge_v, material };
     let placed = |i: u32| Instance {
         mesh: 0,
+        material: None,
         world_from_object: Transform {
             scale: vec3(0.5, 0.3, 0.5),
             rotate_degrees: vec3(10.0, 40.0 * i as f32, 5.0),

@@ -209,7 +209,7 @@ fn add_sphere_mesh(scene: &mut Scene, n: u32, material: u32) {
         }
     }
     scene.meshes.push(mesh);
-    scene.instances.push(Instance { mesh: 0, world_from_object: Transform::default() });
+    scene.instances.push(Instance::new(0, Transform::default()));
     scene.settings.normals = NormalMode::Smooth;
 }
 

@@ -3,7 +3,6 @@
 use crate::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
-use eosphor_core::texture::{TextureFilter, TextureWrap};
 use eosphor_core::whitted::MAX_RADIANCE;
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, RenderControl};
 use eosphor_scene::{
@@ -70,7 +69,7 @@ fn nested_bodies_are_as_transparent_with_culling_as_without() {
         ..Transform::translation(vec3(x, 0.05, 0.0))
     };
     for world_from_object in [Transform::default(), inner(0.6, 0.1), inner(0.2, 0.15)] {
-        scene.instances.push(Instance { mesh: 0, world_from_object });
+        scene.instances.push(Instance::new(0, world_from_object));
     }
     scene.settings.background = Vec3::ONE;
     for cull_back_faces in [false, true] {
@@ -97,15 +96,14 @@ fn textured_shadow(kind: MaterialKind, texel: u32) -> Vec3 {
     floor(&mut scene, 0.0, 2.0, white);
     scene.lights.push(Light::Point { position: vec3(0.5, 4.0, 0.25), color: Vec3::splat(16.0) });
     let m = material(&mut scene, kind);
-    scene.textures.push(Texture {
+    scene.images.push(Image {
         name: "plain".into(),
         width: 1,
         height: 1,
-        texels: vec![texel],
-        filter: TextureFilter::Nearest,
-        wrap: TextureWrap::Clamp,
+        texels: Texels::Rgba8(vec![texel]),
     });
-    scene.materials[m as usize].diffuse_texture = Some(0);
+    scene.textures.push(Texture::of_image(0));
+    scene.materials[m as usize].textures.color = Some(0);
     rectangle(&mut scene, vec3(0.3, 2.0, 0.0), vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), m);
     scene.settings.shadows = ShadowMode::Coloured;
     probe(&scene, vec3(1.5, 0.2, 1.0), vec3(0.5, 0.0, 0.25))
@@ -204,7 +202,7 @@ fn tiny_triangles_have_their_own_normal_and_back() {
     let triangle = Triangle { positions: [0, 1, 2], normals: none, uvs: none, material: m };
     let mesh = Mesh { name: "tiny".into(), positions, triangles: vec![triangle], ..Mesh::default() };
     scene.meshes.push(mesh);
-    scene.instances.push(Instance { mesh: 0, world_from_object: Transform::default() });
+    scene.instances.push(Instance::new(0, Transform::default()));
     scene.settings.background = vec3(0.0, 0.0, 0.25);
     scene.settings.shadows = ShadowMode::None;
     let (front, back) = (middle + normal * (3.0 * EDGE), middle - normal * (3.0 * EDGE));

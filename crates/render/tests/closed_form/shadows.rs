@@ -119,7 +119,7 @@ fn light_through_a_vertex_of_a_closed_mesh_is_filtered_twice() {
     }
     scene.meshes.push(mesh);
     let place = Transform::translation(vec3(0.5, 2.0, 0.25));
-    scene.instances.push(Instance { mesh: 0, world_from_object: place });
+    scene.instances.push(Instance::new(0, place));
     assert_near(under_light(&scene), double(RED * RED * 0.25), 1e-4);
 }
 

@@ -27,7 +27,7 @@ pub(crate) fn scene() -> Scene {
 
 /// Adds a material; returns its number.
 pub(crate) fn material(scene: &mut Scene, kind: MaterialKind) -> u32 {
-    scene.materials.push(Material { name: "m".into(), kind, diffuse_texture: None });
+    scene.materials.push(Material::new("m", kind));
     scene.materials.len() as u32 - 1
 }
 

@@ -117,7 +117,7 @@ fn smooth_normals_light_a_triangle_by_their_interpolation() {
             material: white,
         }],
     });
-    scene.instances.push(Instance { mesh: 0, world_from_object: Transform::default() });
+    scene.instances.push(Instance::new(0, Transform::default()));
     scene.settings.normals = eosphor_scene::NormalMode::Smooth;
     scene.lights.push(Light::Directional { direction: vec3(-0.48, -0.8, 0.36), color: Vec3::ONE });
     for [a, b, c] in [[0.2, 0.3, 0.5], [0.9, 0.05, 0.05], [0.1, 0.6, 0.3]] {
@@ -138,15 +138,12 @@ fn a_checker_on_a_parallelogram_is_tinted_by_kd() {
         scene.settings.srgb_textures = srgb;
         scene.settings.lighting = LightingModel::Diffuse;
         let m = matte(&mut scene, KD);
-        scene.materials[m as usize].diffuse_texture = Some(0);
-        scene.textures.push(Texture {
-            name: "checker".into(),
-            width: 2,
-            height: 2,
-            texels: texels.clone(),
-            filter: TextureFilter::Nearest,
-            wrap: TextureWrap::Clamp,
-        });
+        scene.materials[m as usize].textures.color = Some(0);
+        let texels = Texels::Rgba8(texels.clone());
+        scene.images.push(Image { name: "checker".into(), width: 2, height: 2, texels });
+        let wrap = TextureWrap::Clamp;
+        let filter = TextureFilter::Nearest;
+        scene.textures.push(Texture { filter, wrap_u: wrap, wrap_v: wrap, ..Texture::of_image(0) });
         // u runs right and v up, seen from +z.
         rectangle(&mut scene, Vec3::ZERO, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), m);
         let kd = double(KD);

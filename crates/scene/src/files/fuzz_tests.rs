@@ -1,7 +1,7 @@
 //! No bytes make a parser panic; what loads also passes flattening or fails with an error.
 
 use super::source::Source;
-use super::{LoadOptions, load_from, mtl, warnings::Warnings};
+use super::{LoadOptions, load_from};
 use crate::SceneData;
 use proptest::prelude::*;
 use std::borrow::Cow;
@@ -69,7 +69,7 @@ proptest! {
     fn any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         run("a.obj", bytes.clone());
         run("s.json", bytes.clone());
-        mtl::parse(&bytes, Path::new("m.mtl"), &mut Warnings::default());
+        run("m.mtl", bytes.clone());
         let _ = super::images::decode(&bytes);
     }
 

@@ -1,12 +1,10 @@
 //! Builds one scene from several files.
 
-use super::lines::{is_blank, text, trim};
 use super::source::Source;
 use super::warnings::Warnings;
-use super::{LoadOptions, LoadedScene, images, mtl, obj};
+use super::{LoadOptions, LoadedScene, images};
 use crate::error::{Place, SceneError};
-use crate::model::{Instance, Material, MaterialKind, Scene, Texture, Transform};
-use eosphor_core::texture::{TextureFilter, TextureWrap};
+use crate::model::{Image, Material, Scene, Texture};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -18,7 +16,7 @@ pub(super) struct Loader {
     source: Source,
     options: LoadOptions,
     files_read: Vec<PathBuf>,
-    textures: HashMap<(PathBuf, TextureFilter, TextureWrap), u32>,
+    images: HashMap<PathBuf, u32>,
     default_material: Option<u32>,
 }
 
@@ -30,7 +28,7 @@ impl Loader {
             source,
             options: options.clone(),
             files_read: Vec::new(),
-            textures: HashMap::new(),
+            images: HashMap::new(),
             default_material: None,
         }
     }
@@ -65,81 +63,9 @@ impl Loader {
         number
     }
 
-    /// A scene that is one OBJ file.
-    pub(super) fn obj_scene(&mut self, path: &Path) -> Result<(), SceneError> {
-        let mesh = self.obj_mesh(path)?;
-        self.scene.instances.push(Instance { mesh, world_from_object: Transform::default() });
-        Ok(())
-    }
-
-    /// Adds the mesh, the materials and the textures of an OBJ file; the number of the mesh.
-    pub(super) fn obj_mesh(&mut self, path: &Path) -> Result<u32, SceneError> {
-        let bytes = self.read(path)?;
-        let mut file = obj::parse(&bytes, path, &mut self.warnings)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-
-        let mut known: HashMap<Vec<u8>, u32> = HashMap::new();
-        for (arguments, line) in &file.libraries {
-            self.libraries(path, folder, arguments, *line, &mut known);
-        }
-        let mut numbers = Vec::with_capacity(file.materials.len());
-        for (name, line) in &file.materials {
-            numbers.push(match known.get(name) {
-                Some(&number) => number,
-                None => {
-                    if !name.is_empty() {
-                        let message = format!("unknown material \"{}\"; the default is taken", text(name));
-                        self.warnings.add(path, Some(*line), message);
-                    }
-                    self.default_material()
-                }
-            });
-        }
-        for triangle in &mut file.mesh.triangles {
-            triangle.material = numbers[triangle.material as usize];
-        }
-        file.mesh.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        self.scene.meshes.push(file.mesh);
-        Ok(self.scene.meshes.len() as u32 - 1)
-    }
-
-    /// Reads the files of an `mtllib` line. Names are divided by blanks and may themselves hold blanks, plain or
-    /// escaped: the longest run of words that names a file counts.
-    fn libraries(
-        &mut self,
-        obj: &Path,
-        folder: &Path,
-        arguments: &[u8],
-        line: u32,
-        known: &mut HashMap<Vec<u8>, u32>,
-    ) {
-        // Longer lines are no lists of file names; trying all runs of their words would take too long.
-        const MAX_WORDS: usize = 32;
-        let mut rest = arguments;
-        while !rest.is_empty() {
-            let ends: Vec<usize> = word_ends(rest).take(MAX_WORDS).collect();
-            let found = ends.iter().rev().find_map(|&end| {
-                let file = self.find(folder, &rest[..end])?;
-                Some((end, file))
-            });
-            match found {
-                Some((end, file)) => {
-                    self.library(&file, known);
-                    rest = trim(&rest[end..]);
-                }
-                None => {
-                    let end = ends.first().copied().unwrap_or(rest.len());
-                    let message = format!("material file \"{}\" is missing", text(&unescaped(&rest[..end])));
-                    self.warnings.add(obj, Some(line), message);
-                    rest = trim(&rest[end..]);
-                }
-            }
-        }
-    }
-
     /// The path of a file that another names: as written, with escaped blanks, with `\` for `/`, or, for paths of
     /// another machine, the bare name beside the file that names it.
-    fn find(&self, folder: &Path, name: &[u8]) -> Option<PathBuf> {
+    pub(super) fn find(&self, folder: &Path, name: &[u8]) -> Option<PathBuf> {
         let plain = String::from_utf8_lossy(name).into_owned();
         let unescaped = String::from_utf8_lossy(&unescaped(name)).into_owned();
         let slashes = plain.replace('\\', "/");
@@ -151,69 +77,35 @@ impl Loader {
             .find(|path| self.source.exists(path))
     }
 
-    fn library(&mut self, path: &Path, known: &mut HashMap<Vec<u8>, u32>) {
-        let bytes = match self.read(path) {
-            Ok(bytes) => bytes,
-            Err(problem) => {
-                self.warnings.add(path, None, problem.to_string());
-                return;
-            }
-        };
-        let folder = path.parent().unwrap_or(Path::new(""));
-        for entry in mtl::parse(&bytes, path, &mut self.warnings) {
-            if known.contains_key(&entry.name) {
-                let message = format!("material \"{}\" is given twice; the first counts", text(&entry.name));
-                self.warnings.add(path, Some(entry.line), message);
-                continue;
-            }
-            let diffuse_texture = entry.texture.as_ref().and_then(|map| self.map_kd(path, folder, map));
-            let name = String::from_utf8_lossy(&entry.name).into_owned();
-            self.scene.materials.push(Material { name, kind: MaterialKind::Mtl(entry.mtl), diffuse_texture });
-            known.insert(entry.name, self.scene.materials.len() as u32 - 1);
-        }
-    }
-
-    /// The texture of a material; what is missing or broken warns and leaves the surface untextured.
-    fn map_kd(&mut self, mtl: &Path, folder: &Path, map: &mtl::MapKd) -> Option<u32> {
-        if !self.options.textures {
-            return None;
-        }
-        let Some(file) = self.find(folder, &map.file) else {
-            let name = text(&map.file);
-            let message = format!("texture \"{name}\" is missing; the surface is untextured");
-            self.warnings.add(mtl, Some(map.line), message);
-            return None;
-        };
-        match self.texture(&file, TextureFilter::Bilinear, map.wrap) {
-            Ok(number) => Some(number),
-            Err(problem) => {
-                let message = format!("texture: {problem}; the surface is untextured");
-                self.warnings.add(mtl, Some(map.line), message);
-                None
-            }
-        }
-    }
-
-    /// Reads a picture once for each way of reading it; the number of the texture.
-    pub(super) fn texture(
-        &mut self,
-        path: &Path,
-        filter: TextureFilter,
-        wrap: TextureWrap,
-    ) -> Result<u32, SceneError> {
-        let key = (path.to_path_buf(), filter, wrap);
-        if let Some(&number) = self.textures.get(&key) {
+    /// Reads a picture once; the number of the image.
+    pub(super) fn image(&mut self, path: &Path) -> Result<u32, SceneError> {
+        if let Some(&number) = self.images.get(path) {
             return Ok(number);
         }
         let bytes = self.read(path)?;
-        let picture = images::decode(&bytes)
-            .map_err(|message| SceneError::Invalid { place: Place::file(path), message })?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let images::Picture { width, height, texels } = picture;
-        self.scene.textures.push(Texture { name, width, height, texels, filter, wrap });
-        let number = self.scene.textures.len() as u32 - 1;
-        self.textures.insert(key, number);
+        let number = self
+            .image_of_bytes(name, &bytes)
+            .map_err(|message| SceneError::Invalid { place: Place::file(path), message })?;
+        self.images.insert(path.to_path_buf(), number);
         Ok(number)
+    }
+
+    /// Adds a picture from the contents of a picture file; the number of the image.
+    pub(super) fn image_of_bytes(&mut self, name: String, bytes: &[u8]) -> Result<u32, String> {
+        let images::Picture { width, height, texels } = images::decode(bytes)?;
+        self.scene.images.push(Image { name, width, height, texels });
+        Ok(self.scene.images.len() as u32 - 1)
+    }
+
+    /// The number of a texture; equal ones share it.
+    pub(super) fn texture(&mut self, texture: Texture) -> u32 {
+        let textures = &mut self.scene.textures;
+        let number = textures.iter().position(|t| *t == texture).unwrap_or_else(|| {
+            textures.push(texture);
+            textures.len() - 1
+        });
+        number as u32
     }
 
     pub(super) fn wants_textures(&self) -> bool {
@@ -221,16 +113,8 @@ impl Loader {
     }
 }
 
-/// The ends of the words of a line; an escaped blank does not end one.
-fn word_ends(line: &[u8]) -> impl Iterator<Item = usize> + '_ {
-    (1..=line.len()).filter(|&i| {
-        let ends = i == line.len() || (is_blank(line[i]) && line[i - 1] != b'\\');
-        ends && !is_blank(line[i - 1])
-    })
-}
-
 /// `\ ` read as a blank.
-fn unescaped(name: &[u8]) -> Vec<u8> {
+pub(super) fn unescaped(name: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(name.len());
     for (i, &b) in name.iter().enumerate() {
         if !(b == b'\\' && name.get(i + 1) == Some(&b' ')) {

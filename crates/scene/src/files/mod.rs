@@ -1,22 +1,21 @@
 //! Files in: OBJ with MTL, our own JSON, and the built-in scenes.
 
 mod builtin;
+mod gltf;
 mod images;
 mod json;
-mod lines;
 mod loader;
-mod mtl;
 mod obj;
+mod pg1;
+mod ply;
 mod source;
 mod warnings;
 
 #[cfg(test)]
 mod fuzz_tests;
-#[cfg(test)]
-mod obj_tests;
 
 use crate::error::{SceneError, Warning};
-use crate::model::Scene;
+use crate::model::{Instance, Scene};
 use loader::Loader;
 use source::Source;
 use std::path::{Path, PathBuf};
@@ -66,13 +65,28 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<LoadedScene
 
 fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     let mut loader = Loader::new(source, options);
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    match extension.as_deref() {
-        Some("obj") => loader.obj_scene(path)?,
-        Some("json") => json::read(&mut loader, path)?,
-        other => return Err(unknown_format(path, other)),
+    if extension(path).as_deref() == Some("json") {
+        json::read(&mut loader, path)?;
+    } else {
+        let instances = read_model(&mut loader, path)?;
+        loader.scene.instances.extend(instances);
     }
     loader.finish(path)
+}
+
+/// Adds the meshes and materials of a model file to the scene in the making; how the file places them.
+fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
+    match extension(path).as_deref() {
+        Some("obj") => obj::read_model(loader, path),
+        Some("gltf" | "glb") => gltf::read_model(loader, path),
+        Some("ply") => ply::read_model(loader, path),
+        other => Err(unknown_format(path, other)),
+    }
+}
+
+/// The ending of a file's name, in small letters.
+fn extension(path: &Path) -> Option<String> {
+    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase())
 }
 
 fn unknown_format(path: &Path, extension: Option<&str>) -> SceneError {

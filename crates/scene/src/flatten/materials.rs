@@ -30,7 +30,7 @@ pub(super) fn compose(material: &Material, composition: Composition) -> core::Ma
         },
         kind => own_kind(kind),
     };
-    core::Material { diffuse_texture: material.diffuse_texture.unwrap_or(NONE), ..composed }
+    core::Material { diffuse_texture: material.textures.color.unwrap_or(NONE), ..composed }
 }
 
 /// What diffuses nothing, reflects nothing and lets nothing through.
@@ -118,6 +118,7 @@ fn transmit_by_tf(m: &mut core::Material, mtl: &Mtl) {
 fn own_kind(kind: MaterialKind) -> core::Material {
     match kind {
         MaterialKind::Mtl(mtl) => native(&mtl),
+        MaterialKind::Pbr(pbr) => core::Material { diffuse: pbr.color, emission: pbr.emission, ..black() },
         MaterialKind::Matte { color } => core::Material { diffuse: color, ..black() },
         MaterialKind::Mirror { reflectance } => core::Material { reflection: reflectance, ..black() },
         MaterialKind::Dielectric { ior, tint } => core::Material {

@@ -46,8 +46,8 @@ pub struct SceneData {
     pub materials: Vec<Material>,
     /// Headers of the textures.
     pub textures: Vec<Texture>,
-    /// Texels of all textures.
-    pub texels: Vec<u32>,
+    /// Words of the texels of all textures.
+    pub texture_words: Vec<u32>,
     /// Linear value of each sRGB byte.
     pub srgb_decode: [f32; 256],
     /// Lights, the emissive triangles last.
@@ -99,7 +99,7 @@ impl SceneData {
             sphere_materials: geometry.sphere_materials,
             materials,
             textures: textures.headers,
-            texels: textures.texels,
+            texture_words: textures.words,
             srgb_decode: textures::srgb_decode(),
             lights,
             camera,

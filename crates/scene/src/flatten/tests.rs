@@ -75,13 +75,13 @@ fn sphere_mesh(n: u32) -> Mesh {
 }
 
 fn placed(mesh: Mesh, transforms: &[Transform]) -> Scene {
-    let instances = transforms.iter().map(|&t| Instance { mesh: 0, world_from_object: t }).collect();
+    let instances = transforms.iter().map(|&t| Instance::new(0, t)).collect();
     let materials = vec![Material::default_material()];
     Scene { meshes: vec![mesh], instances, materials, ..Scene::default() }
 }
 
 fn material(kind: MaterialKind) -> Material {
-    Material { name: "m".into(), kind, diffuse_texture: None }
+    Material::new("m", kind)
 }
 
 #[test]
@@ -443,19 +443,28 @@ fn cameras_and_lenses() {
 
 #[test]
 fn textures_lie_one_after_another() {
-    use eosphor_core::texture::{TextureFilter, TextureWrap};
-    let texture = |n: u32| Texture {
-        name: "t".into(),
-        width: n,
-        height: 1,
-        texels: (0..n).collect(),
-        filter: TextureFilter::Nearest,
-        wrap: TextureWrap::Clamp,
-    };
-    let scene = Scene { textures: vec![texture(2), texture(3)], ..Scene::default() };
+    use eosphor_core::texture::TexelFormat;
+    let image = |texels: Texels| Image { name: "t".into(), width: texels.len() as u32, height: 1, texels };
+    let images = vec![
+        image(Texels::Rgba8(vec![0, 1])),
+        image(Texels::Float(vec![[1.0, 2.0, 3.0, 4.0]])),
+        image(Texels::Rgba8(vec![0, 1, 2])),
+    ];
+    let texture = |image, content| Texture { content, ..Texture::of_image(image) };
+    let textures = vec![
+        texture(2, TextureContent::Color),
+        texture(0, TextureContent::Data),
+        texture(1, TextureContent::Color),
+        texture(2, TextureContent::Data),
+    ];
+    let scene = Scene { images, textures, ..Scene::default() };
     let (data, _) = flatten(&scene);
-    assert_eq!(data.texels, [0, 1, 0, 1, 2]);
-    assert_eq!((data.textures[1].first_texel, data.textures[1].width, data.textures[1].srgb), (2, 3, true));
+    assert_eq!(data.texture_words[..2], [0, 1]);
+    assert_eq!(data.texture_words[2..6], [1.0f32, 2.0, 3.0, 4.0].map(f32::to_bits));
+    assert_eq!(data.texture_words[6..], [0, 1, 2]);
+    let headers: Vec<_> = data.textures.iter().map(|t| (t.first_word, t.width, t.format)).collect();
+    let (srgb, linear) = (TexelFormat::Srgb8, TexelFormat::Linear8);
+    assert_eq!(headers, [(6, 3, srgb), (0, 2, linear), (2, 1, TexelFormat::Float), (6, 3, linear)]);
     assert_eq!((data.srgb_decode[0], data.srgb_decode[255]), (0.0, 1.0));
     assert!((data.srgb_decode[128] - 0.215_860_5).abs() < 1e-6);
 }

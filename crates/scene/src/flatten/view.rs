@@ -20,7 +20,7 @@ impl SceneData {
             materials: &self.materials,
             textures: Textures {
                 textures: &self.textures,
-                texels: &self.texels,
+                words: &self.texture_words,
                 srgb_decode: &self.srgb_decode,
             },
             lights: &self.lights,

@@ -17,6 +17,11 @@ pub struct Camera {
     pub up: Vec3,
     /// Horizontal field of view in degrees, over 0 and under 180.
     pub fov_x_degrees: f32,
+    /// Vertical field of view in degrees, over 0 and under 180; where given it counts, and the horizontal one follows
+    /// from the picture's sides.
+    pub fov_y_degrees: Option<f32>,
+    /// Height of the picture in world units: rays run parallel, and fields of view do not count.
+    pub orthographic_height: Option<f32>,
     /// A lens of finite size; `None` is a pin-hole.
     pub lens: Option<Lens>,
 }
@@ -40,6 +45,8 @@ impl Default for Camera {
             direction: vec3(0.0, 0.0, -1.0),
             up: vec3(0.0, 1.0, 0.0),
             fov_x_degrees: 45.0,
+            fov_y_degrees: None,
+            orthographic_height: None,
             lens: None,
         }
     }

@@ -1,5 +1,6 @@
 //! Materials, as people and files describe them.
 
+use super::Pbr;
 use eosphor_core::math::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -10,27 +11,111 @@ pub struct Material {
     pub name: String,
     /// What it is.
     pub kind: MaterialKind,
-    /// Number of the texture that multiplies the diffuse colour.
-    pub diffuse_texture: Option<u32>,
+    /// Pictures that vary it over the surface.
+    pub textures: MaterialTextures,
+    /// Whether there are holes in it.
+    pub alpha: AlphaMode,
+}
+
+/// Numbers of textures ([`super::Scene::textures`]); each multiplies what it is named after.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialTextures {
+    /// The diffuse or base colour.
+    pub color: Option<u32>,
+    /// The opacity; counts where [`Material::alpha`] is not `Opaque`.
+    pub opacity: Option<TextureChannel>,
+    /// The highlight's colour (`Ks`) of MTL materials.
+    pub specular: Option<u32>,
+    /// The emitted radiance.
+    pub emission: Option<u32>,
+    /// [`Pbr::metallic`].
+    pub metallic: Option<TextureChannel>,
+    /// [`Pbr::roughness`].
+    pub roughness: Option<TextureChannel>,
+    /// [`Pbr::transmission`].
+    pub transmission: Option<TextureChannel>,
+    /// Normals in tangent space: (R, G, B) from 0..1 to -1..1, x along u, y along v (up), z off the surface. It
+    /// replaces the shading normal.
+    pub normal: Option<u32>,
+    /// Multiplies x and y of these normals.
+    pub normal_scale: f32,
+}
+
+impl MaterialTextures {
+    /// No textures at all.
+    pub const NONE: MaterialTextures = MaterialTextures {
+        color: None,
+        opacity: None,
+        specular: None,
+        emission: None,
+        metallic: None,
+        roughness: None,
+        transmission: None,
+        normal: None,
+        normal_scale: 1.0,
+    };
+}
+
+impl Default for MaterialTextures {
+    fn default() -> MaterialTextures {
+        MaterialTextures::NONE
+    }
+}
+
+/// One channel of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TextureChannel {
+    /// Into [`super::Scene::textures`].
+    pub texture: u32,
+    /// Which.
+    pub channel: Channel,
+}
+
+/// A channel of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Channel {
+    Red,
+    Green,
+    Blue,
+    Alpha,
+}
+
+/// What a material's opacity does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
+pub enum AlphaMode {
+    /// Nothing: there are no holes.
+    Opaque,
+    /// Where it is under the cutoff there is a hole.
+    Mask {
+        /// 0 to 1.
+        cutoff: f32,
+    },
+    /// It is the share of the surface that is there; the rest is a hole.
+    Blend,
 }
 
 impl Material {
     /// The name of the material of faces, spheres and parallelograms that have none.
     pub const DEFAULT_NAME: &str = "default";
 
-    /// The material of what has none.
-    pub fn default_material() -> Material {
-        Material {
-            name: Material::DEFAULT_NAME.into(),
-            kind: MaterialKind::Mtl(Mtl::default()),
-            diffuse_texture: None,
-        }
+    /// A material without textures and holes.
+    pub fn new(name: impl Into<String>, kind: MaterialKind) -> Material {
+        Material { name: name.into(), kind, textures: MaterialTextures::NONE, alpha: AlphaMode::Opaque }
     }
 
-    /// The radiance that leaves the surface by itself.
+    /// The material of what has none.
+    pub fn default_material() -> Material {
+        Material::new(Material::DEFAULT_NAME, MaterialKind::Mtl(Mtl::default()))
+    }
+
+    /// The radiance that leaves the surface by itself, before textures.
     pub fn emission(&self) -> Vec3 {
         match self.kind {
             MaterialKind::Mtl(mtl) => mtl.Ke,
+            MaterialKind::Pbr(pbr) => pbr.emission,
             MaterialKind::Emissive { radiance } => radiance,
             _ => Vec3::ZERO,
         }
@@ -40,7 +125,7 @@ impl Material {
     pub fn is_default(&self) -> bool {
         self.name == Material::DEFAULT_NAME
             && self.kind == MaterialKind::Mtl(Mtl::default())
-            && self.diffuse_texture.is_none()
+            && self.textures == MaterialTextures::NONE
     }
 }
 
@@ -50,6 +135,8 @@ impl Material {
 pub enum MaterialKind {
     /// The fields of an MTL file; what reflects and transmits follows from [`super::Composition`].
     Mtl(Mtl),
+    /// Metal and plastic by roughness, as in glTF.
+    Pbr(Pbr),
     /// Lit by lights only.
     Matte {
         /// Diffuse colour.
@@ -125,6 +212,21 @@ pub struct Mtl {
     pub d: f32,
     /// Illumination model, 0 to 10.
     pub illum: u32,
+    /// Roughness, of the PBR extension. Where a material has `Pr` or `Pm`, the native composition takes it for a
+    /// metallic-roughness material; the presets take no notice.
+    pub Pr: Option<f32>,
+    /// Metallic, of the PBR extension.
+    pub Pm: Option<f32>,
+    /// Sheen; kept, not rendered.
+    pub Ps: Option<f32>,
+    /// Clearcoat; kept, not rendered.
+    pub Pc: Option<f32>,
+    /// Clearcoat's roughness; kept, not rendered.
+    pub Pcr: Option<f32>,
+    /// Anisotropy; kept, not rendered.
+    pub aniso: Option<f32>,
+    /// Its rotation; kept, not rendered.
+    pub anisor: Option<f32>,
 }
 
 impl Default for Mtl {
@@ -138,6 +240,13 @@ impl Default for Mtl {
             Ni: None,
             d: 1.0,
             illum: 2,
+            Pr: None,
+            Pm: None,
+            Ps: None,
+            Pc: None,
+            Pcr: None,
+            aniso: None,
+            anisor: None,
         }
     }
 }

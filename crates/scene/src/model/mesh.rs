@@ -17,6 +17,11 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates (u right, v up); empty when the file has none.
     pub uvs: Vec<[f32; 2]>,
+    /// A second set of texture coordinates, one for each position; empty where there is none.
+    pub uvs1: Vec<[f32; 2]>,
+    /// Linear colours (R, G, B and opacity) that multiply the material's, one for each position; empty where there are
+    /// none.
+    pub colors: Vec<[f32; 4]>,
     /// Triangles, in the file's order. Counter-clockwise seen from the front.
     pub triangles: Vec<Triangle>,
 }
@@ -39,8 +44,17 @@ pub struct Triangle {
 pub struct Instance {
     /// Into [`super::Scene::meshes`].
     pub mesh: u32,
+    /// Into [`super::Scene::materials`]; `None`: each triangle's own.
+    pub material: Option<u32>,
     /// Takes the mesh into the world.
     pub world_from_object: Transform,
+}
+
+impl Instance {
+    /// A mesh with its own materials.
+    pub fn new(mesh: u32, world_from_object: Transform) -> Instance {
+        Instance { mesh, material: None, world_from_object }
+    }
 }
 
 /// A sphere in world space.

@@ -7,6 +7,7 @@ mod ior;
 mod light;
 mod material;
 mod mesh;
+mod pbr;
 mod settings;
 mod texture;
 mod transform;
@@ -15,10 +16,11 @@ mod validate;
 pub use camera::{Camera, Lens};
 pub use ior::{INDICES_OF_REFRACTION, index_of_refraction};
 pub use light::Light;
-pub use material::{Material, MaterialKind, Mtl};
+pub use material::{AlphaMode, Channel, Material, MaterialKind, MaterialTextures, Mtl, TextureChannel};
 pub use mesh::{Instance, Mesh, NO_INDEX, Parallelogram, Sphere, Triangle};
+pub use pbr::Pbr;
 pub use settings::{Composition, NormalMode, PixelSampling, RenderSettings, Transfer};
-pub use texture::Texture;
+pub use texture::{Image, Texels, Texture, TextureContent};
 pub use transform::Transform;
 pub(crate) use validate::MAX_COORDINATE;
 
@@ -35,7 +37,9 @@ pub struct Scene {
     pub parallelograms: Vec<Parallelogram>,
     /// Materials; meshes and spheres name them by number.
     pub materials: Vec<Material>,
-    /// Colour textures; materials name them by number.
+    /// Pictures; textures name them by number.
+    pub images: Vec<Image>,
+    /// Pictures as surfaces read them; materials name them by number.
     pub textures: Vec<Texture>,
     /// Lights besides the emissive triangles.
     pub lights: Vec<Light>,
@@ -49,12 +53,11 @@ impl Scene {
     /// Whether a placed triangle or parallelogram shines by itself.
     pub fn has_emissive_triangles(&self) -> bool {
         let shines = |m: u32| self.materials.get(m as usize).is_some_and(|m| m.emission() != Vec3::ZERO);
-        let in_mesh = |i: &Instance| self.meshes.get(i.mesh as usize);
-        self.parallelograms.iter().any(|p| shines(p.material))
-            || self
-                .instances
-                .iter()
-                .filter_map(in_mesh)
-                .any(|m| m.triangles.iter().any(|t| shines(t.material)))
+        let placed_shines = |i: &Instance| match (i.material, self.meshes.get(i.mesh as usize)) {
+            (_, None) => false,
+            (Some(m), Some(mesh)) => !mesh.triangles.is_empty() && shines(m),
+            (None, Some(mesh)) => mesh.triangles.iter().any(|t| shines(t.material)),
+        };
+        self.parallelograms.iter().any(|p| shines(p.material)) || self.instances.iter().any(placed_shines)
     }
 }

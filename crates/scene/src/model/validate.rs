@@ -1,7 +1,8 @@
 //! What a scene must satisfy to be rendered: checked once, in one place, for files, flags and programs alike.
 
 use super::{
-    Camera, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, PixelSampling, RenderSettings, Scene,
+    AlphaMode, Camera, Image, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling,
+    RenderSettings, Scene, Texels, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -46,13 +47,11 @@ impl Scene {
         for (i, light) in self.lights.iter().enumerate() {
             check_light(light, &format!("lights[{i}]"))?;
         }
-        for texture in &self.textures {
-            let texels = u64::from(texture.width) * u64::from(texture.height);
-            if texels == 0 || texels != texture.texels.len() as u64 {
-                let sides = format!("{} x {}", texture.width, texture.height);
-                let message = format!("{} texels do not fill {sides}", texture.texels.len());
-                return Err(Problem::new(format!("texture \"{}\"", texture.name), message));
-            }
+        for image in &self.images {
+            check_image(image)?;
+        }
+        for (i, texture) in self.textures.iter().enumerate() {
+            check_texture(texture, i, self.images.len())?;
         }
         for material in &self.materials {
             check_material(material, self.textures.len())?;
@@ -63,6 +62,9 @@ impl Scene {
         for (i, instance) in self.instances.iter().enumerate() {
             let what = || format!("instances[{i}]");
             index(what, "mesh", instance.mesh, self.meshes.len())?;
+            if let Some(material) = instance.material {
+                index(what, "material", material, self.materials.len())?;
+            }
             if !instance.world_from_object.affine().is_finite() {
                 return Err(Problem::new(what(), "its transform is not finite; use smaller numbers"));
             }
@@ -93,6 +95,12 @@ fn check_camera(camera: &Camera) -> Check {
     let fov = camera.fov_x_degrees;
     if !(fov > 0.0 && fov < 180.0) {
         return Err(Problem::new("camera.fov-x-degrees", format!("{fov} must be over 0 and under 180")));
+    }
+    if let Some(fov) = camera.fov_y_degrees.filter(|fov| !(*fov > 0.0 && *fov < 180.0)) {
+        return Err(Problem::new("camera.fov-y-degrees", format!("{fov} must be over 0 and under 180")));
+    }
+    if let Some(height) = camera.orthographic_height {
+        over_zero("camera.orthographic-height", height)?;
     }
     let Some(lens) = camera.lens else { return Ok(()) };
     number("camera.lens.aperture-radius", lens.aperture_radius, 0.0, MAX_COORDINATE)?;
@@ -129,12 +137,19 @@ fn check_light(light: &Light, name: &str) -> Check {
 
 fn check_material(material: &Material, textures: usize) -> Check {
     let name = format!("material \"{}\"", material.name);
-    if let Some(texture) = material.diffuse_texture {
+    let t = &material.textures;
+    let whole = [t.color, t.specular, t.emission, t.normal];
+    let channels = [t.opacity, t.metallic, t.roughness, t.transmission].map(|c| c.map(|c| c.texture));
+    for texture in whole.into_iter().chain(channels).flatten() {
         index(|| name.clone(), "texture", texture, textures)?;
     }
     let field = |key: &str| format!("{name}, {key}");
+    number(&field("normal-scale"), t.normal_scale, -1e6, 1e6)?;
+    if let AlphaMode::Mask { cutoff } = material.alpha {
+        number(&field("cutoff"), cutoff, 0.0, 1e6)?;
+    }
     match material.kind {
-        MaterialKind::Mtl(Mtl { Kd, Ks, Ke, Tf, Ns, Ni, d, illum }) => {
+        MaterialKind::Mtl(Mtl { Kd, Ks, Ke, Tf, Ns, Ni, d, illum, Pr, Pm, .. }) => {
             color(&field("Kd"), Kd)?;
             color(&field("Ks"), Ks)?;
             color(&field("Ke"), Ke)?;
@@ -142,11 +157,14 @@ fn check_material(material: &Material, textures: usize) -> Check {
             number(&field("Ns"), Ns, 0.0, 1e6)?;
             ior(&field("Ni"), Ni.unwrap_or(1.0))?;
             number(&field("d"), d, 0.0, 1.0)?;
+            number(&field("Pr"), Pr.unwrap_or(0.0), 0.0, 1.0)?;
+            number(&field("Pm"), Pm.unwrap_or(0.0), 0.0, 1.0)?;
             if illum > 10 {
                 return Err(Problem::new(field("illum"), format!("{illum} must be 0 to 10")));
             }
             Ok(())
         }
+        MaterialKind::Pbr(pbr) => check_pbr(&pbr, field),
         MaterialKind::Matte { color: c } => color(&field("color"), c),
         MaterialKind::Mirror { reflectance } => color(&field("reflectance"), reflectance),
         MaterialKind::Dielectric { ior: i, tint } => {
@@ -169,6 +187,56 @@ fn check_material(material: &Material, textures: usize) -> Check {
     }
 }
 
+fn check_pbr(pbr: &Pbr, field: impl Fn(&str) -> String) -> Check {
+    color(&field("color"), pbr.color)?;
+    color(&field("emission"), pbr.emission)?;
+    color(&field("specular-color"), pbr.specular_color)?;
+    color(&field("attenuation-color"), pbr.attenuation_color)?;
+    ior(&field("ior"), pbr.ior)?;
+    for (key, x) in [
+        ("opacity", pbr.opacity),
+        ("metallic", pbr.metallic),
+        ("roughness", pbr.roughness),
+        ("specular", pbr.specular),
+        ("transmission", pbr.transmission),
+        ("attenuation-color", pbr.attenuation_color.max_component()),
+    ] {
+        number(&field(key), x, 0.0, 1.0)?;
+    }
+    pbr.attenuation_distance.map_or(Ok(()), |d| over_zero(&field("attenuation-distance"), d))
+}
+
+fn check_image(image: &Image) -> Check {
+    let what = || format!("image \"{}\"", image.name);
+    let sides = 1..=65_535;
+    if !sides.contains(&image.width) || !sides.contains(&image.height) {
+        let message = format!("its size is {} x {}; sides must be 1 to 65535", image.width, image.height);
+        return Err(Problem::new(what(), message));
+    }
+    if u64::from(image.width) * u64::from(image.height) != image.texels.len() as u64 {
+        let sides = format!("{} x {}", image.width, image.height);
+        return Err(Problem::new(what(), format!("{} texels do not fill {sides}", image.texels.len())));
+    }
+    match &image.texels {
+        Texels::Float(texels) if texels.iter().flatten().any(|x| !x.is_finite()) => {
+            Err(Problem::new(what(), "a texel is not finite"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check_texture(texture: &Texture, number: usize, images: usize) -> Check {
+    let what = || format!("textures[{number}]");
+    index(what, "image", texture.image, images)?;
+    if texture.uv_set > 1 {
+        return Err(Problem::new(what(), format!("uv-set {} does not exist; there are 2", texture.uv_set)));
+    }
+    if texture.picture_from_mesh_uv.iter().flatten().any(|x| !x.is_finite()) {
+        return Err(Problem::new(what(), "its map of texture coordinates is not finite"));
+    }
+    Ok(())
+}
+
 fn check_mesh(mesh: &Mesh, materials: usize) -> Check {
     let what = || format!("mesh \"{}\"", mesh.name);
     for &p in &mesh.positions {
@@ -176,6 +244,17 @@ fn check_mesh(mesh: &Mesh, materials: usize) -> Check {
     }
     if mesh.uvs.iter().flatten().any(|x| !x.is_finite()) || mesh.normals.iter().any(|n| !n.is_finite()) {
         return Err(Problem::new(what(), "a normal or texture coordinate is not finite"));
+    }
+    for (name, length) in [("colours", mesh.colors.len()), ("second texture coordinates", mesh.uvs1.len())] {
+        if length != 0 && length != mesh.positions.len() {
+            let message =
+                format!("{length} {name} for {} vertices; there must be one each", mesh.positions.len());
+            return Err(Problem::new(what(), message));
+        }
+    }
+    let is_color = |c: &[f32; 4]| c.iter().all(|x| (0.0..=MAX_COORDINATE).contains(x));
+    if mesh.uvs1.iter().flatten().any(|x| !x.is_finite()) || !mesh.colors.iter().all(is_color) {
+        return Err(Problem::new(what(), "a vertex colour or texture coordinate is negative or not finite"));
     }
     let outside = |indices: [u32; 3], len: usize, optional: bool| {
         indices.iter().any(|&i| i as usize >= len && !(optional && i == NO_INDEX))

@@ -5,8 +5,8 @@ use super::material::{Entries, MaterialEntry};
 use super::nearest::nearest;
 use super::text::{line_of_key, line_of_string};
 use crate::error::{Place, Problem, SceneError};
-use crate::files::loader::Loader;
-use crate::model::{Instance, Material, Parallelogram, Sphere, Transform};
+use crate::files::{self, loader::Loader};
+use crate::model::{Instance, Material, Parallelogram, Sphere, Texture, Transform};
 use std::path::Path;
 
 pub(super) struct Builder<'a> {
@@ -77,17 +77,22 @@ impl Builder<'_> {
     fn materials(&mut self, entries: Entries<MaterialEntry>) -> Result<Vec<String>, SceneError> {
         let mut names = Vec::with_capacity(entries.0.len());
         for (name, MaterialEntry { kind, texture }) in entries.0 {
-            let diffuse_texture = match texture {
+            let color = match texture {
                 Some(t) if self.loader.wants_textures() => {
                     let file = self.beside(&t.file);
                     let line = || t.file.to_string_lossy().into_owned();
-                    let number = self.loader.texture(&file, t.filter, t.wrap);
-                    Some(number.map_err(|e| self.named_error(&line(), format!("texture: {e}")))?)
+                    let image = self.loader.image(&file);
+                    let image = image.map_err(|e| self.named_error(&line(), format!("texture: {e}")))?;
+                    let (filter, wrap_u, wrap_v) = (t.filter, t.wrap, t.wrap);
+                    let texture = Texture { filter, wrap_u, wrap_v, ..Texture::of_image(image) };
+                    Some(self.loader.texture(texture))
                 }
                 _ => None,
             };
             names.push(name.clone());
-            self.loader.scene.materials.push(Material { name, kind, diffuse_texture });
+            let mut material = Material::new(name, kind);
+            material.textures.color = color;
+            self.loader.scene.materials.push(material);
         }
         Ok(names)
     }
@@ -128,9 +133,9 @@ impl Builder<'_> {
         let full = self.beside(file);
         let name = file.to_string_lossy();
         match file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
-            Some("obj") => match self.loader.obj_mesh(&full) {
+            Some("obj") => match files::read_model(self.loader, &full) {
                 Err(e @ SceneError::Read { .. }) => Err(self.named_error(&name, format!("mesh: {e}"))),
-                other => other,
+                other => other.map(|placed| placed[0].mesh),
             },
             _ => Err(self.named_error(&name, format!("mesh \"{name}\": only OBJ meshes are read so far"))),
         }
@@ -156,10 +161,10 @@ impl Builder<'_> {
             mesh.placed = true;
             let world_from_object = after(&transform, &mesh.transform);
             let mesh = mesh.number;
-            self.loader.scene.instances.push(Instance { mesh, world_from_object });
+            self.loader.scene.instances.push(Instance::new(mesh, world_from_object));
         }
         for mesh in meshes.iter().filter(|m| !m.placed) {
-            let instance = Instance { mesh: mesh.number, world_from_object: mesh.transform };
+            let instance = Instance::new(mesh.number, mesh.transform);
             self.loader.scene.instances.push(instance);
         }
         Ok(())

@@ -64,8 +64,8 @@ fn every_key() {
     .unwrap();
     let s = &loaded.scene;
     assert_eq!((s.lights.len(), s.textures.len(), s.meshes.len(), s.instances.len()), (3, 2, 2, 3));
-    assert_eq!((s.textures[0].filter, s.textures[0].wrap), (TextureFilter::Nearest, TextureWrap::Clamp));
-    assert_eq!((s.textures[1].filter, s.textures[1].wrap), (TextureFilter::Bilinear, TextureWrap::Repeat));
+    assert_eq!((s.textures[0].filter, s.textures[0].wrap_u), (TextureFilter::Nearest, TextureWrap::Clamp));
+    assert_eq!((s.textures[1].filter, s.textures[1].wrap_v), (TextureFilter::Bilinear, TextureWrap::Repeat));
     assert_eq!(s.materials[4].kind, MaterialKind::Dielectric { ior: 1.52, tint: Vec3::ONE });
     assert!(matches!(s.lights[1], Light::Directional { color: Vec3::ONE, .. }));
     assert_eq!(s.settings.pixel_sampling, PixelSampling::Grid(3));

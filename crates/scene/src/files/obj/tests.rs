@@ -1,9 +1,9 @@
 //! Known answers of OBJ files given inline, awkward ones above all.
 
-use super::source::Source;
-use super::{LoadOptions, LoadedScene, load_from};
 use crate::error::SceneError;
-use crate::model::{MaterialKind, Mtl, NO_INDEX, Scene};
+use crate::files::source::Source;
+use crate::files::{LoadOptions, LoadedScene, load_from};
+use crate::model::{MaterialKind, Mtl, NO_INDEX, Scene, Texels};
 use eosphor_core::math::{Vec3, vec3};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -178,9 +178,9 @@ fn textures_are_read_once_and_broken_ones_warn() {
     let obj = format!("mtllib m.mtl\n{FOUR}usemtl a\nf 1/1 2/2 3/3");
     let mtl = "newmtl a\nmap_Kd C:\\old\\t.ppm\nnewmtl b\nmap_Kd t.ppm\nnewmtl c\nmap_Kd no.png\nnewmtl d\nmap_Kd m.mtl";
     let loaded = read(&[("a.obj", &obj), ("m.mtl", mtl), ("t.ppm", "P3\n1 1\n255\n255 0 0\n")]).unwrap();
-    let textures: Vec<Option<u32>> = loaded.scene.materials.iter().map(|m| m.diffuse_texture).collect();
+    let textures: Vec<Option<u32>> = loaded.scene.materials.iter().map(|m| m.textures.color).collect();
     assert_eq!(textures, [Some(0), Some(0), None, None]);
-    assert_eq!(loaded.scene.textures[0].texels, [0xff00_00ff]);
+    assert_eq!(loaded.scene.images[0].texels, Texels::Rgba8(vec![0xff00_00ff]));
     let list: Vec<String> = loaded.warnings.iter().map(|w| w.to_string()).collect();
     assert_eq!(
         list,
@@ -193,7 +193,7 @@ fn textures_are_read_once_and_broken_ones_warn() {
 
 #[test]
 fn the_built_in_box_is_the_published_one() {
-    let loaded = super::load("builtin:cornell", &LoadOptions::default()).unwrap();
+    let loaded = crate::files::load("builtin:cornell", &LoadOptions::default()).unwrap();
     assert!(loaded.warnings.is_empty() && loaded.files_read.is_empty());
     let s = &loaded.scene;
     assert_eq!((s.meshes[0].triangles.len(), s.meshes[0].positions.len()), (2188, 1116));

@@ -1,13 +1,14 @@
 //! Decoding of texture pictures.
 
+use crate::model::Texels;
 use image::{ImageReader, Limits};
 use std::io::Cursor;
 
-/// A decoded picture: R, G, B, A from the low byte up, top row first.
+/// A decoded picture, top row first.
 pub(super) struct Picture {
     pub(super) width: u32,
     pub(super) height: u32,
-    pub(super) texels: Vec<u32>,
+    pub(super) texels: Texels,
 }
 
 /// Decodes a PNG, JPEG or PPM picture. The kind is told by the contents, not by the name.
@@ -29,7 +30,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     }
     let texels =
         picture.as_raw().chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect();
-    Ok(Picture { width, height, texels })
+    Ok(Picture { width, height, texels: Texels::Rgba8(texels) })
 }
 
 #[cfg(test)]
@@ -40,7 +41,7 @@ mod tests {
     fn ppm_bytes_keep_their_order() {
         let picture = decode(b"P6\n2 1\n255\n\x01\x02\x03\xff\x80\x00").unwrap();
         assert_eq!((picture.width, picture.height), (2, 1));
-        assert_eq!(picture.texels, [0xff03_0201, 0xff00_80ff]);
+        assert_eq!(picture.texels, Texels::Rgba8(vec![0xff03_0201, 0xff00_80ff]));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Wavefront MTL: materials of OBJ files.
 
 use super::lines::{Lines, Number, number, split_key, text, words};
-use super::warnings::Warnings;
+use crate::files::warnings::Warnings;
 use crate::model::Mtl;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::texture::TextureWrap;
@@ -194,6 +194,7 @@ mod tests {
             Ni: Some(1.6),
             d: 0.25,
             illum: 7,
+            ..Mtl::default()
         };
         assert_eq!(entries[0].mtl, expected);
         let map = entries[0].texture.clone().unwrap();

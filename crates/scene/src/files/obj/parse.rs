@@ -1,8 +1,8 @@
 //! Wavefront OBJ: triangles, normals, texture coordinates and the names of materials.
 
 use super::lines::{Lines, Number, number, split_key, text, words};
-use super::warnings::Warnings;
 use crate::error::SceneError;
+use crate::files::warnings::Warnings;
 use crate::model::{MAX_COORDINATE, Mesh, NO_INDEX, Triangle};
 use eosphor_core::math::vec3;
 use std::collections::HashMap;
