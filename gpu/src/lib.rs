@@ -9,7 +9,7 @@ use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x, trap};
 use core::slice::from_raw_parts;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::camera::Camera;
-use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleShading};
+use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::hierarchy::{
     BvhNode, BvhTracer, BvhView, ExhaustiveTracer, IgnoreWork, PrimitivesView, Tracer,
 };
@@ -134,6 +134,7 @@ macro_rules! render_kernel {
             triangles: &[Vec3; 3],
             spheres: &Sphere,
             triangle_shading: &TriangleShading,
+            triangle_extras: &TriangleExtra,
             sphere_materials: &u32,
             materials: &Material,
             textures: &Texture,
@@ -166,6 +167,7 @@ macro_rules! render_kernel {
                     geometries: indexed(geometries),
                     instances: array(instances, instance_count),
                     triangle_shading: indexed(triangle_shading),
+                    triangle_extras: indexed(triangle_extras),
                     sphere_materials: indexed(sphere_materials),
                     materials: indexed(materials),
                     textures: Textures {

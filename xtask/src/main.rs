@@ -1,6 +1,7 @@
 //! The project's own commands: `cargo xtask COMMAND`.
 
 mod fma;
+mod fuzz;
 mod ptx;
 mod sheet;
 
@@ -14,7 +15,12 @@ type Command = (&'static str, &'static str, fn(&[String]) -> anyhow::Result<()>)
 const COMMANDS: &[Command] = &[
     ("ptx", "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there", ptx::run),
     ("fma", "check that AVX2 and AVX-512 code calls no library fma [BINARY]", fma::run),
-    ("sheet", "render a contact sheet of models, modes and materials to look at [OUT.png]", sheet::run),
+    ("fuzz", "run the fuzz targets [--stage] [SECONDS [TARGET...]]", fuzz::run),
+    (
+        "sheet",
+        "render a contact sheet of models, modes and materials to look at [--models] [OUT.png]",
+        sheet::run,
+    ),
 ];
 
 fn main() -> ExitCode {

@@ -1,5 +1,6 @@
 //! `sheet`: a contact sheet to be looked at: every lighting model, shadow mode, normal mode, Fresnel mode, depth of field,
-//! glossy reflection and culling, and real scenes where they are at hand.
+//! glossy reflection and culling, and real scenes where they are at hand. `sheet --models` shows every model of
+//! ../shared/scenes/gltf and ply instead, as they open by themselves.
 
 use crate::{build_program, root};
 use anyhow::{Context, Result, bail, ensure};
@@ -17,16 +18,17 @@ const COLUMNS: usize = 5;
 type Cell = (String, Vec<String>);
 
 pub(crate) fn run(arguments: &[String]) -> Result<()> {
-    let out = match arguments {
-        [] => root().join("out/sheet.png"),
+    let models = arguments.first().is_some_and(|a| a == "--models");
+    let out = match &arguments[usize::from(models)..] {
+        [] => root().join(if models { "out/models.png" } else { "out/sheet.png" }),
         [path] => PathBuf::from(path),
-        _ => bail!("usage: cargo xtask sheet [OUT.png]"),
+        _ => bail!("usage: cargo xtask sheet [--models] [OUT.png]"),
     };
     let binary = build_program()?;
     let folder = out.parent().unwrap_or(Path::new(".")).to_owned();
     fs::create_dir_all(&folder)?;
     let picture = folder.join("sheet-cell.ppm");
-    let cells = cells();
+    let cells = if models { model_cells() } else { cells() };
     let rows = cells.len().div_ceil(COLUMNS);
     let mut sheet = Sheet::new(COLUMNS * CELL.0, rows * (CELL.1 + LABEL));
     for (number, (label, arguments)) in cells.iter().enumerate() {
@@ -89,6 +91,35 @@ fn cells() -> Vec<Cell> {
     add("linear transfer", cornell, "--transfer linear");
     real_scenes(&mut add);
     cells
+}
+
+/// The models of ../shared/scenes/gltf and ply, as they open by themselves; some from another side too.
+fn model_cells() -> Vec<Cell> {
+    let mut files = Vec::new();
+    for kind in ["gltf", "ply"] {
+        collect_models(&Path::new("../shared/scenes").join(kind), &mut files);
+    }
+    if files.is_empty() {
+        println!("SKIPPED: there are no models in ../shared/scenes");
+    }
+    files.sort();
+    let cell = |file: PathBuf| {
+        let label = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        (label, vec![file.to_string_lossy().into_owned(), "--samples".into(), "16".into()])
+    };
+    files.into_iter().map(cell).collect()
+}
+
+fn collect_models(folder: &Path, files: &mut Vec<PathBuf>) {
+    let Ok(entries) = fs::read_dir(root().join(folder)) else { return };
+    for entry in entries.flatten() {
+        let path = folder.join(entry.file_name());
+        if entry.path().is_dir() {
+            collect_models(&path, files);
+        } else if path.extension().is_some_and(|e| e == "gltf" || e == "glb" || e == "ply") {
+            files.push(path);
+        }
+    }
 }
 
 /// Standard scenes, where ../shared holds them.

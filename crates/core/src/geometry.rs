@@ -118,6 +118,8 @@ pub struct Instance {
     pub world_bounds: Bounds,
     /// Number of the geometry.
     pub geometry: u32,
+    /// Number of the material of all its primitives, or [`crate::material::NONE`]: each has its own.
+    pub material: u32,
 }
 
 /// What shading needs of a triangle.
@@ -130,4 +132,16 @@ pub struct TriangleShading {
     pub uvs: [[f32; 2]; 3],
     /// Number of the material.
     pub material: u32,
+    /// Number of its [`TriangleExtra`], or [`crate::material::NONE`].
+    pub extra: u32,
+}
+
+/// What few triangles have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct TriangleExtra {
+    /// Linear R, G, B and alpha at the corners, which multiply the material's.
+    pub colors: [[f32; 4]; 3],
+    /// Second texture coordinates at the corners.
+    pub uvs1: [[f32; 2]; 3],
 }

@@ -2,8 +2,18 @@
 
 use crate::math::Vec3;
 
-/// "No texture", "no primitive", "no light".
+/// "No texture", "no primitive", "no light", "no material".
 pub const NONE: u32 = u32::MAX;
+
+/// How a material's numbers become reflected, transmitted and scattered light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum SurfaceModel {
+    /// They are what they are named: flattening has composed them.
+    Composed,
+    /// Base colour ([`Material::diffuse`]), metallic and roughness, by the rule in `shading/appearance.rs`.
+    MetallicRoughness,
+}
 
 /// How the Fresnel factor `F` enters a material's reflection and transmission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,56 +37,132 @@ pub enum Refraction {
     Snell,
 }
 
+/// What the opacity of a surface does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum AlphaUse {
+    /// Nothing.
+    Ignore,
+    /// The surface has a hole where it is below [`Material::alpha_cutoff`].
+    Mask,
+    /// It is the share of the surface that is there.
+    Blend,
+}
+
+/// One channel of a texture, or none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub struct ScalarTexture {
+    /// Number of the texture, or [`NONE`].
+    pub texture: u32,
+    /// 0 red, 1 green, 2 blue, 3 alpha.
+    pub channel: u32,
+}
+
+impl ScalarTexture {
+    /// No texture.
+    pub const NONE: ScalarTexture = ScalarTexture { texture: NONE, channel: 0 };
+}
+
 /// One surface material. The radiance of a hit is
 /// `emission + ambient + sum over lights + kr * reflected + kt * refracted` with `kr` = [`Material::reflection`]
-/// and `kt` = [`Material::transmission`], both weighted by [`Material::fresnel`].
+/// and `kt` = [`Material::transmission`], both weighted by [`Material::fresnel`]. Where the surface has a hole, what is
+/// behind it shows instead, in proportion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Material {
-    /// `Kd`, multiplied by the texture where there is one.
+    /// How the numbers are meant.
+    pub model: SurfaceModel,
+    /// Some texture is not [`NONE`]; the others are not looked at otherwise.
+    pub is_textured: bool,
+    /// `Kd` or base colour, multiplied by its texture and the vertex colour where there are any.
     pub diffuse: Vec3,
     /// Number of the texture of the diffuse colour, or [`NONE`].
     pub diffuse_texture: u32,
-    /// `Ks` of the highlight.
+    /// `Ks` of the highlight; of metallic-roughness materials weight and colour of the reflection of what is no metal.
     pub specular: Vec3,
+    /// Number of the texture of the highlight's colour, or [`NONE`].
+    pub specular_texture: u32,
     /// `Ns`, the highlight's exponent.
     pub shininess: f32,
     /// `Ke`, radiance that leaves the surface by itself.
     pub emission: Vec3,
+    /// Number of the texture of the emission, or [`NONE`].
+    pub emission_texture: u32,
     /// Index of refraction inside over outside.
     pub ior: f32,
     /// `kr` before Fresnel.
     pub reflection: Vec3,
     /// How `F` enters.
     pub fresnel: FresnelUse,
-    /// `kt` before Fresnel.
+    /// `kt` before Fresnel; of metallic-roughness materials the share that is transmitted, the same in all components.
     pub transmission: Vec3,
+    /// Texture of that share.
+    pub transmission_texture: ScalarTexture,
     /// How transmitted rays go on.
     pub refraction: Refraction,
     /// What coloured shadows multiply light by that crosses this surface; black for opaque ones.
     pub shadow_filter: Vec3,
+    /// `a` of the body behind the surface: after a distance of d world units `2^(-a d)` of the light is left.
+    pub attenuation: Vec3,
     /// Rays a glossy reflection spreads over; 0 for a sharp mirror.
     pub glossy_rays: u32,
     /// Exponent of the glossy lobe `cos^n` about the mirror direction.
     pub glossy_exponent: f32,
+    /// 0 to 1.
+    pub metallic: f32,
+    /// Texture of the former.
+    pub metallic_texture: ScalarTexture,
+    /// 0 to 1.
+    pub roughness: f32,
+    /// Texture of the former.
+    pub roughness_texture: ScalarTexture,
+    /// What the opacity does.
+    pub alpha: AlphaUse,
+    /// For [`AlphaUse::Mask`].
+    pub alpha_cutoff: f32,
+    /// 1 is opaque; multiplied by its texture and the vertex colour's alpha.
+    pub opacity: f32,
+    /// Texture of the opacity.
+    pub opacity_texture: ScalarTexture,
+    /// Number of the texture of normals in tangent space, or [`NONE`].
+    pub normal_texture: u32,
+    /// Multiplies x and y of these normals.
+    pub normal_scale: f32,
 }
 
 impl Default for Material {
     fn default() -> Material {
         Material {
+            model: SurfaceModel::Composed,
+            is_textured: false,
             diffuse: Vec3::splat(0.75),
             diffuse_texture: NONE,
             specular: Vec3::ZERO,
+            specular_texture: NONE,
             shininess: 1.0,
             emission: Vec3::ZERO,
+            emission_texture: NONE,
             ior: 1.0,
             reflection: Vec3::ZERO,
             fresnel: FresnelUse::Ignore,
             transmission: Vec3::ZERO,
+            transmission_texture: ScalarTexture::NONE,
             refraction: Refraction::Straight,
             shadow_filter: Vec3::ZERO,
+            attenuation: Vec3::ZERO,
             glossy_rays: 0,
             glossy_exponent: 1.0,
+            metallic: 0.0,
+            metallic_texture: ScalarTexture::NONE,
+            roughness: 1.0,
+            roughness_texture: ScalarTexture::NONE,
+            alpha: AlphaUse::Ignore,
+            alpha_cutoff: 0.5,
+            opacity: 1.0,
+            opacity_texture: ScalarTexture::NONE,
+            normal_texture: NONE,
+            normal_scale: 1.0,
         }
     }
 }

@@ -63,6 +63,14 @@ pub struct Texture {
     pub picture_from_mesh_uv: [[f32; 3]; 2],
 }
 
+impl Texture {
+    #[inline(always)]
+    fn picture_uv(&self, uvs: &[[f32; 2]; 2]) -> [f32; 2] {
+        let [u, v] = if self.uv_set == 0 { uvs[0] } else { uvs[1] };
+        self.picture_from_mesh_uv.map(|row| fma(row[0], u, fma(row[1], v, row[2])))
+    }
+}
+
 /// A colour with the share of the surface that is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rgba {
@@ -119,12 +127,10 @@ impl Textures<'_> {
         let Some(t) = self.textures.get(texture as usize) else {
             return Rgba { color: Vec3::ZERO, alpha: 0.0 };
         };
-        let [u, v] = if t.uv_set == 0 { uvs[0] } else { uvs[1] };
-        let mapped = |row: &[f32; 3]| fma(row[0], u, fma(row[1], v, row[2]));
-        let [of_u, of_v] = &t.picture_from_mesh_uv;
+        let [u, v] = t.picture_uv(uvs);
         // Rows are stored top first, v runs up.
-        let x = wrapped(mapped(of_u), t.wrap_u) * t.width as f32;
-        let y = (1.0 - wrapped(mapped(of_v), t.wrap_v)) * t.height as f32;
+        let x = wrapped(u, t.wrap_u) * t.width as f32;
+        let y = (1.0 - wrapped(v, t.wrap_v)) * t.height as f32;
         match t.filter {
             TextureFilter::Nearest => self.texel(t, texel_at(x, t.width), texel_at(y, t.height)),
             TextureFilter::Bilinear => {
@@ -135,6 +141,12 @@ impl Textures<'_> {
                 upper.mix(&lower, bottom_weight)
             }
         }
+    }
+
+    /// Where texture number `texture` is read, before wrapping; the origin for a number without texture.
+    #[inline(always)]
+    pub fn picture_uv(&self, texture: u32, uvs: &[[f32; 2]; 2]) -> [f32; 2] {
+        self.textures.get(texture as usize).map_or([0.0; 2], |t| t.picture_uv(uvs))
     }
 
     /// The decoded texel of a column and a row within the texture.
@@ -300,7 +312,7 @@ mod tests {
     #[test]
     fn clamp_holds_the_border() {
         for filter in [Nearest, Bilinear] {
-            for far in [1.5, 1e30, f32::INFINITY] {
+            for far in [1.5, 1e30, f32::MAX] {
                 assert_eq!(sample(filter, Clamp, false, far, far), linear(3, 0));
                 assert_eq!(sample(filter, Clamp, false, -far, -far), linear(0, 1));
                 assert_eq!(sample(filter, Clamp, false, -far, far), linear(0, 0));

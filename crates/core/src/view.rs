@@ -1,7 +1,7 @@
 //! A whole scene, borrowed: what shading reads.
 
 use crate::camera::Camera;
-use crate::geometry::{Geometry, Instance, Sphere, TriangleShading};
+use crate::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use crate::light::Light;
 use crate::material::Material;
 use crate::math::Vec3;
@@ -24,6 +24,8 @@ pub struct SceneView<'a> {
     pub instances: &'a [Instance],
     /// For each triangle.
     pub triangle_shading: &'a [TriangleShading],
+    /// Of the triangles that have one.
+    pub triangle_extras: &'a [TriangleExtra],
     /// For each sphere, the number of its material.
     pub sphere_materials: &'a [u32],
     /// Materials.

@@ -5,7 +5,7 @@ use crate::memory::{DeviceArray, allocate, download, upload};
 use crate::ptx::BLOCK;
 use cudarc::driver::{CudaStream, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::camera::Camera;
-use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleShading};
+use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::hierarchy::BvhNode;
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::light::Light;
@@ -23,7 +23,7 @@ pub(crate) const BVH_ARGUMENTS: usize = 4;
 
 /// Arguments that both kernels take.
 #[cfg(test)]
-pub(crate) const COMMON_ARGUMENTS: usize = 25;
+pub(crate) const COMMON_ARGUMENTS: usize = 26;
 
 /// A BVH on a device, but its primitives.
 struct DeviceBvh {
@@ -45,6 +45,7 @@ pub(crate) struct DeviceScene {
     triangles: DeviceArray<[Vec3; 3]>,
     spheres: DeviceArray<Sphere>,
     triangle_shading: DeviceArray<TriangleShading>,
+    triangle_extras: DeviceArray<TriangleExtra>,
     sphere_materials: DeviceArray<u32>,
     materials: DeviceArray<Material>,
     textures: DeviceArray<Texture>,
@@ -88,6 +89,7 @@ impl DeviceScene {
             triangles: upload(stream, view.triangles)?,
             spheres: upload(stream, view.spheres)?,
             triangle_shading: upload(stream, view.triangle_shading)?,
+            triangle_extras: upload(stream, view.triangle_extras)?,
             sphere_materials: upload(stream, view.sphere_materials)?,
             materials: upload(stream, view.materials)?,
             textures: upload(stream, view.textures.textures)?,
@@ -124,7 +126,7 @@ impl DeviceScene {
         launch.arg(&self.packed_triangles).arg(&self.packed_spheres).arg(&self.sphere_primitives);
         launch.arg(&self.geometries).arg(&self.instances).arg(&self.instance_count);
         launch.arg(&self.triangles).arg(&self.spheres).arg(&self.triangle_shading);
-        launch.arg(&self.sphere_materials).arg(&self.materials);
+        launch.arg(&self.triangle_extras).arg(&self.sphere_materials).arg(&self.materials);
         launch.arg(&self.textures).arg(&self.texture_count);
         launch.arg(&self.texture_words).arg(&self.texture_word_count).arg(&self.srgb_decode);
         launch.arg(&self.lights).arg(&self.light_count);

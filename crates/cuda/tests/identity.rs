@@ -56,6 +56,14 @@ fn glass_mirrors_lens_and_instances() {
 }
 
 #[test]
+fn surfaces_of_model_files() {
+    let mut scene = common::scene("surfaces", None).unwrap();
+    assert_identical(&scene, Accel::Bvh);
+    scene.camera.as_mut().unwrap().orthographic_height = Some(3.5);
+    assert_identical(&scene, Accel::None);
+}
+
+#[test]
 fn glass_without_hierarchy() {
     let mut scene = common::scene("glass", None).unwrap();
     scene.settings.size = [64, 36];

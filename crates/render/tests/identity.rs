@@ -1,12 +1,15 @@
 //! The picture contract on the CPU: a pixel does not depend on threads, tiles, SIMD level or hierarchy.
 
+#[path = "../../cuda/tests/common/surfaces.rs"]
+mod surfaces;
+
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, Film, RenderControl, SimdLevel};
 use eosphor_scene::{
-    Camera, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh, Mtl, NO_INDEX, NormalMode,
-    Parallelogram, PixelSampling, Preset, RenderSettings, Scene, SceneData, Sphere, Texture, Transform,
-    Triangle, load,
+    Camera, Image, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh, Mtl, NO_INDEX,
+    NormalMode, Parallelogram, PixelSampling, Preset, RenderSettings, Scene, SceneData, Sphere, Texels,
+    Texture, Transform, Triangle, load,
 };
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -271,6 +274,16 @@ fn far_from_the_origin() {
         let scene = moved(instances(), vec3(distance, -distance, 2.0 * distance));
         assert_identical(&format!("{distance} from the origin"), &scene);
     }
+}
+
+#[test]
+fn surfaces_of_model_files() {
+    let mut scene = surfaces::scene();
+    assert_identical("surfaces", &scene);
+    let camera = scene.camera.as_mut().unwrap();
+    camera.orthographic_height = Some(3.5);
+    scene.settings.shadows = ShadowMode::Opaque;
+    assert_identical("surfaces, orthographic", &scene);
 }
 
 #[test]

@@ -22,7 +22,7 @@ mod model;
 mod presets;
 
 pub use error::{Place, Problem, SceneError, Warning};
-pub use files::{BUILTINS, Builtin, LoadOptions, LoadedScene, READ_FORMATS, load};
+pub use files::{BUILTINS, Builtin, LoadOptions, LoadedScene, READ_FORMATS, load, load_from_memory};
 pub use flatten::{Note, SceneData};
 pub use model::*;
 pub use presets::{Preset, UnknownPreset};

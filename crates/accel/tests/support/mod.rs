@@ -3,6 +3,7 @@
 
 use eosphor_accel::SceneGeometry;
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
+use eosphor_core::material::NONE;
 use eosphor_core::math::{Affine, Vec3, vec3};
 
 /// Owned arrays of a [`SceneGeometry`].
@@ -49,7 +50,13 @@ impl World {
         let world = object.transformed(&world_from_object);
         let margin = (world.extent() + object.extent() * world_from_object.growth()) / 131_072.0;
         let world_bounds = world.padded(margin);
-        self.instances.push(Instance { object_from_world, world_from_object, world_bounds, geometry });
+        self.instances.push(Instance {
+            object_from_world,
+            world_from_object,
+            world_bounds,
+            geometry,
+            material: NONE,
+        });
     }
 
     fn bounds_of_geometry(&self, geometry: u32) -> Bounds {

@@ -1,9 +1,12 @@
 //! A point of a surface, ready to be shaded.
 
 use crate::hierarchy::item;
-use crate::material::{Material, NONE};
-use crate::math::{Vec3, fma};
+use crate::material::NONE;
+use crate::math::elementary::exp2;
+use crate::math::{Vec3, fma, vec3};
 use crate::ray::{Hit, PrimitiveId, Ray};
+use crate::shading::{Appearance, MaterialTexels, normal_map};
+use crate::texture::Rgba;
 use crate::view::SceneView;
 
 /// Shadow and child rays start this times (scene extent + distance travelled) off the surface.
@@ -11,7 +14,7 @@ const OFFSET: f32 = 1.0 / 131_072.0;
 
 /// A point of a surface, as the ray that found it sees it.
 #[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint<'a> {
+pub struct SurfacePoint {
     /// World space.
     pub position: Vec3,
     /// Unit normal of the surface itself, on the viewer's side.
@@ -22,67 +25,76 @@ pub struct SurfacePoint<'a> {
     pub to_viewer: Vec3,
     /// The ray met the front.
     pub front: bool,
-    /// What it is made of.
-    pub material: &'a Material,
-    /// Colour of the texture; white where there is none.
-    pub texel: Vec3,
-    /// Diffuse colour, texture included.
-    pub diffuse: Vec3,
+    /// What it is made of, at this point.
+    pub look: Appearance,
+    /// Number of its material.
+    pub material: u32,
     /// Its primitive.
     pub id: PrimitiveId,
     /// How far off the surface new rays start.
     pub offset: f32,
 }
 
-impl<'a> SurfacePoint<'a> {
+/// What the primitive says of the point, in its own space.
+struct Local {
+    /// Along the surface's normal, to its front; any length.
+    outward: Vec3,
+    /// Along the shading normal; any length.
+    smooth: Vec3,
+    uvs: [[f32; 2]; 2],
+    color: Rgba,
+    material: u32,
+    /// Of triangles: edges from the first corner to the others at some scale, and both texture coordinates of all.
+    edges: [Vec3; 2],
+    corner_uvs: [[[f32; 2]; 3]; 2],
+}
+
+impl SurfacePoint {
     /// The point of a hit (not of a miss).
     #[inline(always)]
-    pub fn new(view: &SceneView<'a>, ray: &Ray, hit: &Hit) -> SurfacePoint<'a> {
+    pub fn new(view: &SceneView, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let instance = item(view.instances, hit.id.instance);
         let geometry = item(view.geometries, instance.geometry);
         let position = ray.origin.along(ray.direction, hit.t);
-        let (outward, smooth, uv, material) = if hit.id.primitive < geometry.triangle_count {
+        let mut local = if hit.id.primitive < geometry.triangle_count {
             let number = geometry.first_triangle + hit.id.primitive;
-            let [a, b, c] = *item(view.triangles, number);
-            let shading = item(view.triangle_shading, number);
-            let w = 1.0 - hit.u - hit.v;
-            let [n0, n1, n2] = shading.normals;
-            let blend = |x: f32, y: f32, z: f32| fma(z, hit.v, fma(y, hit.u, x * w));
-            let [t0, t1, t2] = shading.uvs;
-            let uv = [blend(t0[0], t1[0], t2[0]), blend(t0[1], t1[1], t2[1])];
-            // Edges are scaled up first: the product of tiny ones would vanish.
-            let (e1, e2) = (b - a, c - a);
-            let scale = 1.0 / e1.abs().max(e2.abs()).max_component();
-            ((e1 * scale).cross(e2 * scale), (n0 * w).along(n1, hit.u).along(n2, hit.v), uv, shading.material)
+            on_triangle(view, number, instance.material, hit)
         } else {
             let number = geometry.first_sphere + (hit.id.primitive - geometry.triangle_count);
-            let sphere = item(view.spheres, number);
-            let local = instance.object_from_world.point(position);
-            let outward = local - sphere.center;
-            (outward, outward, [0.0; 2], *item(view.sphere_materials, number))
+            let outward = instance.object_from_world.point(position) - item(view.spheres, number).center;
+            let own = *item(view.sphere_materials, number);
+            let material = if instance.material == NONE { own } else { instance.material };
+            Local {
+                outward,
+                smooth: outward,
+                uvs: [[0.0; 2]; 2],
+                color: Rgba::WHITE,
+                material,
+                edges: [Vec3::ZERO; 2],
+                corner_uvs: [[[0.0; 2]; 3]; 2],
+            }
         };
+        let material = item(view.materials, local.material);
+        let texels = MaterialTexels::new(&view.textures, material, &local.uvs);
+        if material.normal_texture != NONE {
+            let Local { smooth, edges, corner_uvs, .. } = &local;
+            local.smooth = normal_map(&view.textures, material, *smooth, edges, corner_uvs, texels.normal);
+        }
         let to_world = |n: Vec3| {
             if hit.id.instance == 0 { n } else { instance.object_from_world.transposed_direction(n) }
         };
         let to_viewer = -ray.direction;
-        let outward = to_world(outward).normalize_or(to_viewer);
-        let smooth = to_world(smooth).normalize_or(outward);
+        let outward = to_world(local.outward).normalize_or(to_viewer);
+        let smooth = to_world(local.smooth).normalize_or(outward);
         let front = outward.dot(to_viewer) >= 0.0;
-        let material = item(view.materials, material);
-        let texel = if material.diffuse_texture == NONE {
-            Vec3::ONE
-        } else {
-            view.textures.sample(material.diffuse_texture, &[uv, uv]).color
-        };
         SurfacePoint {
             position,
             geometric_normal: if front { outward } else { -outward },
             normal: if front { smooth } else { -smooth },
             to_viewer,
             front,
-            material,
-            texel,
-            diffuse: material.diffuse * texel,
+            look: Appearance::new(material, &texels, &local.color),
+            material: local.material,
             id: hit.id,
             offset: OFFSET * (view.extent + hit.t),
         }
@@ -94,4 +106,49 @@ impl<'a> SurfacePoint<'a> {
         let side = if direction.dot(self.geometric_normal) >= 0.0 { self.offset } else { -self.offset };
         self.position.along(self.geometric_normal, side)
     }
+
+    /// What is left of light that went this far through the body behind the surface: `2^(-a d)`.
+    #[inline(always)]
+    pub fn left_by_body(&self, view: &SceneView, distance: f32) -> Vec3 {
+        let a = item(view.materials, self.material).attenuation;
+        if a.max_component() > 0.0 {
+            vec3(exp2(-a.x * distance), exp2(-a.y * distance), exp2(-a.z * distance))
+        } else {
+            Vec3::ONE
+        }
+    }
+}
+
+#[inline(always)]
+fn on_triangle(view: &SceneView, number: u32, material: u32, hit: &Hit) -> Local {
+    let [a, b, c] = *item(view.triangles, number);
+    let shading = item(view.triangle_shading, number);
+    let w = 1.0 - hit.u - hit.v;
+    let [n0, n1, n2] = shading.normals;
+    let blend = |x: f32, y: f32, z: f32| fma(z, hit.v, fma(y, hit.u, x * w));
+    let blend_uv = |[t0, t1, t2]: &[[f32; 2]; 3]| [blend(t0[0], t1[0], t2[0]), blend(t0[1], t1[1], t2[1])];
+    let uv = blend_uv(&shading.uvs);
+    // Edges are scaled up first: the product of tiny ones would vanish.
+    let (e1, e2) = (b - a, c - a);
+    let scale = 1.0 / e1.abs().max(e2.abs()).max_component();
+    let (e1, e2) = (e1 * scale, e2 * scale);
+    let material = if material == NONE { shading.material } else { material };
+    let mut local = Local {
+        outward: e1.cross(e2),
+        smooth: (n0 * w).along(n1, hit.u).along(n2, hit.v),
+        uvs: [uv; 2],
+        color: Rgba::WHITE,
+        material,
+        edges: [e1, e2],
+        corner_uvs: [shading.uvs; 2],
+    };
+    if shading.extra != NONE {
+        let extra = item(view.triangle_extras, shading.extra);
+        local.corner_uvs[1] = extra.uvs1;
+        local.uvs[1] = blend_uv(&extra.uvs1);
+        let [c0, c1, c2] = extra.colors;
+        let channel = |k: usize| blend(c0[k], c1[k], c2[k]);
+        local.color = Rgba { color: vec3(channel(0), channel(1), channel(2)), alpha: channel(3) };
+    }
+    local
 }

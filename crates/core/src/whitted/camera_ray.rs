@@ -1,6 +1,7 @@
 //! Stage 1: rays from the camera.
 
 use super::{PathRay, RayKind};
+use crate::camera::Projection;
 use crate::math::{Vec3, fma};
 use crate::ray::PrimitiveId;
 use crate::sampling::{disk_point, hash_pair, point_2d};
@@ -36,11 +37,13 @@ pub fn camera_ray(view: &SceneView, x: u32, y: u32, sample: u32) -> PathRay {
     // From -1 to 1 over the picture.
     let across = fma(2.0, (x as f32 + dx) / settings.width as f32, -1.0);
     let down = fma(2.0, (y as f32 + dy) / settings.height as f32, -1.0);
-    let on_plane = camera
-        .forward
-        .along(camera.right, across * camera.half_width)
-        .along(camera.up, -down * camera.half_height);
-    let (origin, direction) = if camera.aperture_radius > 0.0 {
+    let aside = |from: Vec3| {
+        from.along(camera.right, across * camera.half_width).along(camera.up, -down * camera.half_height)
+    };
+    let on_plane = aside(camera.forward);
+    let (origin, direction) = if camera.projection == Projection::Orthographic {
+        (aside(camera.eye), camera.forward)
+    } else if camera.aperture_radius > 0.0 {
         let [lens_x, lens_y] = disk_point(point_2d(sample, hash_pair(key, LENS_DIMENSION)));
         let (a, b) = (lens_x * camera.aperture_radius, lens_y * camera.aperture_radius);
         let off_axis = (camera.right * a).along(camera.up, b);
@@ -57,5 +60,7 @@ pub fn camera_ray(view: &SceneView, x: u32, y: u32, sample: u32) -> PathRay {
         kind: RayKind::Camera,
         start: PrimitiveId::NONE,
         inside: 0,
+        holes: 0,
+        travelled: 0.0,
     }
 }

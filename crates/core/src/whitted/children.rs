@@ -2,29 +2,36 @@
 
 use super::camera_ray::pixel_key;
 use super::{MAX_RADIANCE, PathRay, RayKind};
-use crate::material::{FresnelUse, Material, Refraction};
+use crate::material::{FresnelUse, Refraction};
 use crate::math::{Vec3, max};
 use crate::sampling::{cosine_lobe, hash_pair, orthonormal_basis, point_2d};
-use crate::shading::{Refracted, SurfacePoint, fresnel_factor, reflect, refract};
+use crate::shading::{Appearance, Refracted, SurfacePoint, fresnel_factor, reflect, refract};
 use crate::view::SceneView;
 
-/// Key of the random numbers of a glossy lobe.
+/// Keys of the random numbers of lobes: about the mirrored ray, and about the transmitted one.
 const GLOSSY_DIMENSION: u32 = 0x3;
+const GLOSSY_TRANSMISSION_DIMENSION: u32 = 0x4;
 
-/// Rays that go on from a surface of this material: reflected ones first, then the transmitted one.
+/// Rays that go on from a surface after this many bounces: reflected ones first, then the transmitted ones.
 #[inline(always)]
-pub fn branch_count(material: &Material) -> u32 {
-    reflected_rays(material) + transmits(material) as u32
+pub fn branch_count(look: &Appearance, depth: u32) -> u32 {
+    reflected_rays(look, depth) + transmitted_rays(look, depth)
 }
 
 #[inline(always)]
-fn reflected_rays(material: &Material) -> u32 {
-    if material.reflection.max_component() > 0.0 { material.glossy_rays.max(1) } else { 0 }
+fn reflected_rays(look: &Appearance, depth: u32) -> u32 {
+    if look.reflects() { look.lobe_rays(depth).max(1) } else { 0 }
 }
 
 #[inline(always)]
-fn transmits(material: &Material) -> bool {
-    material.transmission.max_component() > 0.0
+fn transmitted_rays(look: &Appearance, depth: u32) -> u32 {
+    if !look.transmits() {
+        0
+    } else if look.glossy_transmission {
+        look.lobe_rays(depth).max(1)
+    } else {
+        1
+    }
 }
 
 /// Ray number `branch` (below [`branch_count`]) from a surface point that `parent` found, for sample `sample` of pixel
@@ -37,30 +44,32 @@ pub fn child_ray(
     (x, y, sample): (u32, u32, u32),
     branch: u32,
 ) -> Option<PathRay> {
-    let (settings, material) = (view.settings, point.material);
+    let (settings, look) = (view.settings, &point.look);
     let d = parent.direction;
     let n = point.normal;
     // Index on this side over the index beyond.
-    let eta = if point.front { 1.0 / material.ior } else { material.ior };
-    let factor = if material.fresnel == FresnelUse::Ignore {
-        1.0
-    } else {
-        fresnel_factor(settings.fresnel, max(-d.dot(n), 0.0), eta)
-    };
-    let reflected = reflected_rays(material);
+    let eta = if point.front { 1.0 / look.ior } else { look.ior };
+    let cos = max(-d.dot(n), 0.0);
+    let factor =
+        if look.fresnel == FresnelUse::Ignore { 1.0 } else { fresnel_factor(settings.fresnel, cos, eta) };
+    let reflected = reflected_rays(look, parent.depth);
     let mirror = mirror_direction(point, d);
+    let key = |dimension: u32| hash_pair(hash_pair(pixel_key(settings.seed, x, y), parent.path), dimension);
     let mut spread = 1.0;
     let (direction, share, kind, inside) = if branch < reflected {
-        let kr = material.reflection * factor;
-        if material.glossy_rays == 0 {
+        let mut kr = look.reflection * factor;
+        if look.metal > 0.0 {
+            // Schlick's approximation for metal, whose colour fades to white at grazing angles.
+            let m = 1.0 - cos;
+            let m2 = m * m;
+            kr += look.metal_color.along(Vec3::splat(look.metal) - look.metal_color, m2 * m2 * m);
+        }
+        let rays = look.lobe_rays(parent.depth);
+        if rays == 0 {
             (mirror, kr, RayKind::Reflected, parent.inside)
         } else {
-            let rays = material.glossy_rays;
-            let seed = hash_pair(hash_pair(pixel_key(settings.seed, x, y), parent.path), GLOSSY_DIMENSION);
             let index = sample.wrapping_mul(rays).wrapping_add(branch);
-            let local = cosine_lobe(material.glossy_exponent, point_2d(index, seed));
-            let (tangent, bitangent) = orthonormal_basis(mirror);
-            let direction = (mirror * local.z).along(tangent, local.x).along(bitangent, local.y).normalize();
+            let direction = lobe_direction(mirror, look.glossy_exponent, index, key(GLOSSY_DIMENSION));
             // Rays of the lobe that go under the surface count as black.
             if direction.dot(point.geometric_normal) <= 0.0 {
                 return None;
@@ -69,30 +78,41 @@ pub fn child_ray(
             (direction, kr, RayKind::Glossy, parent.inside)
         }
     } else {
-        let passed = if material.fresnel == FresnelUse::Both { 1.0 - factor } else { 1.0 };
-        let kt = material.transmission * passed;
+        let passed = if look.fresnel == FresnelUse::Both { 1.0 - factor } else { 1.0 };
+        let kt = look.transmission * passed;
         let beyond =
             if point.front { parent.inside.saturating_add(1) } else { parent.inside.saturating_sub(1) };
-        match material.refraction {
-            Refraction::Straight => (d, kt, RayKind::Refracted, beyond),
+        let (direction, kind, inside) = match look.refraction {
+            Refraction::Straight => (d, RayKind::Refracted, beyond),
             Refraction::Snell => match refract(d, n, eta) {
                 Refracted::Through(direction) => {
                     // Interpolated normals can bend a ray back to where it came from: it goes straight on then.
                     let through = direction.dot(point.geometric_normal) < 0.0;
-                    (if through { direction } else { d }, kt, RayKind::Refracted, beyond)
+                    (if through { direction } else { d }, RayKind::Refracted, beyond)
                 }
                 // All of it is reflected. With Fresnel the share is 0: the reflected ray has it.
-                Refracted::TotalReflection => (mirror, kt, RayKind::Reflected, parent.inside),
+                Refracted::TotalReflection => (mirror, RayKind::Reflected, parent.inside),
             },
+        };
+        let rays = if look.glossy_transmission { look.lobe_rays(parent.depth) } else { 0 };
+        if rays > 0 {
+            let index = sample.wrapping_mul(rays).wrapping_add(branch - reflected);
+            let spread_out =
+                lobe_direction(direction, look.glossy_exponent, index, key(GLOSSY_TRANSMISSION_DIMENSION));
+            // As above: what ends on the wrong side counts as black.
+            if direction.dot(point.geometric_normal) * spread_out.dot(point.geometric_normal) <= 0.0 {
+                return None;
+            }
+            spread = 1.0 / rays as f32;
+            (spread_out, kt, kind, inside)
+        } else {
+            (direction, kt, kind, inside)
         }
     };
     // Limited, so that no product of large colours becomes infinite: infinity times 0 would be NaN.
-    let limit = |weight: Vec3| weight.min(Vec3::splat(MAX_RADIANCE));
     // A lobe lives or dies as a whole, however many rays it is spread over.
-    let carried = limit(parent.weight * share);
-    let energy = carried.max_component();
-    let alive = (energy > 0.0) & (energy >= settings.energy_threshold);
-    alive.then_some(PathRay {
+    let carried = (parent.weight * share).min(Vec3::splat(MAX_RADIANCE));
+    is_alive(view, carried).then_some(PathRay {
         origin: point.leave(direction),
         path: hash_pair(parent.path, branch + 1),
         direction,
@@ -101,7 +121,24 @@ pub fn child_ray(
         kind,
         start: point.id,
         inside,
+        holes: 0,
+        travelled: 0.0,
     })
+}
+
+/// Whether a ray of this weight is worth tracing.
+#[inline(always)]
+pub(super) fn is_alive(view: &SceneView, weight: Vec3) -> bool {
+    let energy = weight.max_component();
+    (energy > 0.0) & (energy >= view.settings.energy_threshold)
+}
+
+/// A direction of the lobe `cos^exponent` about a unit vector.
+#[inline(always)]
+fn lobe_direction(axis: Vec3, exponent: f32, index: u32, key: u32) -> Vec3 {
+    let local = cosine_lobe(exponent, point_2d(index, key));
+    let (tangent, bitangent) = orthonormal_basis(axis);
+    (axis * local.z).along(tangent, local.x).along(bitangent, local.y).normalize()
 }
 
 /// The mirror direction, on the viewer's side of the surface: where the interpolated normal would send it below, it is

@@ -5,7 +5,6 @@ use super::camera_ray::pixel_key;
 use super::light_lanes::LightLanes;
 use crate::hierarchy::{Tracer, item};
 use crate::light::Light;
-use crate::material::Refraction;
 use crate::math::Vec3;
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use crate::sampling::hash_pair;
@@ -28,12 +27,12 @@ pub fn direct_light<T: Tracer, const W: usize>(
     shadow_rays: &mut u64,
 ) -> Vec3 {
     let point_key = hash_pair(pixel_key(view.settings.seed, x, y), path);
-    let specular = point.material.specular;
-    let transmission = point.material.transmission;
+    let look = &point.look;
+    let (specular, transmission) = (look.specular, look.transmission);
     let from_behind = view.settings.light_from_behind & (transmission.max_component() > 0.0);
     let mut sum = Vec3::ZERO;
     // Mirrors and glass answer no light by themselves: no ray need be traced to find that out.
-    if point.diffuse.max_component() <= 0.0 && specular.max_component() <= 0.0 {
+    if look.diffuse.max_component() <= 0.0 && specular.max_component() <= 0.0 {
         return sum;
     }
     let mut number = 0;
@@ -41,17 +40,24 @@ pub fn direct_light<T: Tracer, const W: usize>(
         let light = item(view.lights, number);
         let key = hash_pair(point_key, FIRST_LIGHT_DIMENSION + number);
         let color = emitted(light);
+        let highlights = (specular.max_component() > 0.0)
+            & (look.lamp_highlights | !matches!(light, Light::Triangle { .. }));
         let mut side = 0;
         while side <= from_behind as u32 {
             let sign = if side == 0 { 1.0 } else { -1.0 };
-            let receiver =
-                Receiver { view, point, normal: point.normal * sign, above: point.geometric_normal * sign };
+            let receiver = Receiver {
+                view,
+                point,
+                normal: point.normal * sign,
+                above: point.geometric_normal * sign,
+                highlights,
+            };
             let side_key = if side == 0 { key } else { hash_pair(key, side) };
             let got = receiver.gather::<T, W>(tracer, light, side_key, sample, shadow_rays);
             if side == 0 {
-                sum += color * (point.diffuse * got.diffuse + specular * got.specular);
+                sum += color * (look.diffuse * got.diffuse + specular * got.specular);
             } else {
-                sum += color * (transmission * (point.diffuse * got.diffuse));
+                sum += color * (transmission * (look.diffuse * got.diffuse));
             }
             side += 1;
         }
@@ -61,13 +67,15 @@ pub fn direct_light<T: Tracer, const W: usize>(
 }
 
 /// One side of a surface point.
-pub(super) struct Receiver<'a, 'v> {
-    pub(super) view: &'a SceneView<'v>,
-    pub(super) point: &'a SurfacePoint<'v>,
+pub(super) struct Receiver<'a> {
+    pub(super) view: &'a SceneView<'a>,
+    pub(super) point: &'a SurfacePoint,
     /// Shading normal on this side.
     pub(super) normal: Vec3,
     /// Geometric normal on this side.
     pub(super) above: Vec3,
+    /// The light throws a highlight.
+    pub(super) highlights: bool,
 }
 
 /// Sums over the samples of a light, each weighted by what gets through: `N.L` and the highlight's lobe.
@@ -87,7 +95,7 @@ struct Samples {
     filter: RayFilter,
 }
 
-impl Receiver<'_, '_> {
+impl Receiver<'_> {
     #[inline(always)]
     fn gather<T: Tracer, const W: usize>(
         &self,
@@ -183,16 +191,17 @@ fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &Ra
             && hit.t - after.t <= point.offset
             && point.front == after_front
             && meet_at_corner(view, after.id, hit.id);
+        // What a body takes between its front and its back; a ray that starts inside one begins at its start.
+        let before = if after.is_miss() || !after_front { 0.0 } else { after.t };
         after = hit;
         after_front = point.front;
         if again {
             continue;
         }
-        let material = point.material;
-        let mut surface = material.shadow_filter;
-        if material.refraction == Refraction::Straight {
-            // A textured pane casts its picture.
-            surface *= point.texel;
+        let look = &point.look;
+        let mut surface = look.shadow_filter * look.opacity + Vec3::splat(1.0 - look.opacity);
+        if !point.front {
+            surface *= point.left_by_body(view, hit.t - before);
         }
         // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
         through = (through * surface).min(Vec3::splat(MAX_RADIANCE));

@@ -83,8 +83,8 @@ impl<const W: usize> LightLanes<W> {
             lit[lane] = if reached { weight[lane] } else { 0.0 };
             self.diffuse[lane] = lit[lane] * max(cos, 0.0);
         }
-        let exponent = receiver.point.material.shininess;
-        let has_highlight = receiver.point.material.specular.max_component() > 0.0;
+        let exponent = receiver.point.look.shininess;
+        let has_highlight = receiver.highlights;
         // A loop for each model, so that none is chosen inside.
         match receiver.view.settings.lighting_model {
             LightingModel::Phong if has_highlight => {

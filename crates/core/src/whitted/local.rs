@@ -14,8 +14,8 @@ pub fn local_radiance(view: &SceneView, point: &SurfacePoint, t: f32) -> Vec3 {
             let reach = 1.5 * settings.max_distance;
             Vec3::splat(1.0 - min(t, reach) / reach)
         }
-        LightingModel::Diffuse => point.diffuse,
-        _ => point.material.emission + point.diffuse * settings.ambient,
+        LightingModel::Diffuse => point.look.diffuse,
+        _ => point.look.emission + point.look.diffuse * settings.ambient,
     }
 }
 

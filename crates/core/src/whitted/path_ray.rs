@@ -38,6 +38,10 @@ pub struct PathRay {
     pub start: PrimitiveId,
     /// Bodies it runs inside of, where back faces are what there is to see: surfaces entered less surfaces left.
     pub inside: u32,
+    /// Holes it has come through since it last left a surface.
+    pub holes: u32,
+    /// How far it had come when it passed the last of them.
+    pub travelled: f32,
 }
 
 impl PathRay {

@@ -1,15 +1,20 @@
 //! The reference scheduler: one loop with a fixed stack.
 
+use super::children::is_alive;
 use super::local::is_lit;
 use super::{ExactSum, PathRay, RayKind, branch_count, camera_ray, child_ray, direct_light, local_radiance};
 use crate::hierarchy::{Stack, Tracer};
 use crate::math::Vec3;
 use crate::ray::Hit;
+use crate::sampling::hash_pair;
 use crate::shading::SurfacePoint;
 use crate::view::SceneView;
 
 /// The largest depth limit; the stack has a level for every bounce.
 pub const MAX_DEPTH: u32 = 64;
+
+/// Holes that a ray passes one after the other; what lies behind more is black.
+const MAX_HOLES: u32 = 4096;
 
 /// Rays of a sample by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,6 +53,9 @@ struct Level {
     next_branch: u32,
 }
 
+/// The next branch of a point that has not been shaded yet.
+const FRESH: u32 = u32::MAX;
+
 /// Adds what `first` finds, and everything that follows from it, to `sum`. `W` shadow rays towards a light are asked for
 /// at a time: it changes the speed only.
 #[inline(always)]
@@ -60,48 +68,73 @@ pub fn radiance<T: Tracer, const W: usize>(
     counts: &mut RayCounts,
 ) {
     let settings = view.settings;
-    let mut room = Stack::<Level, { MAX_DEPTH as usize }>::room();
+    let max_depth = if is_lit(settings.lighting_model) { settings.max_depth.min(MAX_DEPTH) } else { 0 };
+    let mut room = Stack::<Level, { MAX_DEPTH as usize + 1 }>::room();
     let mut stack = Stack::new(&mut room);
     let mut path_ray = first;
     loop {
         counts.count(path_ray.kind);
-        let ray = path_ray.ray();
-        let hit = tracer.closest_hit(&ray, &path_ray.filter(settings));
+        let hit = tracer.closest_hit(&path_ray.ray(), &path_ray.filter(settings));
         if hit.is_miss() {
             sum.add(path_ray.weight * settings.background);
         } else {
-            let point = SurfacePoint::new(view, &ray, &hit);
-            let mut found = local_radiance(view, &point, hit.t);
-            if is_lit(settings.lighting_model) {
-                found += direct_light::<T, W>(
-                    view,
-                    tracer,
-                    &point,
-                    path_ray.path,
-                    (x, y, sample),
-                    &mut counts.shadow,
-                );
-                if path_ray.depth < settings.max_depth.min(MAX_DEPTH) && branch_count(point.material) > 0 {
-                    // SAFETY: levels have depths 0, 1, 2 ... each, all below MAX_DEPTH.
-                    unsafe { stack.push(Level { ray: path_ray, hit, next_branch: 0 }) };
-                }
-            }
-            sum.add(path_ray.weight * found);
+            // SAFETY: levels have depths 0, 1, 2 ... each, none above MAX_DEPTH.
+            unsafe { stack.push(Level { ray: path_ray, hit, next_branch: FRESH }) };
         }
         // The next branch of the deepest point that has one.
-        path_ray = loop {
+        path_ray = 'next: loop {
             let Some(level) = stack.top_mut() else { return };
             let point = SurfacePoint::new(view, &level.ray.ray(), &level.hit);
-            if level.next_branch == branch_count(point.material) {
-                stack.pop();
-                continue;
+            let there = point.look.opacity;
+            if level.next_branch == FRESH {
+                level.next_branch = 0;
+                if !point.front {
+                    level.ray.weight *= point.left_by_body(view, level.hit.t);
+                }
+                if there > 0.0 {
+                    let mut found = local_radiance(view, &point, level.ray.travelled + level.hit.t);
+                    if is_lit(settings.lighting_model) {
+                        let (path, place) = (level.ray.path, (x, y, sample));
+                        found += direct_light::<T, W>(view, tracer, &point, path, place, &mut counts.shadow);
+                    }
+                    sum.add(level.ray.weight * there * found);
+                }
             }
-            let branch = level.next_branch;
-            level.next_branch += 1;
-            if let Some(child) = child_ray(view, &point, &level.ray, (x, y, sample), branch) {
-                break child;
+            let ray = level.ray;
+            let shown = PathRay { weight: ray.weight * there, ..ray };
+            let branches =
+                if ray.depth < max_depth && there > 0.0 { branch_count(&point.look, ray.depth) } else { 0 };
+            while level.next_branch < branches {
+                let branch = level.next_branch;
+                level.next_branch += 1;
+                if let Some(child) = child_ray(view, &point, &shown, (x, y, sample), branch) {
+                    break 'next child;
+                }
+            }
+            // What is behind the holes comes last, when the level has made room for it: it is no bounce.
+            let t = level.hit.t;
+            stack.pop();
+            let behind = ray.weight * (1.0 - there);
+            if there < 1.0 && ray.holes < MAX_HOLES && is_alive(view, behind) {
+                break 'next through_hole(&point, &ray, behind, t);
             }
         };
+    }
+}
+
+/// What goes on through a hole in a surface, as if it were not there.
+#[inline(always)]
+fn through_hole(point: &SurfacePoint, ray: &PathRay, weight: Vec3, t: f32) -> PathRay {
+    PathRay {
+        origin: point.leave(ray.direction),
+        // Branches count from 1.
+        path: hash_pair(ray.path, 0),
+        weight,
+        kind: RayKind::Refracted,
+        start: point.id,
+        holes: ray.holes + 1,
+        travelled: ray.travelled + t,
+        ..*ray
     }
 }
 

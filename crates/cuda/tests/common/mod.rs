@@ -1,5 +1,7 @@
 //! Scenes that are rendered on both backends, and how the films are compared.
 
+mod surfaces;
+
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_render::{Backend, BackendError, Film, RenderControl, Rendered};
 use eosphor_scene::{
@@ -10,10 +12,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// A scene by its name: `glass`, which is made here, or what [`load`] reads.
+/// A scene by its name: `glass` and `surfaces`, which are made here, or what [`load`] reads.
 pub(crate) fn scene(name: &str, preset: Option<Preset>) -> Result<Scene, SceneError> {
     let mut scene = match name {
         "glass" => glass(),
+        "surfaces" => surfaces::scene(),
         _ => load(name, &LoadOptions::default())?.scene,
     };
     if let Some(preset) = preset {

@@ -5,6 +5,7 @@ mod glass;
 mod glossy;
 mod lights;
 mod mirrors;
+mod models;
 mod regressions;
 mod shadows;
 mod support;

@@ -6,8 +6,8 @@ use eosphor_core::settings::{LightingModel, ShadowMode};
 use eosphor_core::whitted::MAX_RADIANCE;
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, RenderControl};
 use eosphor_scene::{
-    Instance, Light, MaterialKind, Mesh, NO_INDEX, RenderSettings, Scene, SceneData, Texture, Transform,
-    Triangle,
+    Image, Instance, Light, MaterialKind, Mesh, NO_INDEX, RenderSettings, Scene, SceneData, Texels, Texture,
+    Transform, Triangle,
 };
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

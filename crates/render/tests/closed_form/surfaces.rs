@@ -5,7 +5,7 @@ use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::LightingModel;
 use eosphor_core::texture::{TextureFilter, TextureWrap};
 use eosphor_scene::{
-    Instance, Light, MaterialKind, Mesh, Mtl, NO_INDEX, Scene, Texture, Transform, Triangle,
+    Image, Instance, Light, MaterialKind, Mesh, Mtl, NO_INDEX, Scene, Texels, Texture, Transform, Triangle,
 };
 
 const KD: Vec3 = vec3(0.8, 0.5, 0.25);
@@ -109,13 +109,13 @@ fn smooth_normals_light_a_triangle_by_their_interpolation() {
         name: "t".into(),
         positions: positions.to_vec(),
         normals: normals.to_vec(),
-        uvs: vec![],
         triangles: vec![Triangle {
             positions: [0, 1, 2],
             normals: [0, 1, 2],
             uvs: [NO_INDEX; 3],
             material: white,
         }],
+        ..Mesh::default()
     });
     scene.instances.push(Instance::new(0, Transform::default()));
     scene.settings.normals = eosphor_scene::NormalMode::Smooth;

@@ -63,6 +63,20 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<LoadedScene
     }
 }
 
+/// As [`load`], from files that are held in memory instead of on the disk: their paths, as the files name each other, and
+/// contents. `path` is the one to start with.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_from_memory(
+    files: Vec<(PathBuf, Vec<u8>)>,
+    path: impl AsRef<Path>,
+    options: &LoadOptions,
+) -> Result<LoadedScene, SceneError> {
+    let files = files.into_iter().map(|(path, bytes)| (path, bytes.into())).collect();
+    load_from(Source::Memory(files), path.as_ref(), options)
+}
+
 fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     let mut loader = Loader::new(source, options);
     if extension(path).as_deref() == Some("json") {

@@ -6,7 +6,7 @@ use crate::model::{Camera as ModelCamera, Scene};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::light::Light;
-use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::math::{Vec3, elementary64, vec3};
 
 /// From the middle of the scene to a camera that frames it: from the front, so that open boxes show their inside.
 const TO_EYE: Vec3 = vec3(0.0, 0.0, 1.0);
@@ -47,19 +47,32 @@ fn from_model(camera: &ModelCamera, width: u32, height: u32) -> Result<Camera, S
         let message = "it looks nowhere: direction has no length, or look-at is the camera's own position";
         return Err(Problem::new("camera", message).into());
     }
-    let radians = f64::from(camera.fov_x_degrees) * (std::f64::consts::PI / 180.0);
-    let mut built = Camera::looking_along(camera.position, direction, camera.up, radians, width, height)
-        .ok_or_else(|| {
-            let message = "it spans no view: up must have a length and not be parallel to the way it looks, and \
-                           fov-x-degrees must not be too near 180 for this size";
-            Problem::new("camera", message)
-        })?;
+    let (eye, up) = (camera.position, camera.up);
+    let built = match camera.orthographic_height {
+        Some(world_height) => Camera::orthographic(eye, direction, up, world_height, width, height),
+        None => Camera::perspective(eye, direction, up, half_width(camera, width, height), width, height),
+    };
+    let mut built = built.ok_or_else(|| {
+        let message = "it spans no view: up must have a length and not be parallel to the way it looks, and the \
+                       field of view must not be too near 180 degrees for this size";
+        Problem::new("camera", message)
+    })?;
     if let Some(lens) = camera.lens {
         built.aperture_radius = lens.aperture_radius;
         // Scene::validate has seen to it that one of both is there.
         built.focus_distance = lens.focus_distance.unwrap_or_else(|| direction.length());
     }
     Ok(built)
+}
+
+/// Half the picture's width on the plane at distance 1.
+fn half_width(camera: &ModelCamera, width: u32, height: u32) -> f64 {
+    let tan_half =
+        |degrees: f32| elementary64::tan(f64::from(degrees) * (std::f64::consts::PI / 180.0) * 0.5);
+    match camera.fov_y_degrees {
+        Some(fov_y) => tan_half(fov_y) * (f64::from(width) / f64::from(height)),
+        None => tan_half(camera.fov_x_degrees),
+    }
 }
 
 /// A camera with 45 degrees that sees all eight corners of the scene's box.

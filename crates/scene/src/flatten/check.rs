@@ -3,7 +3,7 @@
 use super::SceneData;
 use crate::error::Problem;
 use eosphor_core::light::Light;
-use eosphor_core::material::NONE;
+use eosphor_core::material::{Material, NONE};
 use eosphor_core::whitted::MAX_DEPTH;
 
 impl SceneData {
@@ -35,13 +35,26 @@ impl SceneData {
             );
         }
         let materials = self.materials.len();
-        let used =
-            self.triangle_shading.iter().map(|t| t.material).chain(self.sphere_materials.iter().copied());
+        let overrides = self.instances.iter().map(|i| i.material).filter(|&m| m != NONE);
+        let used = self.triangle_shading.iter().map(|t| t.material);
+        let used = used.chain(self.sphere_materials.iter().copied()).chain(overrides);
         if used.into_iter().any(|m| m as usize >= materials) {
             return wrong("scene data: materials", "a primitive has one that is not there");
         }
+        let extras = self.triangle_extras.len();
+        if self.triangle_shading.iter().any(|t| t.extra != NONE && t.extra as usize >= extras) {
+            return wrong("scene data: triangles", "one has vertex colours that are not there");
+        }
         let texture = |t: u32| t == NONE || (t as usize) < self.textures.len();
-        if !self.materials.iter().all(|m| texture(m.diffuse_texture)) {
+        let textures = |m: &Material| {
+            [m.diffuse_texture, m.specular_texture, m.emission_texture, m.normal_texture]
+                .into_iter()
+                .all(texture)
+                && [m.metallic_texture, m.roughness_texture, m.transmission_texture, m.opacity_texture]
+                    .iter()
+                    .all(|t| texture(t.texture))
+        };
+        if !self.materials.iter().all(textures) {
             return wrong("scene data: textures", "a material has one that is not there");
         }
         let no_samples = |light: &Light| light.samples() == 0;
@@ -71,7 +84,10 @@ mod tests {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
         let (data, _) = SceneData::flatten(&scene).unwrap();
         assert!(data.check().is_ok());
-        let changes: [fn(&mut SceneData); 8] = [
+        let changes: [fn(&mut SceneData); 11] = [
+            |d| d.materials[0].roughness_texture.texture = 0,
+            |d| d.triangle_shading[5].extra = 0,
+            |d| d.instances[0].material = 1000,
             |d| d.settings.max_depth = 100,
             |d| d.settings.width = 0,
             |d| d.materials.clear(),

@@ -3,17 +3,22 @@
 use super::normals;
 use crate::error::{Problem, SceneError};
 use crate::model::{MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Scene, Triangle};
-use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere, TriangleShading};
+use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
+use eosphor_core::material::NONE;
 use eosphor_core::math::{Affine, Vec3};
 
 /// Meshes of more triangles than this that are placed more than once are not baked.
 const BAKE_AT_MOST: usize = 256;
+
+/// The map that changes nothing, and its inverse.
+const IDENTITY: (Affine, Affine) = (Affine::IDENTITY, Affine::IDENTITY);
 
 /// All primitives, and how they are placed.
 #[derive(Default)]
 pub(super) struct Flat {
     pub(super) triangles: Vec<[Vec3; 3]>,
     pub(super) triangle_shading: Vec<TriangleShading>,
+    pub(super) triangle_extras: Vec<TriangleExtra>,
     pub(super) spheres: Vec<Sphere>,
     pub(super) sphere_materials: Vec<u32>,
     pub(super) geometries: Vec<Geometry>,
@@ -66,13 +71,31 @@ impl Flat {
         b.is_empty() || (b.min.is_finite() && b.max.is_finite() && b.extent() <= MAX_COORDINATE)
     }
 
-    fn place(&mut self, geometry: u32, world_from_object: Affine, object_from_world: Affine) {
+    fn place(
+        &mut self,
+        geometry: u32,
+        (world_from_object, object_from_world): (Affine, Affine),
+        material: Option<u32>,
+    ) {
         let world_bounds = padded_world_bounds(&self.bounds[geometry as usize], &world_from_object);
-        self.instances.push(Instance { object_from_world, world_from_object, world_bounds, geometry });
+        let material = material.unwrap_or(NONE);
+        self.instances.push(Instance {
+            object_from_world,
+            world_from_object,
+            world_bounds,
+            geometry,
+            material,
+        });
     }
 
-    /// Adds a mesh mapped by a transform.
-    fn mesh(&mut self, scene: &Scene, mesh: &Mesh, map: &Affine, inverse: &Affine) -> Result<(), SceneError> {
+    /// Adds a mesh mapped by a transform; a material given replaces those of the triangles.
+    fn mesh(
+        &mut self,
+        scene: &Scene,
+        mesh: &Mesh,
+        (map, inverse): &(Affine, Affine),
+        material: Option<u32>,
+    ) -> Result<(), SceneError> {
         let positions: Vec<Vec3> = mesh.positions.iter().map(|&p| map.point(p)).collect();
         if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_component() > MAX_COORDINATE)
         {
@@ -83,6 +106,7 @@ impl Flat {
         let settings = &scene.settings;
         let corner_normals = normals::corner_normals(mesh, settings.normals, settings.crease_degrees);
         let mirrored = map.determinant() < 0.0;
+        let has_extras = !mesh.colors.is_empty() || !mesh.uvs1.is_empty();
         self.triangles.reserve(mesh.triangles.len());
         self.triangle_shading.reserve(mesh.triangles.len());
         for (i, t) in mesh.triangles.iter().enumerate() {
@@ -92,16 +116,26 @@ impl Flat {
                 NormalMode::Flat => [Vec3::ZERO; 3],
                 _ => corner_normals[i],
             };
+            let mut extra = has_extras.then(|| corner_extra(mesh, t));
             // A mirrored triangle runs the other way round: its front would become its back.
             if mirrored {
                 vertices.swap(1, 2);
                 uvs.swap(1, 2);
                 normals.swap(1, 2);
+                if let Some(extra) = &mut extra {
+                    extra.colors.swap(1, 2);
+                    extra.uvs1.swap(1, 2);
+                }
             }
             let flat = normals::of_triangle(&vertices).unwrap_or(normals::HARMLESS);
             let normals = normals.map(|n| inverse.transposed_direction(n).normalize_or(flat));
             self.triangles.push(vertices);
-            self.triangle_shading.push(TriangleShading { normals, uvs, material: t.material });
+            let material = material.unwrap_or(t.material);
+            let extra = extra.map_or(NONE, |extra| {
+                self.triangle_extras.push(extra);
+                self.triangle_extras.len() as u32 - 1
+            });
+            self.triangle_shading.push(TriangleShading { normals, uvs, material, extra });
         }
         Ok(())
     }
@@ -117,7 +151,8 @@ impl Flat {
         for (vertices, uvs) in halves {
             let normal = normals::of_triangle(&vertices).unwrap_or(normals::HARMLESS);
             self.triangles.push(vertices);
-            self.triangle_shading.push(TriangleShading { normals: [normal; 3], uvs, material: p.material });
+            let (normals, material) = ([normal; 3], p.material);
+            self.triangle_shading.push(TriangleShading { normals, uvs, material, extra: NONE });
         }
     }
 }
@@ -137,8 +172,7 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     for (number, instance) in scene.instances.iter().enumerate() {
         if !own_geometry(instance.mesh) {
             let mesh = &scene.meshes[instance.mesh as usize];
-            let (map, inverse) = maps(scene, number)?;
-            flat.mesh(scene, mesh, &map, &inverse)?;
+            flat.mesh(scene, mesh, &maps(scene, number)?, instance.material)?;
         }
     }
     for p in &scene.parallelograms {
@@ -149,7 +183,7 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
         flat.sphere_materials.push(s.material);
     }
     flat.close_geometry(0, 0)?;
-    flat.place(0, Affine::IDENTITY, Affine::IDENTITY);
+    flat.place(0, IDENTITY, None);
 
     // Meshes with a geometry of their own.
     let mut geometry_of_mesh = vec![0u32; scene.meshes.len()];
@@ -157,7 +191,7 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
         if own_geometry(number as u32) {
             geometry_of_mesh[number] = flat.geometries.len() as u32;
             let (triangle, sphere) = (flat.triangles.len(), flat.spheres.len());
-            flat.mesh(scene, mesh, &Affine::IDENTITY, &Affine::IDENTITY)?;
+            flat.mesh(scene, mesh, &IDENTITY, None)?;
             flat.close_geometry(triangle, sphere)?;
         }
     }
@@ -172,7 +206,7 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
                 );
                 return Err(Problem::new(format!("instances[{number}] (mesh \"{name}\")"), message).into());
             }
-            flat.place(geometry, map, inverse);
+            flat.place(geometry, (map, inverse), instance.material);
         }
     }
     Ok(flat)
@@ -197,6 +231,13 @@ pub(super) fn padded_world_bounds(object: &Bounds, world_from_object: &Affine) -
     const SHARE: f32 = 1.0 / 131_072.0;
     let world = object.transformed(world_from_object);
     world.padded(SHARE * (world.extent() + object.extent() * world_from_object.growth()))
+}
+
+fn corner_extra(mesh: &Mesh, t: &Triangle) -> TriangleExtra {
+    TriangleExtra {
+        colors: t.positions.map(|i| mesh.colors.get(i as usize).copied().unwrap_or([1.0; 4])),
+        uvs1: t.positions.map(|i| mesh.uvs1.get(i as usize).copied().unwrap_or([0.0; 2])),
+    }
 }
 
 fn corner_uvs(mesh: &Mesh, t: &Triangle) -> [[f32; 2]; 3] {

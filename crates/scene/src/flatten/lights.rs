@@ -6,7 +6,7 @@ use super::note::Note;
 use crate::model::{Light as ModelLight, Scene};
 use eosphor_core::geometry::Geometry;
 use eosphor_core::light::Light;
-use eosphor_core::material::Material;
+use eosphor_core::material::{Material, NONE};
 use eosphor_core::math::{Vec3, elementary64, vec3};
 
 /// More emissive triangles than this are worth a note.
@@ -46,7 +46,11 @@ pub(super) fn emissive_triangles(
     materials: &[Material],
     notes: &mut Vec<Note>,
 ) -> Vec<Light> {
-    let shines = |m: u32| materials[m as usize].emission.max_component() > 0.0;
+    // Textured emitters are seen but light nothing: what they shine differs from point to point.
+    let shines = |m: u32| {
+        let material = &materials[m as usize];
+        material.emission.max_component() > 0.0 && material.emission_texture == NONE
+    };
     let samples = scene.settings.light_samples;
     let mut lights = Vec::new();
     // Geometries are looked through once, however often they are placed.
@@ -58,9 +62,21 @@ pub(super) fn emissive_triangles(
     for (number, instance) in flat.instances.iter().enumerate() {
         let geometry = &flat.geometries[instance.geometry as usize];
         let mirrored = instance.world_from_object.determinant() < 0.0;
-        for &primitive in &shining[instance.geometry as usize] {
+        let all: Vec<u32>;
+        let primitives = match instance.material {
+            NONE => &shining[instance.geometry as usize],
+            material if shines(material) => {
+                all = (0..geometry.triangle_count).collect();
+                &all
+            }
+            _ => continue,
+        };
+        for &primitive in primitives {
             let i = (geometry.first_triangle + primitive) as usize;
-            let material = flat.triangle_shading[i].material;
+            let material = match instance.material {
+                NONE => flat.triangle_shading[i].material,
+                material => material,
+            };
             let mut vertices = flat.triangles[i];
             if number > 0 {
                 vertices = vertices.map(|v| instance.world_from_object.point(v));

@@ -9,16 +9,27 @@
 //! | native, illum 4, 6, 7, 9 | 1 | Tf, else 1; Snell | both |
 //! | pg1 | Ks | Tf, else 0, with illum 4, 6, 7, 9; Snell | – |
 //! | eos | 0.4 with illum 3 to 9 | Tf, else 0, with illum 4, 6, 7, 9; Snell | – |
+//! | native with Pr or Pm, `pbr` | by `eosphor_core`'s `shading/appearance.rs` | | |
 
-use crate::model::{Composition, Material, MaterialKind, Mtl};
-use eosphor_core::material::{self as core, FresnelUse, NONE, Refraction};
-use eosphor_core::math::Vec3;
+use crate::model::{
+    AlphaMode, Channel, Composition, Material, MaterialKind, MaterialTextures, Mtl, Pbr, TextureChannel,
+};
+use eosphor_core::material::{
+    self as core, AlphaUse, FresnelUse, NONE, Refraction, ScalarTexture, SurfaceModel,
+};
+use eosphor_core::math::{Vec3, elementary64};
 
 /// Glass, where an MTL file gives no Ni.
 const DEFAULT_IOR: f32 = 1.5;
 
 /// Mirror weight of EOS.
 const EOS_REFLECTION: f32 = 0.4;
+
+/// Roughness, where an MTL file gives Pm but no Pr.
+const DEFAULT_ROUGHNESS: f32 = 0.5;
+
+/// The most that a body takes; beyond, nothing is left of the light anyway.
+const MAX_ATTENUATION: f64 = 1e12;
 
 /// The form that shading reads.
 pub(super) fn compose(material: &Material, composition: Composition) -> core::Material {
@@ -30,7 +41,75 @@ pub(super) fn compose(material: &Material, composition: Composition) -> core::Ma
         },
         kind => own_kind(kind),
     };
-    core::Material { diffuse_texture: material.textures.color.unwrap_or(NONE), ..composed }
+    with_alpha(with_textures(composed, &material.textures), material.alpha)
+}
+
+fn with_textures(m: core::Material, textures: &MaterialTextures) -> core::Material {
+    let number = |texture: Option<u32>| texture.unwrap_or(NONE);
+    core::Material {
+        is_textured: *textures
+            != MaterialTextures { normal_scale: textures.normal_scale, ..MaterialTextures::NONE },
+        diffuse_texture: number(textures.color),
+        specular_texture: number(textures.specular),
+        emission_texture: number(textures.emission),
+        metallic_texture: scalar(textures.metallic),
+        roughness_texture: scalar(textures.roughness),
+        transmission_texture: scalar(textures.transmission),
+        opacity_texture: scalar(textures.opacity),
+        normal_texture: number(textures.normal),
+        normal_scale: textures.normal_scale,
+        ..m
+    }
+}
+
+fn scalar(texture: Option<TextureChannel>) -> ScalarTexture {
+    texture.map_or(ScalarTexture::NONE, |t| ScalarTexture {
+        texture: t.texture,
+        channel: match t.channel {
+            Channel::Red => 0,
+            Channel::Green => 1,
+            Channel::Blue => 2,
+            Channel::Alpha => 3,
+        },
+    })
+}
+
+fn with_alpha(m: core::Material, alpha: AlphaMode) -> core::Material {
+    let (alpha, alpha_cutoff) = match alpha {
+        AlphaMode::Opaque => (m.alpha, m.alpha_cutoff),
+        AlphaMode::Mask { cutoff } => (AlphaUse::Mask, cutoff),
+        AlphaMode::Blend => (AlphaUse::Blend, m.alpha_cutoff),
+    };
+    core::Material { alpha, alpha_cutoff, ..m }
+}
+
+fn pbr(pbr: &Pbr) -> core::Material {
+    core::Material {
+        model: SurfaceModel::MetallicRoughness,
+        diffuse: pbr.color,
+        specular: pbr.specular_color * pbr.specular,
+        emission: pbr.emission,
+        ior: pbr.ior,
+        transmission: Vec3::splat(pbr.transmission),
+        refraction: if pbr.solid { Refraction::Snell } else { Refraction::Straight },
+        attenuation: if pbr.solid { attenuation(pbr) } else { Vec3::ZERO },
+        metallic: pbr.metallic,
+        roughness: pbr.roughness,
+        opacity: pbr.opacity,
+        ..black()
+    }
+}
+
+/// `a` so that `2^(-a d)` is the attenuation colour at the attenuation distance d.
+fn attenuation(pbr: &Pbr) -> Vec3 {
+    let Some(distance) = pbr.attenuation_distance else { return Vec3::ZERO };
+    let of = |color: f32| {
+        // Black takes what leaves nothing a float can hold.
+        let log2 = if color > 0.0 { elementary64::log2(f64::from(color)) } else { -160.0 };
+        (-log2 / f64::from(distance)).clamp(0.0, MAX_ATTENUATION) as f32
+    };
+    let [r, g, b] = <[f32; 3]>::from(pbr.attenuation_color);
+    Vec3::from([of(r), of(g), of(b)])
 }
 
 /// What diffuses nothing, reflects nothing and lets nothing through.
@@ -55,7 +134,28 @@ fn refracts(mtl: &Mtl) -> bool {
     matches!(mtl.illum, 4 | 6 | 7 | 9)
 }
 
+/// The metallic-roughness material that the PBR extension of MTL describes.
+fn mtl_pbr(mtl: &Mtl) -> core::Material {
+    let transmits = refracts(mtl);
+    pbr(&Pbr {
+        color: if transmits { mtl.Tf.unwrap_or(Vec3::ONE).min(Vec3::ONE) } else { mtl.Kd },
+        opacity: mtl.d,
+        metallic: mtl.Pm.unwrap_or(0.0),
+        roughness: mtl.Pr.unwrap_or(DEFAULT_ROUGHNESS),
+        emission: mtl.Ke,
+        // Exporters write `Ni 1` for what has no index of its own.
+        ior: mtl.Ni.filter(|ni| *ni > 1.0).unwrap_or(DEFAULT_IOR),
+        transmission: if transmits { 1.0 } else { 0.0 },
+        solid: transmits,
+        ..Pbr::default()
+    })
+}
+
 fn native(mtl: &Mtl) -> core::Material {
+    if mtl.Pr.is_some() || mtl.Pm.is_some() {
+        let m = mtl_pbr(mtl);
+        return if mtl.d < 1.0 && !refracts(mtl) { with_alpha(m, AlphaMode::Blend) } else { m };
+    }
     let mut m = local(mtl);
     // illum 0 and 1 have no highlights.
     if mtl.illum < 2 {
@@ -118,7 +218,7 @@ fn transmit_by_tf(m: &mut core::Material, mtl: &Mtl) {
 fn own_kind(kind: MaterialKind) -> core::Material {
     match kind {
         MaterialKind::Mtl(mtl) => native(&mtl),
-        MaterialKind::Pbr(pbr) => core::Material { diffuse: pbr.color, emission: pbr.emission, ..black() },
+        MaterialKind::Pbr(kind) => pbr(&kind),
         MaterialKind::Matte { color } => core::Material { diffuse: color, ..black() },
         MaterialKind::Mirror { reflectance } => core::Material { reflection: reflectance, ..black() },
         MaterialKind::Dielectric { ior, tint } => core::Material {

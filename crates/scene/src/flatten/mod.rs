@@ -19,8 +19,7 @@ mod tests;
 
 use crate::error::SceneError;
 use crate::model::Scene;
-use eosphor_core::geometry::TriangleShading;
-use eosphor_core::geometry::{Geometry, Instance, Sphere};
+use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::texture::Texture;
 use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3, settings::Settings};
 
@@ -40,6 +39,8 @@ pub struct SceneData {
     pub instances: Vec<Instance>,
     /// For each triangle.
     pub triangle_shading: Vec<TriangleShading>,
+    /// Vertex colours and second texture coordinates of the triangles that have them.
+    pub triangle_extras: Vec<TriangleExtra>,
     /// For each sphere, the number of its material.
     pub sphere_materials: Vec<u32>,
     /// Materials, composed.
@@ -75,7 +76,11 @@ impl SceneData {
         let materials: Vec<Material> =
             scene.materials.iter().map(|m| materials::compose(m, scene.settings.composition)).collect();
         let mut geometry = geometry::build(scene)?;
-        view::order_corners(&mut geometry.triangles, &mut geometry.triangle_shading);
+        view::order_corners(
+            &mut geometry.triangles,
+            &mut geometry.triangle_shading,
+            &mut geometry.triangle_extras,
+        );
         let textures = textures::build(scene)?;
 
         let world = geometry.world_bounds();
@@ -96,6 +101,7 @@ impl SceneData {
             geometries: geometry.geometries,
             instances: geometry.instances,
             triangle_shading: geometry.triangle_shading,
+            triangle_extras: geometry.triangle_extras,
             sphere_materials: geometry.sphere_materials,
             materials,
             textures: textures.headers,

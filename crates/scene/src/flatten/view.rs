@@ -1,8 +1,9 @@
 //! SceneData, borrowed for shading.
 
 use super::SceneData;
-use eosphor_core::geometry::{Bounds, TriangleShading};
+use eosphor_core::geometry::{Bounds, TriangleExtra, TriangleShading};
 use eosphor_core::intersect::longest_edge_last;
+use eosphor_core::material::NONE;
 use eosphor_core::math::Vec3;
 use eosphor_core::texture::Textures;
 use eosphor_core::view::SceneView;
@@ -16,6 +17,7 @@ impl SceneData {
             geometries: &self.geometries,
             instances: &self.instances,
             triangle_shading: &self.triangle_shading,
+            triangle_extras: &self.triangle_extras,
             sphere_materials: &self.sphere_materials,
             materials: &self.materials,
             textures: Textures {
@@ -53,11 +55,20 @@ impl SceneData {
 
 /// Rotates the corners of each triangle so that the intersection test is at its best
 /// ([`longest_edge_last`]); which side is the front does not change.
-pub(super) fn order_corners(triangles: &mut [[Vec3; 3]], shading: &mut [TriangleShading]) {
+pub(super) fn order_corners(
+    triangles: &mut [[Vec3; 3]],
+    shading: &mut [TriangleShading],
+    extras: &mut [TriangleExtra],
+) {
     for (vertices, shading) in triangles.iter_mut().zip(shading) {
         let k = longest_edge_last(vertices);
         vertices.rotate_left(k);
         shading.normals.rotate_left(k);
         shading.uvs.rotate_left(k);
+        if shading.extra != NONE {
+            let extra = &mut extras[shading.extra as usize];
+            extra.colors.rotate_left(k);
+            extra.uvs1.rotate_left(k);
+        }
     }
 }

@@ -1,0 +1,33 @@
+//! What all targets share: files in memory, loaded and flattened.
+
+use eosphor_scene::{LoadOptions, SceneData, load_from_memory};
+use std::path::PathBuf;
+
+/// Files that the fuzzed one may name.
+const COMPANIONS: [(&str, &[u8]); 4] = [
+    ("a.obj", b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf 1/1 2/2 3/3\n"),
+    ("m.mtl", b"newmtl red\nKd 1 0 0\nmap_Kd t.ppm\n"),
+    ("t.ppm", b"P3\n1 1\n255\n1 2 3\n"),
+    ("b.bin", &[0x3f; 256]),
+];
+
+/// Loads `start` among the companions, of which `name` has the fuzzed bytes. What loads is flattened too. Errors must say
+/// something, in one line.
+pub fn load(start: &str, name: &str, bytes: &[u8]) {
+    load_files(start, &[(name, bytes)]);
+}
+
+/// As [`load`], with several fuzzed files.
+pub fn load_files(start: &str, fuzzed: &[(&str, &[u8])]) {
+    let mut files: Vec<_> = fuzzed.iter().map(|(name, bytes)| (PathBuf::from(name), bytes.to_vec())).collect();
+    files.extend(COMPANIONS.map(|(name, bytes)| (PathBuf::from(name), bytes.to_vec())));
+    let error = match load_from_memory(files, start, &LoadOptions::default()) {
+        Ok(loaded) => match SceneData::flatten(&loaded.scene) {
+            Ok((data, _)) => return data.check().expect("flattened scenes hold together"),
+            Err(error) => error,
+        },
+        Err(error) => error,
+    };
+    let text = error.to_string();
+    assert!(!text.is_empty() && !text.contains('\n'), "{text:?}");
+}

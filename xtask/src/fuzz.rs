@@ -1,0 +1,133 @@
+//! `cargo xtask fuzz [--stage] [SECONDS [TARGET...]]`: builds the fuzz targets and runs them, all at a time.
+//!
+//! `--stage` only puts programs and seeds into `.fuzz/` with a script `run SECONDS` for a machine without cargo.
+
+use crate::root;
+use anyhow::{Context, ensure};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const TARGETS: [&str; 9] = ["obj", "mtl", "gltf", "glb", "ply", "json", "pg1", "texture", "picture"];
+
+/// What libFuzzer needs of the compiler; these are cargo-fuzz's, without a sanitizer, so that stable Rust will do. The
+/// readers have no unsafe code to sanitize.
+const RUSTFLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
+    -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
+    -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing -Ccodegen-units=1";
+
+/// Largest file that a seed may be: small ones find more.
+const MAX_SEED: u64 = 20_000;
+
+pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
+    let stage_only = arguments.first().is_some_and(|a| a == "--stage");
+    let mut rest = arguments.iter().skip(stage_only as usize);
+    let seconds: u64 = rest.next().map_or(Ok(600), |s| s.parse()).context("SECONDS is not a number")?;
+    let chosen: Vec<&str> = rest.map(String::as_str).collect();
+    let unknown = chosen.iter().find(|t| !TARGETS.contains(t));
+    ensure!(unknown.is_none(), "there is no target {unknown:?}; there are {}", TARGETS.join(", "));
+    let chosen = if chosen.is_empty() { TARGETS.to_vec() } else { chosen };
+    let stage = stage()?;
+    println!("staged in {}", stage.display());
+    if stage_only {
+        return Ok(());
+    }
+    let status = Command::new("./run")
+        .arg(seconds.to_string())
+        .args(chosen)
+        .current_dir(&stage)
+        .status()
+        .context("cannot run the targets")?;
+    ensure!(status.success(), "a target has found something: see {}", stage.join("found").display());
+    Ok(())
+}
+
+/// Builds the programs and gathers seeds; the folder.
+fn stage() -> anyhow::Result<PathBuf> {
+    let target = root().join("fuzz/target");
+    let status = Command::new("cargo")
+        .args(["build", "--release", "--locked", "--target-dir"])
+        .arg(&target)
+        .env("RUSTFLAGS", RUSTFLAGS)
+        .env_remove("CARGO_TARGET_DIR")
+        .current_dir(root().join("fuzz"))
+        .stdout(Stdio::null())
+        .status()
+        .context("cannot run cargo")?;
+    ensure!(status.success(), "the build failed");
+    let stage = root().join(".fuzz");
+    let _ = fs::remove_dir_all(&stage);
+    for name in TARGETS {
+        fs::create_dir_all(stage.join("seeds").join(name))?;
+        let program = stage.join(name);
+        fs::copy(target.join("release").join(name), &program)?;
+        let _ = Command::new("strip").arg(&program).status();
+        gather_seeds(name, &stage.join("seeds").join(name))?;
+    }
+    fs::write(stage.join("run"), RUN)?;
+    let status = Command::new("chmod").arg("+x").arg(stage.join("run")).status()?;
+    ensure!(status.success(), "chmod failed");
+    Ok(stage)
+}
+
+/// Small files of the target's kind: what earlier runs found, this repository's scenes, and the test scenes beside the
+/// checkout where they are.
+fn gather_seeds(target: &str, folder: &Path) -> anyhow::Result<()> {
+    let endings: &[&str] = match target {
+        "gltf" => &["gltf"],
+        "glb" => &["glb"],
+        "json" | "pg1" => &["json"],
+        "texture" | "picture" => &["png", "jpg", "hdr", "exr", "data", "tga", "bmp", "ppm"],
+        kind => &[kind],
+    };
+    let mut found = Vec::new();
+    for place in ["fuzz/regressions", "scenes", "crates/scene/tests", "docs", "../shared/scenes"] {
+        collect(&root().join(place), endings, &mut found);
+    }
+    for (number, path) in found.iter().enumerate() {
+        let mut bytes = fs::read(path)?;
+        if matches!(target, "texture" | "picture") {
+            // The first byte chooses the kind.
+            bytes.insert(0, number as u8);
+        }
+        fs::write(folder.join(format!("seed{number}")), bytes)?;
+    }
+    Ok(())
+}
+
+fn collect(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for path in entries.flatten().map(|entry| entry.path()) {
+        if path.is_dir() {
+            collect(&path, endings, found);
+        } else if path.extension().is_some_and(|e| endings.iter().any(|known| e.eq_ignore_ascii_case(known)))
+            && path.metadata().is_ok_and(|m| m.len() <= MAX_SEED)
+        {
+            found.push(path);
+        }
+    }
+}
+
+/// Runs targets side by side; what they find goes to `found/`, a line for each to stdout.
+const RUN: &str = r#"#!/usr/bin/env bash
+# run SECONDS [TARGET...]
+set -uo pipefail
+cd "$(dirname "$(readlink -f "$0")")"
+out=${OUT:-.}
+seconds=$1; shift
+[ $# -gt 0 ] || set -- obj mtl gltf glb ply json pg1 texture picture
+mkdir -p "$out/found" "$out/logs"
+for target in "$@"; do
+  mkdir -p "corpus/$target"
+  RUST_BACKTRACE=1 ./"$target" "corpus/$target" "seeds/$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 \
+    -max_len=20000 -artifact_prefix="$out/found/$target-" >"$out/logs/$target.txt" 2>&1 &
+done
+wait
+failed=0
+for target in "$@"; do
+  done_line=$(grep -a '^Done ' "$out/logs/$target.txt" || echo "stopped early")
+  echo "$target: $done_line, $(ls "corpus/$target" | wc -l) new inputs, $(ls "$out/found" | grep -c "^$target-") found"
+  grep -aq '^Done ' "$out/logs/$target.txt" || failed=1
+done
+exit $failed
+"#;
