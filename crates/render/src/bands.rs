@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+/// Tiles of most sides fit into bands of a multiple of this.
+const TILE: u32 = 16;
+
 /// The rows of a picture, some at a time from the top.
 #[derive(Clone, Debug)]
 pub struct Bands {
@@ -19,9 +22,12 @@ impl Bands {
         Bands { next: 0, height, rows: rows.max(1) }
     }
 
-    /// Bands of about this many pixels, but of at least a row.
+    /// As few bands as there can be of about this many pixels each, all about as high.
     pub fn of_pixels(width: u32, height: u32, pixels: u32) -> Bands {
-        Bands::of_rows(height, pixels / width.max(1))
+        let bands = (width as u64 * height as u64).div_ceil(pixels.max(1) as u64).max(1);
+        let rows = (height as u64).div_ceil(bands) as u32;
+        // Whole tiles, where that is not much more.
+        Bands::of_rows(height, if rows > TILE { rows.next_multiple_of(TILE) } else { rows })
     }
 
     /// Rows of a band; the last one may have fewer.
@@ -53,6 +59,8 @@ mod tests {
         assert_eq!(Bands::of_rows(0, 5).count(), 0);
         assert_eq!(Bands::of_pixels(65_535, 65_535, Bands::PIXELS).rows(), 128);
         assert_eq!(Bands::of_pixels(1920, 1080, Bands::PIXELS).count(), 1);
+        assert_eq!(Bands::of_pixels(4096, 2160, Bands::PIXELS).map(|rows| rows.len()).max(), Some(1088));
         assert_eq!(Bands::of_pixels(65_535, 2, 1).count(), 2);
+        assert_eq!(Bands::of_pixels(0, 0, 0).count(), 0);
     }
 }

@@ -1,7 +1,7 @@
 //! Rendering for the Eosphor ray tracer: backends, film, developing, image files and comparison.
 //!
 //! The way of the data: `SceneData` → [`Backend::prepare`] → [`PreparedScene::render_rows`] → [`Film`] (linear) →
-//! [`output::Developed`] (bytes) → file.
+//! [`output::Developed`] (bytes) → [`output::PictureWriter`] → file.
 
 mod backend;
 mod bands;
@@ -10,6 +10,7 @@ mod features;
 mod film;
 mod hierarchy;
 pub mod output;
+mod scene_hash;
 mod statistics;
 
 pub use backend::cpu::{CpuBackend, CpuOptions, FeaturePass, SimdLevel};
@@ -22,4 +23,5 @@ pub use eosphor_core::whitted::PixelFeatures;
 pub use features::{CameraWork, FeatureRows};
 pub use film::Film;
 pub use hierarchy::{Accel, Hierarchy};
+pub use scene_hash::scene_hash;
 pub use statistics::RayStatistics;

@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn tiles_cover_every_pixel_once() {
-        for (width, height, side) in [(1, 1, 16), (17, 5, 4), (64, 64, 64), (100, 33, 7), (5, 300, 1)] {
+        for (width, height, side) in [(1, 1u32, 16), (17, 5, 4), (64, 64, 64), (100, 33, 7), (5, 300, 1)] {
             let mut seen = vec![0; (width * height) as usize];
             for rows in [0..height.div_ceil(3), height.div_ceil(3)..height] {
                 let tiling = Tiling::new(width, rows, side);
