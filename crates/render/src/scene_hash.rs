@@ -92,3 +92,41 @@ impl Hasher {
         self.0.update(&(length as u64).to_le_bytes());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor_scene::{LoadOptions, load};
+
+    #[test]
+    fn everything_that_reaches_a_pixel_counts() {
+        let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        let (data, _) = SceneData::flatten(&scene).unwrap();
+        let develop = DevelopSettings::default();
+        let hash = |change: fn(&mut SceneData)| {
+            let mut data = data.clone();
+            change(&mut data);
+            scene_hash(&data, &develop)
+        };
+        let plain = hash(|_| {});
+        assert_eq!((plain.len(), &plain), (64, &hash(|_| {})));
+        let changes: [fn(&mut SceneData); 9] = [
+            |data| data.triangles[7][1].y += 1e-6,
+            |data| data.triangle_shading[7].normals[2].z += 1e-6,
+            |data| data.triangle_shading[7].material += 1,
+            |data| data.spheres.push(Sphere { center: Vec3::ZERO, radius: 1.0 }),
+            |data| data.materials[0].diffuse.x += 1e-6,
+            |data| data.texels.push(0),
+            |data| data.lights.truncate(1),
+            |data| data.camera.eye.x += 1e-6,
+            |data| data.settings.seed += 1,
+        ];
+        let mut hashes: Vec<String> = changes.into_iter().map(hash).collect();
+        hashes.push(scene_hash(&data, &DevelopSettings { exposure: 1.0, ..develop }));
+        hashes.push(plain);
+        let count = hashes.len();
+        hashes.sort();
+        hashes.dedup();
+        assert_eq!(hashes.len(), count);
+    }
+}

@@ -5,14 +5,12 @@ use eosphor_core::math::Vec3;
 use eosphor_core::whitted::PixelFeatures;
 use exr::meta::attribute::SampleType;
 use exr::prelude::f16;
-use serde::Serialize;
 use std::fmt;
 use std::str::FromStr;
 
 /// Layers that an EXR file can have besides the colours: what the camera rays of a pixel find first
 /// ([`PixelFeatures`]), and the work on them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
     /// `albedo.R`, `.G`, `.B`: diffuse colour, linear, mean over the samples.
     Albedo,
