@@ -2,7 +2,8 @@
 
 use crate::arguments::{BackendChoice, DeviceFlags};
 use crate::failure::Failure;
-use eosphor::{Backend, CpuBackend, CpuOptions, CudaBackend, CudaOptions};
+use eosphor::{Backend, CpuBackend, CpuOptions, CudaBackend, CudaOptions, FeaturePass, Hierarchy, SceneData};
+use std::sync::Arc;
 
 /// The backend that the flags ask for. `auto` is the CPU while the GPU kernels are not tuned.
 pub(crate) fn backend_for(flags: &DeviceFlags) -> Result<Box<dyn Backend>, Failure> {
@@ -13,6 +14,16 @@ pub(crate) fn backend_for(flags: &DeviceFlags) -> Result<Box<dyn Backend>, Failu
             Ok(Box::new(CudaBackend::new(options)?))
         }
     }
+}
+
+/// What layers are made by. It is the CPU for every backend; where the picture is rendered there too, they share the
+/// hierarchy.
+pub(crate) fn feature_pass(
+    flags: &DeviceFlags,
+    scene: Arc<SceneData>,
+    hierarchy: Option<Arc<Hierarchy>>,
+) -> Result<FeaturePass, Failure> {
+    Ok(CpuBackend::new(cpu_options(flags))?.feature_pass(scene, hierarchy)?)
 }
 
 fn cpu_options(flags: &DeviceFlags) -> CpuOptions {

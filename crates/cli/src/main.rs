@@ -5,11 +5,13 @@
 
 mod arguments;
 mod backend;
+mod command_line;
 mod commands;
 mod failure;
 mod files;
 mod interrupt;
 mod memory;
+mod picture;
 mod progress;
 mod report;
 mod streams;

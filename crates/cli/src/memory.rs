@@ -1,26 +1,41 @@
-//! Whether a picture fits in memory. An allocation that does not would end the program without a word.
+//! How much of a picture is in memory at a time, and whether that fits. An allocation that does not would end the program
+//! without a word.
 
 use crate::failure::Failure;
 use crate::text::bytes;
+use eosphor::{Bands, CameraWork, PixelFeatures};
 use std::fs;
 
-/// Linear film and developed bytes of a pixel.
-const BYTES_A_PIXEL: u64 = 12 + 3;
+/// Linear film and developed bytes of a pixel; JPEG has these twice.
+const BYTES_A_PIXEL: u64 = 12 + 3 + 3;
 
-/// Fails where the picture is larger than the memory that is free.
-pub(crate) fn check_fits(size: [u32; 2]) -> Result<(), Failure> {
-    available().map_or(Ok(()), |free| check_fits_in(free, size))
+/// What layers add to that.
+const LAYER_BYTES_A_PIXEL: u64 = (size_of::<PixelFeatures>() + size_of::<CameraWork>()) as u64;
+
+/// The bands that a picture is rendered in: of so many rows, where asked for, else such that their size is about the same
+/// with layers as without. Fails where the memory that is free is too small for one.
+pub(crate) fn bands([width, height]: [u32; 2], layers: bool, rows: Option<u32>) -> Result<Bands, Failure> {
+    let bytes_a_pixel = BYTES_A_PIXEL + if layers { LAYER_BYTES_A_PIXEL } else { 0 };
+    let pixels = Bands::PIXELS as u64 * BYTES_A_PIXEL / bytes_a_pixel;
+    let bands = match rows {
+        Some(rows) => Bands::of_rows(height, rows),
+        None => Bands::of_pixels(width, height, pixels as u32),
+    };
+    let needed = width as u64 * bands.rows() as u64 * bytes_a_pixel;
+    match available() {
+        Some(free) => check_fits_in(free, needed).map(|()| bands),
+        None => Ok(bands),
+    }
 }
 
-fn check_fits_in(free: u64, [width, height]: [u32; 2]) -> Result<(), Failure> {
-    let needed = width as u64 * height as u64 * BYTES_A_PIXEL;
+fn check_fits_in(free: u64, needed: u64) -> Result<(), Failure> {
     if needed <= free {
         return Ok(());
     }
     let (needed, free) = (bytes(needed), bytes(free));
     Err(Failure::Failed(format!(
-        "the picture does not fit in memory: {width} x {height} needs {needed}, and {free} are free: \
-         choose a smaller --size",
+        "not enough memory: the rows that are rendered at a time need {needed}, and {free} are free: \
+         end other programs, or choose a smaller --size",
     )))
 }
 
@@ -41,10 +56,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_largest_picture_needs_64_gigabytes() {
-        let line = check_fits_in(1 << 30, [65_535, 65_535]).unwrap_err().line().unwrap();
-        assert!(line.contains("65535 x 65535 needs 64.4 GB, and 1.1 GB are free"), "{line}");
-        assert!(check_fits_in(1 << 30, [1920, 1080]).is_ok());
+    fn the_largest_picture_takes_no_more_than_others() {
+        for layers in [false, true] {
+            let bands = bands([65_535, 65_535], layers, None).unwrap();
+            let bytes = 65_535 * bands.rows() as u64 * if layers { 62 } else { 18 };
+            assert!((1 << 26..200 << 20).contains(&bytes), "{bytes}");
+        }
+        assert_eq!(bands([1920, 1080], true, None).unwrap().count(), 1);
+        assert_eq!(bands([100, 50], false, Some(20)).unwrap().count(), 3);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_one_line() {
+        let line = check_fits_in(1 << 20, 1 << 27).unwrap_err().line().unwrap();
+        assert!(line.contains("need 134.2 MB, and 1.0 MB are free"), "{line}");
+        assert!(check_fits_in(1 << 27, 1 << 27).is_ok());
     }
 
     #[cfg(target_os = "linux")]

@@ -4,6 +4,7 @@ use crate::text::{bytes, grouped, ratio};
 use eosphor::{HierarchyStatistics, RayStatistics};
 use serde::Serialize;
 use std::fmt::Write;
+use std::time::Instant;
 
 /// What a render did.
 #[derive(Serialize)]
@@ -48,10 +49,20 @@ pub(crate) struct Seconds {
     pub(crate) flatten: f64,
     pub(crate) build: f64,
     pub(crate) render: f64,
+    /// `None` where the file has no layers.
+    pub(crate) layers: Option<f64>,
     pub(crate) write: f64,
     pub(crate) total: f64,
     pub(crate) render_cpu: Option<f64>,
     pub(crate) total_cpu: Option<f64>,
+}
+
+/// Calls `work` and adds the seconds that it took.
+pub(crate) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let done = work();
+    *seconds += start.elapsed().as_secs_f64();
+    done
 }
 
 impl WorkPerRay {
@@ -109,17 +120,20 @@ impl Report {
     }
 
     fn time_table(&self, text: &mut String) {
-        let Seconds { load, flatten, build, render, write, total, render_cpu, total_cpu } = self.seconds;
+        let Seconds { load, flatten, build, render, layers, write, total, render_cpu, total_cpu } =
+            self.seconds;
         let _ = writeln!(text, "{:<16} {:>16} {:>12}", "time", "seconds", "CPU");
         let phases = [
-            ("  load", load, None),
-            ("  flatten", flatten, None),
-            ("  build", build, None),
-            ("  render", render, render_cpu),
-            ("  write", write, None),
-            ("  all", total, total_cpu),
+            ("  load", Some(load), None),
+            ("  flatten", Some(flatten), None),
+            ("  build", Some(build), None),
+            ("  render", Some(render), render_cpu),
+            ("  layers", layers, None),
+            ("  write", Some(write), None),
+            ("  all", Some(total), total_cpu),
         ];
         for (name, wall, cpu) in phases {
+            let Some(wall) = wall else { continue };
             let cpu = cpu.map(|seconds| format!("{seconds:.3}")).unwrap_or_default();
             let line = format!("{name:<16} {wall:>16.3} {cpu:>12}");
             let _ = writeln!(text, "{}", line.trim_end());

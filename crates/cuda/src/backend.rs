@@ -6,9 +6,10 @@ use crate::failure::failure;
 use crate::scene::DeviceScene;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
-    RayStatistics, RenderControl, Rendered, check_scene,
+    RayStatistics, RenderControl, Rendered, check_rows, check_scene,
 };
 use eosphor_scene::SceneData;
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -99,14 +100,25 @@ impl PreparedScene for PreparedCuda {
         self.statistics.clone()
     }
 
+    /// `None`: it lives on the devices.
+    fn hierarchy(&self) -> Option<Arc<Hierarchy>> {
+        None
+    }
+
+    fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
     /// Work ([`RenderControl::count_work`]) is not counted on this backend.
-    fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
-        let rows = Rows::new(self.height);
+    fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
+        check_rows(&rows, self.height)?;
         let picture = Mutex::new(Picture {
-            film: Film::new(self.width, self.height),
+            first_row: rows.start,
+            film: Film::new(self.width, rows.end - rows.start),
             statistics: RayStatistics::default(),
             pixels_done: 0,
         });
+        let rows = Rows::new(rows);
         std::thread::scope(|scope| {
             let (rows, picture) = (&rows, &picture);
             let start =
@@ -125,6 +137,8 @@ impl PreparedScene for PreparedCuda {
 
 /// What the devices fill together.
 struct Picture {
+    /// The picture's row that is the film's first.
+    first_row: u32,
     film: Film,
     statistics: RayStatistics,
     pixels_done: u64,
@@ -154,7 +168,8 @@ impl PreparedCuda {
             let progress = {
                 let mut guard = picture.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
                 let picture = &mut *guard;
-                picture.film.pixels[band.start as usize * width..][..colors.len()].copy_from_slice(&colors);
+                let start = (band.start - picture.first_row) as usize * width;
+                picture.film.pixels[start..][..colors.len()].copy_from_slice(&colors);
                 picture.statistics += statistics;
                 picture.pixels_done += colors.len() as u64;
                 Progress {

@@ -13,20 +13,20 @@ const FIRST_PIXELS: u32 = 1 << 12;
 /// Most pixels of a launch, so that thread numbers fit.
 const MOST_PIXELS: u32 = 1 << 28;
 
-/// Hands out the rows of a picture to several devices.
+/// Hands out rows of a picture to several devices.
 pub(crate) struct Rows {
     next: AtomicU32,
-    height: u32,
+    end: u32,
 }
 
 impl Rows {
-    pub(crate) fn new(height: u32) -> Rows {
-        Rows { next: AtomicU32::new(0), height }
+    pub(crate) fn new(rows: Range<u32>) -> Rows {
+        Rows { next: AtomicU32::new(rows.start), end: rows.end }
     }
 
     /// The next rows, at most this many (not 0); `None` when there are no more.
     pub(crate) fn take(&self, most: u32) -> Option<Range<u32>> {
-        let taken = |start: u32| (start < self.height).then(|| start + most.min(self.height - start));
+        let taken = |start: u32| (start < self.end).then(|| start + most.min(self.end - start));
         let start = self.next.try_update(Ordering::Relaxed, Ordering::Relaxed, taken).ok()?;
         taken(start).map(|end| start..end)
     }
@@ -66,10 +66,10 @@ mod tests {
 
     #[test]
     fn every_row_is_handed_out_once() {
-        for (height, most) in [(1, 4), (4, 4), (1000, 12), (65_535, 65_532)] {
-            let rows = Rows::new(height);
+        for (range, most) in [(0..1, 4), (3..7, 4), (0..1000, 12), (17..65_535, 65_532)] {
+            let rows = Rows::new(range.clone());
             let all: Vec<u32> = std::iter::from_fn(|| rows.take(most)).flatten().collect();
-            assert_eq!(all, (0..height).collect::<Vec<u32>>());
+            assert_eq!(all, range.collect::<Vec<u32>>());
             assert_eq!(rows.take(most), None);
         }
     }

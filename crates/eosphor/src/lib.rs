@@ -18,7 +18,8 @@
 //! flat arrays of it, what machines read; a [`Backend`] builds a hierarchy over them and traces rays; the result is a
 //! linear [`Film`]; developing makes bytes of it ([`Developed`]); [`save`] writes a file. [`render`] is the short way
 //! from scene to film; with [`Backend::prepare`] and [`PreparedScene::render`] a program keeps the hierarchy, watches
-//! the progress and can stop.
+//! the progress and can stop. Pictures that do not fit in memory are rendered in [`Bands`] of rows
+//! ([`PreparedScene::render_rows`]) and streamed to a [`PictureWriter`].
 //!
 //! # Units
 //!
@@ -57,13 +58,14 @@ pub use render::render;
 pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, devices as cuda_devices};
 #[doc(inline)]
 pub use eosphor_render::output::{
-    DevelopSettings, Developed, Format, MAX_SIDE, OutputError, Picture, SaveOptions, check_writable, save,
-    save_developed,
+    DevelopSettings, Developed, Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture,
+    PictureWriter, SaveOptions, check_writable, save, save_developed,
 };
 #[doc(inline)]
 pub use eosphor_render::{
-    Accel, Backend, BackendError, CpuBackend, CpuOptions, Film, HierarchyStatistics, PreparedScene, Progress,
-    RayStatistics, RenderControl, Rendered, SimdLevel,
+    Accel, Backend, BackendError, Bands, CameraWork, CpuBackend, CpuOptions, FeaturePass, FeatureRows, Film,
+    Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene, Progress, RayStatistics, RenderControl,
+    Rendered, SimdLevel, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

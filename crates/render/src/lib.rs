@@ -1,18 +1,27 @@
 //! Rendering for the Eosphor ray tracer: backends, film, developing, image files and comparison.
 //!
-//! The way of the data: `SceneData` → [`Backend::prepare`] → [`PreparedScene::render`] → [`Film`] (linear) →
-//! [`output::Developed`] (bytes) → file.
+//! The way of the data: `SceneData` → [`Backend::prepare`] → [`PreparedScene::render_rows`] → [`Film`] (linear) →
+//! [`output::Developed`] (bytes) → [`output::PictureWriter`] → file.
 
 mod backend;
+mod bands;
 pub mod compare;
+mod features;
 mod film;
 mod hierarchy;
 pub mod output;
+mod scene_hash;
 mod statistics;
 
-pub use backend::cpu::{CpuBackend, CpuOptions, SimdLevel};
-pub use backend::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_scene};
+pub use backend::cpu::{CpuBackend, CpuOptions, FeaturePass, SimdLevel};
+pub use backend::{
+    Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,
+};
+pub use bands::Bands;
 pub use eosphor_accel::HierarchyStatistics;
+pub use eosphor_core::whitted::PixelFeatures;
+pub use features::{CameraWork, FeatureRows};
 pub use film::Film;
 pub use hierarchy::{Accel, Hierarchy};
+pub use scene_hash::scene_hash;
 pub use statistics::RayStatistics;

@@ -5,7 +5,9 @@ mod surfaces;
 
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
-use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, Film, RenderControl, SimdLevel};
+use eosphor_render::{
+    Accel, Backend, Bands, CpuBackend, CpuOptions, FeatureRows, Film, PixelFeatures, RenderControl, SimdLevel,
+};
 use eosphor_scene::{
     Camera, Image, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh, Mtl, NO_INDEX,
     NormalMode, Parallelogram, PixelSampling, Preset, RenderSettings, Scene, SceneData, Sphere, Texels,
@@ -298,4 +300,69 @@ fn textured_floor() {
         scene.materials[0].textures.color = Some(0);
         assert_identical(&format!("{filter:?}"), &scene);
     }
+}
+
+/// Rows of a picture, rendered band by band and joined.
+fn in_bands(scene: &Arc<SceneData>, options: CpuOptions, rows: u32) -> Vec<[u32; 3]> {
+    let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(scene)).unwrap();
+    let cancel = AtomicBool::new(false);
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false };
+    let band = |rows| prepared.render_rows(rows, &control).unwrap().film.pixels;
+    Bands::of_rows(prepared.size().1, rows).flat_map(band).map(bits).collect()
+}
+
+#[test]
+fn bands_of_rows() {
+    let (data, _) = SceneData::flatten(&spheres()).unwrap();
+    let scene = Arc::new(data);
+    let options = CpuOptions { threads: Some(2), ..CpuOptions::default() };
+    let whole: Vec<[u32; 3]> = render(&scene, options).pixels.into_iter().map(bits).collect();
+    for rows in [1, 3, 16, 36, 37, 1000] {
+        assert!(in_bands(&scene, options, rows) == whole, "bands of {rows} rows");
+    }
+    let prepared = CpuBackend::new(options).unwrap().prepare(scene).unwrap();
+    let control = RenderControl { on_progress: &|_| {}, cancel: &AtomicBool::new(false), count_work: false };
+    for rows in [0..38, 37..38, 5..5, std::ops::Range { start: 9, end: 3 }] {
+        assert!(prepared.render_rows(rows.clone(), &control).is_err(), "{rows:?}");
+    }
+}
+
+#[test]
+fn features_are_the_same_bits_everywhere() {
+    let mut lens = spheres();
+    lens.camera.as_mut().unwrap().lens = Some(Lens { aperture_radius: 0.2, focus_distance: None });
+    for (name, scene) in [("cornell", cornell(|_| {})), ("instances", instances()), ("lens", lens)] {
+        let (data, _) = SceneData::flatten(&scene).unwrap();
+        let scene = Arc::new(data);
+        let trace = |options, rows| {
+            let pass = CpuBackend::new(options).unwrap().feature_pass(Arc::clone(&scene), None).unwrap();
+            let band = |rows| pass.rows(rows, &AtomicBool::new(false)).unwrap();
+            let bands: Vec<FeatureRows> = Bands::of_rows(SIZE[1], rows).map(band).collect();
+            let pixels =
+                bands.iter().flat_map(|band| band.pixels.iter().map(feature_bits)).collect::<Vec<_>>();
+            (pixels, bands.into_iter().flat_map(|band| band.work).collect::<Vec<_>>())
+        };
+        let base = CpuOptions { threads: Some(1), ..CpuOptions::default() };
+        let (reference, work) = trace(base, u32::MAX);
+        assert!(reference.iter().any(|pixel| *pixel != feature_bits(&PixelFeatures::NOTHING)));
+        let mut ways = vec![
+            CpuOptions { threads: Some(7), ..base },
+            CpuOptions { threads: Some(2), tile: 5, ..base },
+            CpuOptions { accel: Accel::None, threads: Some(2), ..base },
+        ];
+        ways.extend(SimdLevel::available().map(|simd| CpuOptions { simd: Some(simd), ..base }));
+        for options in ways {
+            for rows in [u32::MAX, 7] {
+                let (pixels, other_work) = trace(options, rows);
+                assert!(pixels == reference, "{name}, {options:?}, bands of {rows} rows");
+                assert!(other_work == work || options.accel == Accel::None, "{name}, {options:?}");
+            }
+        }
+    }
+}
+
+fn feature_bits(features: &PixelFeatures) -> [u32; 9] {
+    let PixelFeatures { albedo, normal, depth, object, material } = *features;
+    let ([r, g, b], [x, y, z]) = (bits(albedo), bits(normal));
+    [r, g, b, x, y, z, depth.to_bits(), object, material]
 }

@@ -53,9 +53,9 @@ pub(crate) struct InfoFlags {
 
 #[derive(Debug, Args)]
 pub(crate) struct CompareFlags {
-    /// A PNG, PPM, EXR or .data picture
+    /// A picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr
     pub(crate) a: PathBuf,
-    /// Another of the same kind and size
+    /// Another of the same size, linear like the first or not
     pub(crate) b: PathBuf,
     /// Write the absolute difference, amplified so that the largest is white
     #[arg(long, value_name = "OUT.png")]

@@ -4,17 +4,18 @@ use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::triple;
 use super::{DeviceFlags, SCENE_HELP};
+use crate::failure::Failure;
 use crate::streams::Verbosity;
-use clap::{ArgAction, Args};
-use eosphor::Preset;
+use clap::{ArgAction, Args, value_parser};
 use eosphor::math::Vec3;
+use eosphor::{Format, Layer, Preset};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderFlags {
     #[arg(help = SCENE_HELP)]
     pub(crate) scene: String,
-    /// The picture: .png, .ppm, .exr (linear) or .data
+    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Render as a reference system does; other flags win over it
@@ -24,6 +25,8 @@ pub(crate) struct RenderFlags {
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub(crate) translate: Option<Vec3>,
     #[command(flatten)]
+    pub(crate) file: FileFlags,
+    #[command(flatten)]
     pub(crate) settings: SettingsFlags,
     #[command(flatten)]
     pub(crate) camera: CameraFlags,
@@ -31,6 +34,58 @@ pub(crate) struct RenderFlags {
     pub(crate) device: DeviceFlags,
     #[command(flatten)]
     pub(crate) report: ReportFlags,
+}
+
+/// What the file is like. None of these changes the picture.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "File")]
+pub(crate) struct FileFlags {
+    /// Layers of an .exr besides the colours, of what each pixel shows first: albedo, normal, depth, object, material,
+    /// cost, or all
+    #[arg(long, value_name = "LIST", value_parser = layers)]
+    layers: Option<Layers>,
+    /// An .exr of 16-bit floats; depth and numbers keep 32 bits
+    #[arg(long)]
+    pub(crate) exr_half: bool,
+    /// Of a .jpg, 1 to 100; 90 otherwise. Below 90 colours have half the resolution
+    #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=100))]
+    pub(crate) jpeg_quality: Option<u8>,
+    /// Leave the command line and the hash of the scene out of .png and .exr
+    #[arg(long)]
+    pub(crate) no_metadata: bool,
+    /// Rows that are rendered before any is written; changes no pixel
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_535), hide = true)]
+    pub(crate) band_rows: Option<u32>,
+}
+
+/// A list of layers. (clap takes a bare `Vec` to mean a flag that may be given several times.)
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Layers(Vec<Layer>);
+
+/// `depth,normal` or `all`.
+fn layers(text: &str) -> Result<Layers, String> {
+    match text {
+        "all" => Ok(Layers(Layer::ALL.to_vec())),
+        _ => text.split(',').map(|name| name.trim().parse()).collect::<Result<_, _>>().map(Layers),
+    }
+}
+
+impl FileFlags {
+    pub(crate) fn layers(&self) -> &[Layer] {
+        self.layers.as_ref().map_or(&[], |layers| &layers.0)
+    }
+
+    /// Whether the flags are for this format.
+    pub(crate) fn check(&self, format: Format) -> Result<(), Failure> {
+        let wrong =
+            |flag, ending| Err(Failure::Usage(format!("{flag} is for pictures that end in {ending}")));
+        match () {
+            _ if !self.layers().is_empty() && !format.has_layers() => wrong("--layers", ".exr"),
+            _ if self.exr_half && format != Format::Exr => wrong("--exr-half", ".exr"),
+            _ if self.jpeg_quality.is_some() && format != Format::Jpeg => wrong("--jpeg-quality", ".jpg"),
+            _ => Ok(()),
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -56,6 +111,20 @@ impl ReportFlags {
             (true, _) => Verbosity::Quiet,
             (_, true) => Verbosity::Verbose,
             _ => Verbosity::Normal,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_of_layers() {
+        assert_eq!(layers("depth, cost").unwrap().0, [Layer::Depth, Layer::Cost]);
+        assert_eq!(layers("all").unwrap().0, Layer::ALL);
+        for bad in ["", "depth,", "Depth", "all,depth", "z"] {
+            assert!(layers(bad).unwrap_err().contains("albedo, normal"), "{bad}");
         }
     }
 }

@@ -6,13 +6,18 @@ use crate::files::same_file;
 use crate::streams;
 use crate::text::grouped;
 use eosphor::compare::{Comparison, compare as compare_pictures, difference_image};
-use eosphor::{Picture, check_writable, save_developed};
+use eosphor::{Format, Picture, SaveOptions, check_writable, save_developed};
 use serde::Serialize;
 use std::fmt::Write;
 
 pub(crate) fn compare(flags: &CompareFlags) -> Result<(), Failure> {
     if let Some(path) = &flags.diff {
         check_writable(path)?;
+        if Format::of(path)?.is_linear() {
+            return Err(Failure::Usage(
+                "--diff has bytes, not linear colours: use a name that ends in .png".into(),
+            ));
+        }
         if let Some(input) = [&flags.a, &flags.b].into_iter().find(|input| same_file(input, path)) {
             let (path, input) = (path.display(), input.display());
             return Err(Failure::Failed(format!(
@@ -29,7 +34,7 @@ pub(crate) fn compare(flags: &CompareFlags) -> Result<(), Failure> {
     let amplified = match &flags.diff {
         Some(path) => {
             let (image, factor) = difference_image(&a, &b).map_err(between)?;
-            save_developed(&image, path, true)?;
+            save_developed(&image, path, &SaveOptions::default())?;
             Some(factor)
         }
         None => None,

@@ -1,25 +1,28 @@
 //! `eosphor render SCENE -o OUT`.
 
 use crate::arguments::RenderFlags;
-use crate::backend::{backend_for, limit_threads};
+use crate::backend::{backend_for, feature_pass, limit_threads};
+use crate::command_line::command_line;
 use crate::failure::Failure;
 use crate::files::same_file;
+use crate::picture::{Done, PictureJob};
 use crate::progress::ProgressView;
-use crate::report::{Report, Seconds, Speed, WorkPerRay};
+use crate::report::{Report, Seconds, Speed, WorkPerRay, timed};
 use crate::streams::{self, Verbosity};
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
-use eosphor::{Backend, Camera, HierarchyStatistics, LoadOptions, RenderControl, Rendered, SaveOptions};
-use eosphor::{Scene, SceneData, Transform, check_writable, load, save};
+use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, LoadOptions, Metadata, SaveOptions};
+use eosphor::{Scene, SceneData, Transform, check_writable, load, scene_hash};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Warnings that are shown without `-v`.
 const SHOWN_WARNINGS: usize = 10;
 
 pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     // What can be known to fail does so before minutes of rendering.
+    flags.file.check(Format::of(&flags.output)?)?;
     check_writable(&flags.output)?;
     limit_threads(&flags.device)?;
     let backend = backend_for(&flags.device)?;
@@ -30,33 +33,31 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     let mut seconds = Seconds::default();
     let mut notes = Vec::new();
     let scene = timed(&mut seconds.load, || load_scene(flags, &mut notes))?;
-    memory::check_fits(scene.settings.size)?;
+    let bands = memory::bands(scene.settings.size, !flags.file.layers().is_empty(), flags.file.band_rows)?;
     let data = timed(&mut seconds.flatten, || flatten(&scene, &mut notes))?;
     show_notes(&notes, verbosity);
-    let (rendered, hierarchy, done) = trace(flags, &*backend, data, &mut seconds)?;
-    if done == 0.0 && !rendered.complete {
+    let options = save_options(flags, &scene, &data, &mut seconds);
+    let (done, hierarchy) = trace(flags, &*backend, data, bands, options, &mut seconds)?;
+    if done.share == 0.0 && !done.complete {
         let output = flags.output.display();
         return Err(Failure::Interrupted(format!(
             "interrupted: {output}: nothing was rendered, nothing written"
         )));
     }
-    let options = SaveOptions { complete: rendered.complete, ..SaveOptions::from(&scene.settings) };
-    timed(&mut seconds.write, || save(&rendered.film, &flags.output, &options))?;
 
     seconds.total = start.elapsed().as_secs_f64();
     seconds.total_cpu = ProcessTime::try_now().ok().map(|time| time.as_duration().as_secs_f64());
-    let backend = backend.describe();
-    let report = report(flags, &rendered, hierarchy, backend, seconds, notes);
+    let report = report(flags, scene.settings.size, &done, hierarchy, backend.describe(), seconds, notes);
     verbosity.say(Verbosity::Normal, &report.table());
     if flags.report.json {
         streams::json(&report)?;
     }
-    match rendered.complete {
+    match done.complete {
         true => Ok(()),
         false => Err(Failure::Interrupted(format!(
             "interrupted: {}: the picture is partial ({:.0} % of the pixels): render again for the whole one",
             report.output,
-            (done * 100.0).floor(),
+            (done.share * 100.0).floor(),
         ))),
     }
 }
@@ -127,57 +128,66 @@ fn show_notes(notes: &[String], verbosity: Verbosity) {
     }
 }
 
-/// Builds the hierarchy and renders; also gives the share of the pixels that are done.
+/// What the file is like and says of itself.
+fn save_options(flags: &RenderFlags, scene: &Scene, data: &SceneData, seconds: &mut Seconds) -> SaveOptions {
+    let mut options = SaveOptions::from(&scene.settings);
+    options.layers = flags.file.layers().to_vec();
+    options.exr_half = flags.file.exr_half;
+    options.jpeg_quality = flags.file.jpeg_quality.unwrap_or(options.jpeg_quality);
+    if !flags.file.no_metadata && Format::of(&flags.output).is_ok_and(Format::has_metadata) {
+        options.metadata = Metadata {
+            scene_hash: Some(timed(&mut seconds.write, || scene_hash(data, &options.develop))),
+            command_line: Some(command_line()),
+        };
+    }
+    options
+}
+
+/// Builds the hierarchy, renders and writes.
 fn trace(
     flags: &RenderFlags,
     backend: &dyn Backend,
     data: Arc<SceneData>,
+    bands: Bands,
+    options: SaveOptions,
     seconds: &mut Seconds,
-) -> Result<(Rendered, HierarchyStatistics, f64), Failure> {
+) -> Result<(Done, HierarchyStatistics), Failure> {
     interrupt::check()?;
-    let prepared = timed(&mut seconds.build, || backend.prepare(data))?;
-    interrupt::check()?;
-    let view = ProgressView::new(flags.report.verbosity());
-    let control = RenderControl {
-        on_progress: &|progress| view.update(progress),
-        cancel: interrupt::flag(),
-        count_work: flags.report.stats,
+    let prepared = timed(&mut seconds.build, || backend.prepare(Arc::clone(&data)))?;
+    let features = match options.layers.is_empty() {
+        true => None,
+        false => {
+            let pass = || feature_pass(&flags.device, data, prepared.hierarchy());
+            Some(timed(&mut seconds.build, pass)?)
+        }
     };
-    let cpu_before = ProcessTime::try_now().ok();
-    let rendered = timed(&mut seconds.render, || prepared.render(&control))?;
-    let cpu = |before: ProcessTime| before.try_elapsed().ok();
-    seconds.render_cpu = cpu_before.and_then(cpu).map(|time| Duration::as_secs_f64(&time));
-    Ok((rendered, prepared.hierarchy_statistics(), view.finish()))
-}
-
-/// Calls `work` and notes the seconds that it took.
-fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let done = work();
-    *seconds = start.elapsed().as_secs_f64();
-    done
+    interrupt::check()?;
+    let (output, count_work) = (&*flags.output, flags.report.stats);
+    let job = PictureJob { prepared: &*prepared, features, output, options, count_work };
+    let done = job.run(bands, ProgressView::new(flags.report.verbosity()), seconds)?;
+    Ok((done, prepared.hierarchy_statistics()))
 }
 
 fn report(
     flags: &RenderFlags,
-    rendered: &Rendered,
+    [width, height]: [u32; 2],
+    done: &Done,
     hierarchy: HierarchyStatistics,
     backend: String,
     seconds: Seconds,
     notes: Vec<String>,
 ) -> Report {
-    let Rendered { film, complete, statistics } = rendered;
-    let total_rays = statistics.total_rays();
+    let total_rays = done.statistics.total_rays();
     Report {
         output: flags.output.display().to_string(),
-        width: film.width,
-        height: film.height,
-        complete: *complete,
+        width,
+        height,
+        complete: done.complete,
         backend,
-        rays: *statistics,
+        rays: done.statistics,
         total_rays,
-        rays_per_pixel: total_rays as f64 / (film.width as f64 * film.height as f64),
-        work_per_ray: flags.report.stats.then(|| WorkPerRay::of(statistics)),
+        rays_per_pixel: total_rays as f64 / (width as f64 * height as f64),
+        work_per_ray: flags.report.stats.then(|| WorkPerRay::of(&done.statistics)),
         speed: Speed::of(total_rays, &seconds),
         seconds,
         hierarchy,

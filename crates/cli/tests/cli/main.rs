@@ -3,6 +3,7 @@
 mod compare;
 #[cfg(unix)]
 mod inputs;
+mod output;
 mod place;
 mod render;
 #[cfg(unix)]

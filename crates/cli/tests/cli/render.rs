@@ -6,12 +6,13 @@ use std::fs;
 #[test]
 fn every_format_is_written_and_stdout_stays_clean() {
     let place = Place::new();
-    for name in ["a.png", "a.ppm", "a.exr", "a.data"] {
+    let names = ["a.JPEG", "a.data", "a.exr", "a.hdr", "a.jpg", "a.png", "a.ppm"];
+    for name in names {
         let run = place.render(name, &[]).succeeded();
         assert!(run.stdout.is_empty());
         assert!(run.stderr.contains("camera") && run.stderr.contains("Mrays/s"), "{}", run.stderr);
     }
-    assert_eq!(place.names(), ["a.data", "a.exr", "a.png", "a.ppm"]);
+    assert_eq!(place.names(), names);
     assert_eq!(fs::metadata(place.path("a.data")).unwrap().len(), 8 + 16 * 12 * 4);
 }
 
@@ -82,8 +83,8 @@ fn outputs_that_cannot_be_written_are_found_before_rendering() {
     place.render("no/such/a.png", &huge).failed_with(&["no/such/a.png", "create the folder"]);
     place.render("/dev/full/x.png", &huge).failed_with(&["/dev/full/x.png", "not a folder"]);
     place.render("folder.png", &huge).failed_with(&["folder.png", "this is a folder"]);
-    place.render("a.tga", &huge).failed_with(&["a.tga", ".png, .ppm, .exr or .data"]);
-    place.render("a", &huge).failed_with(&[".png, .ppm, .exr or .data"]);
+    place.render("a.tga", &huge).failed_with(&["a.tga", ".png, .ppm, .jpg, .hdr, .exr or .data"]);
+    place.render("a", &huge).failed_with(&[".png, .ppm, .jpg, .hdr, .exr or .data"]);
     place.render(&format!("{}.png", "n".repeat(300)), &huge).failed_with(&["shorter"]);
     assert_eq!(place.names(), ["folder.png"]);
 }
@@ -107,7 +108,7 @@ fn folders_that_may_not_be_written_to() {
 #[test]
 fn wrong_flags_are_wrong_usage() {
     let place = Place::new();
-    let bad: [(&[&str], &str); 12] = [
+    let bad: [(&[&str], &str); 18] = [
         (&["--size", "0x5"], "1 to 65535"),
         (&["--size", "99999x99999"], "1 to 65535"),
         (&["--size", "800"], "WIDTHxHEIGHT"),
@@ -120,6 +121,12 @@ fn wrong_flags_are_wrong_usage() {
         (&["--fov", "180"], "fov"),
         (&["--focus-distance", "1"], "--aperture"),
         (&["--lighting", "x"], "blinn-phong"),
+        (&["--layers", "depth"], "--layers is for pictures that end in .exr"),
+        (&["--layers", "depth,x"], "albedo, normal, depth, object, material, cost"),
+        (&["--exr-half"], "--exr-half is for pictures that end in .exr"),
+        (&["--jpeg-quality", "50"], "--jpeg-quality is for pictures that end in .jpg"),
+        (&["--jpeg-quality", "0"], "1..=100"),
+        (&["--jpeg-quality", "101"], "1..=100"),
     ];
     for (flags, words) in bad {
         let whole = [&["render", "builtin:cornell", "-o", "a.png", "--light-samples", "1"], flags].concat();

@@ -41,19 +41,58 @@ fn interrupt(child: &std::process::Child) {
     assert_eq!(unsafe { libc::kill(child.id() as i32, libc::SIGINT) }, 0);
 }
 
-#[test]
-fn ctrl_c_keeps_the_partial_picture() {
-    let place = Place::new();
-    let mut child = place.command(&LONG).stderr(Stdio::piped()).spawn().unwrap();
+/// Interrupts [`LONG`] with more flags after some time; what it said after that, and its exit code.
+fn interrupted(place: &Place, more: &[&str]) -> (Vec<String>, Option<i32>) {
+    let mut child = place.command(&[&LONG[..], more].concat()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
     assert!(lines.any(|line| line.starts_with("rendering")), "it never started");
     std::thread::sleep(Duration::from_millis(1500));
     interrupt(&child);
     let rest: Vec<String> = lines.collect();
-    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
-    assert!(rest.last().is_some_and(|line| line.contains("partial") && line.contains("a.png")), "{rest:?}");
-    assert_eq!(place.names(), ["a.png"]);
-    assert!(holds(&place.path("a.png"), "Comment\0incomplete"));
+    (rest, child.wait().unwrap().code())
+}
+
+#[test]
+fn ctrl_c_keeps_the_partial_picture() {
+    for (name, more) in [
+        ("a.png", &[][..]),
+        ("b.png", &["--band-rows", "4"]),
+        ("c.exr", &["--layers", "all", "--band-rows", "4"]),
+    ] {
+        let place = Place::new();
+        let (rest, code) = interrupted(&place, &[&["-o", name], more].concat());
+        assert_eq!(code, Some(130), "{rest:?}");
+        assert!(rest.last().is_some_and(|line| line.contains("partial") && line.contains(name)), "{rest:?}");
+        assert_eq!(place.names(), [name]);
+        let mark =
+            if name.ends_with("png") { "Comment\0incomplete" } else { "incomplete\0int\0\x04\0\0\0\x01" };
+        assert!(holds(&place.path(name), mark), "{name}");
+        // It is whole all the same, and not all black.
+        let json = place.run(&["compare", "--json", name, name]).succeeded().json();
+        assert_eq!([&json["width"], &json["height"]], [2000, 2000]);
+    }
+}
+
+#[test]
+fn the_second_ctrl_c_removes_what_is_half_written() {
+    let place = Place::new();
+    // The first bands are done in no time; then a whole band is one tile, whose end the first Ctrl-C has to wait for.
+    let slow = ["--band-rows", "2", "--tile", "4096", "--samples", "2000", "--threads", "1"];
+    let arguments = [&LONG[..], &slow].concat();
+    let mut child = place.command(&arguments).stderr(Stdio::piped()).spawn().unwrap();
+    let start = Instant::now();
+    // A temporary file, and nothing else.
+    while place.names().is_empty() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no band was written");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(place.names()[0].ends_with(".part"), "{:?}", place.names());
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    interrupt(&child);
+    assert!(lines.any(|line| line.contains("Ctrl-C again")));
+    interrupt(&child);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(place.names().is_empty(), "{:?}", place.names());
 }
 
 #[test]

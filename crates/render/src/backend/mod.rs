@@ -2,8 +2,9 @@
 
 pub(crate) mod cpu;
 
-use crate::{Film, HierarchyStatistics, RayStatistics};
+use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
 use eosphor_scene::SceneData;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -21,8 +22,37 @@ pub trait PreparedScene: Send + Sync {
     /// The hierarchy in numbers.
     fn hierarchy_statistics(&self) -> HierarchyStatistics;
 
-    /// Renders the picture. Where [`RenderControl::cancel`] is raised, returns soon with what is done.
-    fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError>;
+    /// The hierarchy itself, where it is in the memory of the CPU.
+    fn hierarchy(&self) -> Option<Arc<Hierarchy>>;
+
+    /// Width and height of the picture in pixels.
+    fn size(&self) -> (u32, u32);
+
+    /// Renders some rows of the picture: the film has their number as its height, and the bits of these rows of the
+    /// whole picture. Where [`RenderControl::cancel`] is raised, returns soon with what is done.
+    ///
+    /// Pictures that do not fit in memory are rendered band by band ([`crate::Bands`]).
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Failed`] where the rows are none or not in the picture, and whatever the device says.
+    fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError>;
+
+    /// Renders the whole picture, as [`PreparedScene::render_rows`] does.
+    fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
+        self.render_rows(0..self.size().1, control)
+    }
+}
+
+/// What every backend asks before it renders some rows.
+pub fn check_rows(rows: &Range<u32>, height: u32) -> Result<(), BackendError> {
+    match rows.start < rows.end && rows.end <= height {
+        true => Ok(()),
+        false => Err(BackendError::Failed(format!(
+            "rows {} to {} are asked for, and the picture has {height}",
+            rows.start, rows.end
+        ))),
+    }
 }
 
 /// What every backend asks before it builds: devices follow the scene's numbers without looking.
@@ -32,7 +62,7 @@ pub fn check_scene(scene: &SceneData) -> Result<(), BackendError> {
         .map_err(|problem| BackendError::Failed(format!("the scene does not hold together: {problem}")))
 }
 
-/// How far a render is.
+/// How far a render is. All numbers are of the rows that were asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// Pixels finished.
@@ -56,7 +86,7 @@ pub struct RenderControl<'a> {
 /// What a render gives back.
 #[derive(Clone, Debug)]
 pub struct Rendered {
-    /// The picture; pixels that were not reached are black.
+    /// The picture, or the rows of it that were asked for; pixels that were not reached are black.
     pub film: Film,
     /// False where the render was cancelled before its end.
     pub complete: bool,

@@ -6,7 +6,7 @@ use crate::output::{Developed, Picture};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// How two pictures compare. Units: bytes (0 to 255) for PNG, PPM and `.data`, linear values for EXR.
+/// How two pictures compare. Units: bytes (0 to 255) for PNG, PPM, JPEG and `.data`, linear values for EXR and HDR.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Every channel of every pixel has the same bits.

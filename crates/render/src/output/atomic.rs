@@ -1,29 +1,41 @@
 //! Files that are whole or not there: written beside their final name, flushed to the disk, then renamed.
 
 use std::fs::{self, File};
-use std::io::{BufWriter, Error, ErrorKind, Write};
+use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// What a writer writes to. Formats may seek in it.
-pub(super) type FileWriter<'a> = BufWriter<&'a mut File>;
+/// A file in the making. Dropped before [`TemporaryFile::keep`], it is removed, and what was under the final name before
+/// stays.
+pub(super) struct TemporaryFile {
+    file: NamedTempFile,
+    target: PathBuf,
+}
 
-/// Calls `write` on a temporary file in the folder of `path` and renames it to `path`. On any error the temporary file
-/// is removed, and what was under the name before stays.
-pub(super) fn write_atomically<F>(path: &Path, write: F) -> Result<(), Error>
-where
-    F: FnOnce(&mut FileWriter) -> Result<(), Error>,
-{
-    let target = resolve(path)?;
-    let mut file = temporary_beside(&target)?;
-    let mut writer = BufWriter::with_capacity(1 << 18, file.as_file_mut());
-    write(&mut writer)?;
-    writer.flush()?;
-    drop(writer);
-    file.as_file().sync_all()?;
-    file.persist(&target).map_err(|e| e.error)?;
-    sync_folder(&target);
-    Ok(())
+impl TemporaryFile {
+    /// An empty file in the folder of `path`.
+    pub(super) fn beside(path: &Path) -> Result<TemporaryFile, Error> {
+        let target = resolve(path)?;
+        Ok(TemporaryFile { file: temporary_beside(&target)?, target })
+    }
+
+    /// Where it is for now.
+    pub(super) fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// To write to. All handles share one position.
+    pub(super) fn handle(&self) -> Result<File, Error> {
+        self.file.as_file().try_clone()
+    }
+
+    /// Flushes it to the disk and renames it to its final name.
+    pub(super) fn keep(self) -> Result<(), Error> {
+        self.file.as_file().sync_all()?;
+        self.file.persist(&self.target).map_err(|e| e.error)?;
+        sync_folder(&self.target);
+        Ok(())
+    }
 }
 
 /// Whether a file could be created at `path`. It leaves nothing behind.
@@ -86,24 +98,33 @@ fn sync_folder(target: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
         entries.collect()
     }
 
+    fn write(path: &Path, bytes: &[u8]) {
+        let file = TemporaryFile::beside(path).unwrap();
+        file.handle().unwrap().write_all(bytes).unwrap();
+        file.keep().unwrap();
+    }
+
     #[test]
-    fn an_error_leaves_what_was_there() {
+    fn what_is_not_kept_leaves_what_was_there() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
-        let failing = |w: &mut FileWriter| {
-            w.write_all(&[0; 1 << 20])?;
-            Err(Error::other("no"))
+        let begun = || {
+            let file = TemporaryFile::beside(&path).unwrap();
+            file.handle().unwrap().write_all(&[0; 1 << 20]).unwrap();
+            assert_eq!(file.path().parent(), path.parent());
+            drop(file);
         };
-        assert!(write_atomically(&path, failing).is_err());
+        begun();
         assert!(names(folder.path()).is_empty());
-        write_atomically(&path, |w| w.write_all(b"old")).unwrap();
-        assert!(write_atomically(&path, failing).is_err());
+        write(&path, b"old");
+        begun();
         assert_eq!(names(folder.path()), ["a.png"]);
         assert_eq!(fs::read(&path).unwrap(), b"old");
     }
@@ -125,7 +146,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (plain, ours) = (folder.path().join("plain"), folder.path().join("ours"));
         fs::write(&plain, b"").unwrap();
-        write_atomically(&ours, |w| w.write_all(b"x")).unwrap();
+        write(&ours, b"x");
         let mode = |path| fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&plain), mode(&ours));
     }
@@ -137,7 +158,7 @@ mod tests {
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
         fs::write(&file, b"old").unwrap();
         std::os::unix::fs::symlink(&file, &link).unwrap();
-        write_atomically(&link, |w| w.write_all(b"new")).unwrap();
+        write(&link, b"new");
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&file).unwrap(), b"new");
 

@@ -14,6 +14,12 @@ pub enum OutputError {
         /// The file.
         path: PathBuf,
     },
+    /// Layers are asked for in a format that has none.
+    #[error("no layers in this format: {}: only EXR files have them: use a name that ends in .exr", path.display())]
+    NoLayers {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file could not be written; nothing is left under its name that was not there before.
     #[error("cannot write the picture: {}: {}", path.display(), explain(source))]
     Write {

@@ -10,7 +10,11 @@ pub enum Format {
     Png,
     /// 8 bits a channel, binary (P6).
     Ppm,
-    /// Linear 32-bit floats, compressed without loss (OpenEXR).
+    /// 8 bits a channel, compressed with loss.
+    Jpeg,
+    /// Linear colours of 8 bits a channel with a shared exponent, in run lengths (Radiance RGBE).
+    Hdr,
+    /// Linear floats of 32 or 16 bits, compressed without loss (OpenEXR).
     Exr,
     /// Little-endian `i32` width and height, then R, G, B, A bytes, top row first: the format of PLATO's course.
     Data,
@@ -18,33 +22,47 @@ pub enum Format {
 
 impl Format {
     /// All of them.
-    pub const ALL: [Format; 4] = [Format::Png, Format::Ppm, Format::Exr, Format::Data];
+    pub const ALL: [Format; 6] =
+        [Format::Png, Format::Ppm, Format::Jpeg, Format::Hdr, Format::Exr, Format::Data];
 
     /// The format that a file name asks for, whatever the case of its letters.
     pub fn of(path: &Path) -> Result<Format, OutputError> {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        let known = Format::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension()));
+        let ends = |format: &Format| format.extensions().iter().any(|e| extension.eq_ignore_ascii_case(e));
+        let known = Format::ALL.into_iter().find(ends);
         known.ok_or_else(|| OutputError::UnknownFormat { path: path.to_owned() })
     }
 
-    /// The end of file names, without the dot.
-    pub fn extension(self) -> &'static str {
+    /// The ends of file names, without the dot; the usual one first.
+    pub fn extensions(self) -> &'static [&'static str] {
         match self {
-            Format::Png => "png",
-            Format::Ppm => "ppm",
-            Format::Exr => "exr",
-            Format::Data => "data",
+            Format::Png => &["png"],
+            Format::Ppm => &["ppm"],
+            Format::Jpeg => &["jpg", "jpeg"],
+            Format::Hdr => &["hdr"],
+            Format::Exr => &["exr"],
+            Format::Data => &["data"],
         }
     }
 
-    /// Whether files hold linear floats instead of developed bytes.
+    /// Whether files hold linear colours instead of developed bytes.
     pub fn is_linear(self) -> bool {
+        matches!(self, Format::Exr | Format::Hdr)
+    }
+
+    /// Whether files can hold layers besides the colours.
+    pub fn has_layers(self) -> bool {
         self == Format::Exr
     }
 
-    /// For messages: `.png, .ppm, .exr or .data`.
+    /// Whether files say what they are made of: [`super::Metadata`].
+    pub fn has_metadata(self) -> bool {
+        matches!(self, Format::Png | Format::Exr)
+    }
+
+    /// For messages: `.png, .ppm, .jpg, .hdr, .exr or .data`.
     pub(crate) fn list() -> String {
-        let names = Format::ALL.map(|format| format!(".{}", format.extension()));
+        let names = Format::ALL.map(|format| format!(".{}", format.extensions()[0]));
         let (last, others) = names.split_last().expect("there are formats");
         format!("{} or {last}", others.join(", "))
     }

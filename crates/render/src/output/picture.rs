@@ -1,6 +1,6 @@
 //! A picture read from a file.
 
-use super::{Format, MAX_SIDE, OutputError, data, exr, png, ppm};
+use super::{Format, MAX_SIDE, OutputError, data, exr, hdr, jpeg, png, ppm};
 use crate::Film;
 use std::path::Path;
 
@@ -28,14 +28,14 @@ impl ByteImage {
 /// A picture read from a file: bytes, or linear floats.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Picture {
-    /// PNG, PPM and `.data`.
+    /// PNG, PPM, JPEG and `.data`.
     Bytes(ByteImage),
-    /// EXR.
+    /// EXR and HDR.
     Linear(Film),
 }
 
 impl Picture {
-    /// Reads a PNG, PPM, EXR or `.data` file. All but `.data` are told by their first bytes.
+    /// Reads a PNG, PPM, JPEG, HDR, EXR or `.data` file. All but `.data` are told by their first bytes.
     pub fn read(path: &Path) -> Result<Picture, OutputError> {
         let read = || {
             // A device or a pipe might never end.
@@ -48,7 +48,9 @@ impl Picture {
         let picture = match sniff(&bytes).map_or_else(|| Format::of(path), Ok)? {
             Format::Png => png::read(&bytes).map(Picture::Bytes),
             Format::Ppm => ppm::read(&bytes).map(Picture::Bytes),
+            Format::Jpeg => jpeg::read(&bytes).map(Picture::Bytes),
             Format::Data => data::read(&bytes).map(Picture::Bytes),
+            Format::Hdr => hdr::read(&bytes).map(Picture::Linear),
             Format::Exr => exr::read(&bytes).map(Picture::Linear),
         };
         picture.map_err(|reason| OutputError::malformed(path, reason))
@@ -67,6 +69,8 @@ fn sniff(bytes: &[u8]) -> Option<Format> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => Some(Format::Png),
         [b'P', b'6', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => Some(Format::Ppm),
+        [0xff, 0xd8, 0xff, ..] => Some(Format::Jpeg),
+        [b'#', b'?', ..] => Some(Format::Hdr),
         [0x76, 0x2f, 0x31, 0x01, ..] => Some(Format::Exr),
         _ => None,
     }

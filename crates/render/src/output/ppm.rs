@@ -1,15 +1,35 @@
 //! PPM, binary (P6).
 
-use super::{ByteImage, Developed, SOFTWARE};
+use super::destination::Destination;
+use super::encoder::ByteEncoder;
+use super::metadata::{SOFTWARE, completeness};
+use super::{ByteImage, Developed};
 use std::io::{Error, Write};
 
-pub(super) fn write(mut writer: impl Write, picture: &Developed, complete: bool) -> Result<(), Error> {
-    writeln!(writer, "P6")?;
-    if !complete {
-        writeln!(writer, "# incomplete: {SOFTWARE} was interrupted")?;
+/// The header up to the word that says whether the picture is complete.
+const BEGIN: &str = "P6\n# ";
+
+/// Writes pixels as they come.
+pub(super) struct PpmEncoder {
+    file: Destination,
+}
+
+impl PpmEncoder {
+    pub(super) fn new(mut file: Destination, width: u32, height: u32) -> Result<PpmEncoder, Error> {
+        let complete = completeness(true);
+        write!(file, "{BEGIN}{complete} {SOFTWARE}\n{width} {height}\n255\n")?;
+        Ok(PpmEncoder { file })
     }
-    writeln!(writer, "{} {}\n255", picture.width, picture.height)?;
-    writer.write_all(&picture.rgb)
+}
+
+impl ByteEncoder for PpmEncoder {
+    fn rows(&mut self, rows: &Developed) -> Result<(), Error> {
+        self.file.write_all(&rows.rgb)
+    }
+
+    fn finish(mut self: Box<Self>, complete: bool) -> Result<(), Error> {
+        self.file.patch(BEGIN.len() as u64, completeness(complete).as_bytes())
+    }
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {

@@ -1,51 +1,57 @@
 //! Saving a film under a name.
 
-use super::atomic::{self, FileWriter};
-use super::{DevelopSettings, Developed, Format, OutputError, data, exr, png, ppm};
+use super::{DevelopSettings, Developed, Format, Layer, Metadata, OutputError, PictureWriter, atomic};
 use crate::Film;
 use eosphor_scene::RenderSettings;
-use std::io::Error;
 use std::path::Path;
 
-/// How a film is saved.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How a picture is saved.
+#[derive(Clone, Debug, PartialEq)]
 pub struct SaveOptions {
-    /// How it becomes bytes; EXR files are linear and take no notice of it.
+    /// How linear colours become bytes; EXR and HDR files are linear and take no notice of it.
     pub develop: DevelopSettings,
-    /// False marks the picture as incomplete: a text `Comment: incomplete` in PNG, a comment in PPM, the attribute
-    /// `incomplete` in EXR. `.data` files have no place for it.
-    pub complete: bool,
+    /// Of JPEG files, 1 to 100. Below 90, 2 × 2 pixels share their colour.
+    pub jpeg_quality: u8,
+    /// EXR files hold 16-bit floats; distances and numbers keep 32 bits.
+    pub exr_half: bool,
+    /// Layers besides the colours; EXR files only.
+    pub layers: Vec<Layer>,
+    /// What PNG and EXR files say of themselves.
+    pub metadata: Metadata,
 }
 
 impl Default for SaveOptions {
     fn default() -> SaveOptions {
-        SaveOptions { develop: DevelopSettings::default(), complete: true }
+        SaveOptions {
+            develop: DevelopSettings::default(),
+            jpeg_quality: 90,
+            exr_half: false,
+            layers: Vec::new(),
+            metadata: Metadata::default(),
+        }
     }
 }
 
 impl From<&RenderSettings> for SaveOptions {
     fn from(settings: &RenderSettings) -> SaveOptions {
-        SaveOptions { develop: settings.into(), complete: true }
+        SaveOptions { develop: settings.into(), ..SaveOptions::default() }
     }
 }
 
 /// Saves a film in the format of the file name's ending. The file is whole or not there: it is written beside its
-/// final name, flushed to the disk, then renamed.
+/// final name, flushed to the disk, then renamed. For layers, partial pictures and those that do not fit in memory there
+/// is [`PictureWriter`].
 pub fn save(film: &Film, path: &Path, options: &SaveOptions) -> Result<(), OutputError> {
-    match Format::of(path)? {
-        Format::Exr => write(path, |w| exr::write(w, film, options.complete)),
-        _ => save_developed(&Developed::new(film, &options.develop), path, options.complete),
-    }
+    let mut writer = PictureWriter::open(path, (film.width, film.height), options)?;
+    writer.write_rows(film, None)?;
+    writer.finish(true)
 }
 
-/// As [`save`], for a picture that is developed already. EXR files take linear films only and are refused.
-pub fn save_developed(picture: &Developed, path: &Path, complete: bool) -> Result<(), OutputError> {
-    match Format::of(path)? {
-        Format::Png => write(path, |w| png::write(w, picture, complete)),
-        Format::Ppm => write(path, |w| ppm::write(w, picture, complete)),
-        Format::Data => write(path, |w| data::write(w, picture)),
-        Format::Exr => Err(OutputError::write(path, Error::other("EXR takes linear pictures; use .png"))),
-    }
+/// As [`save`], for a picture that is developed already. Linear formats (EXR, HDR) are refused.
+pub fn save_developed(picture: &Developed, path: &Path, options: &SaveOptions) -> Result<(), OutputError> {
+    let mut writer = PictureWriter::open(path, (picture.width, picture.height), options)?;
+    writer.write_developed(picture)?;
+    writer.finish(true)
 }
 
 /// Whether [`save`] could write there: a known ending, a folder that exists and may be written to. It leaves nothing
@@ -53,11 +59,4 @@ pub fn save_developed(picture: &Developed, path: &Path, complete: bool) -> Resul
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     Format::of(path)?;
     atomic::check(path).map_err(|error| OutputError::write(path, error))
-}
-
-fn write<F>(path: &Path, write: F) -> Result<(), OutputError>
-where
-    F: FnOnce(&mut FileWriter) -> Result<(), Error>,
-{
-    atomic::write_atomically(path, write).map_err(|error| OutputError::write(path, error))
 }

@@ -1,11 +1,11 @@
 //! Round trips through files, and files that are no pictures.
 
 use super::*;
-use crate::Film;
-use eosphor_core::math::vec3;
+use crate::{Bands, FeatureRows, Film};
+use eosphor_core::math::{Vec3, vec3};
 use proptest::prelude::*;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A small film whose pixels all differ.
 fn gradient(width: u32, height: u32) -> Film {
@@ -25,6 +25,31 @@ fn opaque(picture: &Developed) -> Picture {
     Picture::Bytes(ByteImage { width: picture.width, height: picture.height, rgba })
 }
 
+/// Saves a film that is all of a picture, or all that was done of it.
+fn save_as(film: &Film, path: &Path, options: &SaveOptions, complete: bool) {
+    let mut writer = PictureWriter::open(path, (film.width, film.height), options).unwrap();
+    writer.write_rows(film, None).unwrap();
+    writer.finish(complete).unwrap();
+}
+
+fn film_bits(film: &Film) -> Vec<[u32; 3]> {
+    film.pixels.iter().map(|p| <[f32; 3]>::from(*p).map(f32::to_bits)).collect()
+}
+
+fn read_linear(path: &Path) -> Film {
+    match Picture::read(path).unwrap() {
+        Picture::Linear(film) => film,
+        Picture::Bytes(_) => panic!("the format is linear"),
+    }
+}
+
+/// Some rows of a film.
+fn rows_of(film: &Film, rows: std::ops::Range<u32>) -> Film {
+    let width = film.width as usize;
+    let pixels = film.pixels[rows.start as usize * width..rows.end as usize * width].to_vec();
+    Film { width: film.width, height: rows.end - rows.start, pixels }
+}
+
 #[test]
 fn byte_formats_give_back_every_byte() {
     let film = gradient(7, 5);
@@ -32,7 +57,7 @@ fn byte_formats_give_back_every_byte() {
     for name in ["a.png", "a.PPM", "a.data"] {
         for complete in [true, false] {
             let (_folder, path) = in_folder(name);
-            save(&film, &path, &SaveOptions { complete, ..SaveOptions::default() }).unwrap();
+            save_as(&film, &path, &SaveOptions::default(), complete);
             assert_eq!(Picture::read(&path).unwrap(), expected, "{name}");
         }
     }
@@ -45,36 +70,266 @@ fn exr_gives_back_every_bit() {
     film.pixels[4] = vec3(f32::INFINITY, -1e-30, 1.0 / 3.0);
     let (_folder, path) = in_folder("a.exr");
     save(&film, &path, &SaveOptions::default()).unwrap();
-    let Picture::Linear(read) = Picture::read(&path).unwrap() else { panic!("EXR is linear") };
-    let bits =
-        |film: &Film| film.pixels.iter().map(|p| <[f32; 3]>::from(*p).map(f32::to_bits)).collect::<Vec<_>>();
-    assert_eq!(bits(&read), bits(&film));
+    assert_eq!(film_bits(&read_linear(&path)), film_bits(&film));
+}
+
+#[test]
+fn exr_of_half_floats_is_the_nearest() {
+    let mut film = gradient(6, 6);
+    film.pixels[0] = vec3(1e9, 2f32.powi(-24), 1.0 + 2f32.powi(-11));
+    let (_folder, path) = in_folder("a.exr");
+    save(&film, &path, &SaveOptions { exr_half: true, ..SaveOptions::default() }).unwrap();
+    let read = read_linear(&path);
+    assert_eq!(<[f32; 3]>::from(read.pixels[0]), [65_504.0, 2f32.powi(-24), 1.0]);
+    for (a, b) in film.pixels.iter().zip(&read.pixels).skip(1) {
+        assert!((*a - *b).abs().max_component() <= a.max_component() * 2f32.powi(-11), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn hdr_is_within_a_256th_of_the_largest_component() {
+    // Under 8 pixels a row there are no run lengths.
+    for width in [1, 7, 8, 200] {
+        let film = gradient(width, 9);
+        let (_folder, path) = in_folder("a.hdr");
+        save(&film, &path, &SaveOptions::default()).unwrap();
+        let read = read_linear(&path);
+        assert_eq!((read.width, read.height), (width, 9));
+        for (a, b) in film.pixels.iter().zip(&read.pixels) {
+            assert!((*a - *b).abs().max_component() <= a.max_component() / 256.0, "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn jpeg_is_near_at_any_quality_and_size() {
+    for (quality, most) in [(100, 6), (90, 8), (75, 24)] {
+        for (width, height) in [(1, 1), (16, 16), (17, 33), (40, 130)] {
+            let at = |i: u32| vec3((i % width) as f32 / 64.0, (i / width) as f32 / 140.0, 0.3);
+            let film = Film { width, height, pixels: (0..width * height).map(at).collect() };
+            let (_folder, path) = in_folder("a.JPEG");
+            let options = SaveOptions { jpeg_quality: quality, ..SaveOptions::default() };
+            save(&film, &path, &options).unwrap();
+            let Picture::Bytes(read) = Picture::read(&path).unwrap() else { panic!("JPEG has bytes") };
+            let Picture::Bytes(expected) = opaque(&Developed::new(&film, &options.develop)) else { panic!() };
+            assert_eq!((read.width, read.height), (width, height));
+            for (a, b) in read.rgba.iter().flatten().zip(expected.rgba.iter().flatten()) {
+                assert!(a.abs_diff(*b) <= most, "quality {quality}, {width} x {height}: {a} is not {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_may_come_in_any_portions() {
+    let film = gradient(21, 50);
+    for format in Format::ALL {
+        for quality in [90, 60] {
+            let options = SaveOptions { jpeg_quality: quality, ..SaveOptions::default() };
+            let files: Vec<Vec<u8>> = [50, 1, 7, 16]
+                .into_iter()
+                .map(|rows| {
+                    let (_folder, path) = in_folder(&format!("a.{}", format.extensions()[0]));
+                    let mut writer = PictureWriter::open(&path, (21, 50), &options).unwrap();
+                    for band in Bands::of_rows(50, rows) {
+                        writer.write_rows(&rows_of(&film, band), None).unwrap();
+                    }
+                    writer.finish(true).unwrap();
+                    fs::read(&path).unwrap()
+                })
+                .collect();
+            assert!(files.iter().all(|file| *file == files[0]), "{format:?}");
+        }
+    }
+}
+
+#[test]
+fn rows_that_were_not_written_are_black() {
+    let film = gradient(9, 20);
+    let mut expected = film.clone();
+    expected.pixels[9 * 12..].fill(Vec3::ZERO);
+    for format in Format::ALL {
+        let (_folder, path) = in_folder(&format!("a.{}", format.extensions()[0]));
+        let mut writer = PictureWriter::open(&path, (9, 20), &SaveOptions::default()).unwrap();
+        writer.write_rows(&rows_of(&film, 0..12), None).unwrap();
+        assert_eq!(writer.rows_left(), 8);
+        writer.finish(false).unwrap();
+        match (format, Picture::read(&path).unwrap()) {
+            (Format::Jpeg, _) => {}
+            (Format::Hdr, Picture::Linear(read)) => {
+                assert_eq!(read.pixels[9 * 12..], expected.pixels[9 * 12..])
+            }
+            (_, Picture::Linear(read)) => assert_eq!(film_bits(&read), film_bits(&expected)),
+            (_, read) => assert_eq!(read, opaque(&Developed::new(&expected, &DevelopSettings::default()))),
+        }
+    }
+}
+
+#[test]
+fn a_writer_that_is_dropped_or_misused_leaves_nothing() {
+    let (folder, path) = in_folder("a.png");
+    let options = SaveOptions::default();
+    let mut writer = PictureWriter::open(&path, (4, 4), &options).unwrap();
+    assert!(writer.temporary_path().exists());
+    writer.write_rows(&Film::new(4, 2), None).unwrap();
+    assert!(writer.write_rows(&Film::new(4, 3), None).is_err(), "too many");
+    drop(writer);
+    let mut writer = PictureWriter::open(&path, (4, 4), &options).unwrap();
+    assert!(writer.write_rows(&Film::new(3, 1), None).is_err(), "another width");
+    drop(writer);
+    let writer = PictureWriter::open(&path, (4, 4), &options).unwrap();
+    assert!(writer.finish(true).unwrap_err().to_string().contains("4 of its rows are missing"));
+    let mut writer = PictureWriter::open(&folder.path().join("a.hdr"), (4, 4), &options).unwrap();
+    assert!(writer.write_developed(&Developed { width: 4, height: 4, rgb: vec![0; 48] }).is_err());
+    drop(writer);
+    for (size, quality) in [((0, 4), 90), ((4, 70_000), 90), ((4, 4), 0), ((4, 4), 101)] {
+        let options = SaveOptions { jpeg_quality: quality, ..SaveOptions::default() };
+        assert!(PictureWriter::open(&path, size, &options).is_err());
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]
 fn incomplete_pictures_say_so() {
     let film = gradient(4, 4);
-    for (name, mark) in [("a.png", "Comment\0incomplete"), ("a.ppm", "# incomplete")] {
+    let marks = [
+        ("a.png", &b"Comment\0incomplete"[..]),
+        ("a.ppm", b"# incomplete"),
+        ("a.jpg", b", incomplete"),
+        ("a.hdr", b"# incomplete"),
+        ("a.exr", b"incomplete\0int\0\x04\0\0\0\x01\0\0\0"),
+    ];
+    for (name, mark) in marks {
         for complete in [true, false] {
             let (_folder, path) = in_folder(name);
-            save(&film, &path, &SaveOptions { complete, ..SaveOptions::default() }).unwrap();
+            save_as(&film, &path, &SaveOptions::default(), complete);
             let bytes = fs::read(&path).unwrap();
-            let marked = bytes.windows(mark.len()).any(|w| w == mark.as_bytes());
-            assert_eq!(marked, !complete, "{name}");
+            assert_eq!(holds(&bytes, mark), !complete, "{name}");
         }
     }
-    for complete in [true, false] {
-        let (_folder, path) = in_folder("a.exr");
-        save(&film, &path, &SaveOptions { complete, ..SaveOptions::default() }).unwrap();
-        assert_eq!(exr::is_marked_incomplete(&fs::read(&path).unwrap()), !complete);
+}
+
+fn holds(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|window| window == part)
+}
+
+#[test]
+fn files_say_what_they_are_made_of() {
+    let film = gradient(4, 4);
+    let metadata =
+        Metadata { scene_hash: Some("abc123".into()), command_line: Some("eosphor render 'für'".into()) };
+    let options = SaveOptions { metadata, ..SaveOptions::default() };
+    let plain = ["Eosphor 0.", "abc123", "eosphor render 'für'"];
+    for name in ["a.png", "a.exr"] {
+        let (_folder, path) = in_folder(name);
+        save(&film, &path, &options).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        assert!(plain.iter().all(|text| holds(&bytes, text.as_bytes())), "{name}");
+        save(&film, &path, &options).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), bytes, "{name}: the same every time");
+        save(&film, &path, &SaveOptions::default()).unwrap();
+        assert!(!holds(&fs::read(&path).unwrap(), b"abc123"));
     }
+    for name in ["a.ppm", "a.jpg", "a.hdr"] {
+        let (_folder, path) = in_folder(name);
+        save(&film, &path, &options).unwrap();
+        assert!(holds(&fs::read(&path).unwrap(), b"Eosphor 0."), "{name}");
+    }
+    // The PNG chunks as a decoder sees them.
+    let (_folder, path) = in_folder("a.png");
+    save_as(&film, &path, &options, false);
+    let mut reader =
+        ::png::Decoder::new(std::io::BufReader::new(fs::File::open(&path).unwrap())).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    reader.finish().unwrap();
+    let info = reader.info();
+    let text = |keyword: &str| {
+        let chunks = &info.uncompressed_latin1_text;
+        chunks.iter().find(|chunk| chunk.keyword == keyword).map(|chunk| chunk.text.clone())
+    };
+    assert_eq!(text("Picture version"), Some(PICTURE_VERSION.to_string()));
+    assert_eq!(text("Scene hash").as_deref(), Some("abc123"));
+    assert_eq!(text("Comment").as_deref(), Some("incomplete"));
+    assert_eq!(info.utf8_text[0].get_text().unwrap(), "eosphor render 'für'");
+}
+
+/// Features of which every number is another.
+fn numbered_features(width: u32, height: u32) -> FeatureRows {
+    let mut rows = FeatureRows::new(width, height);
+    for (i, pixel) in rows.pixels.iter_mut().enumerate() {
+        let x = i as f32;
+        pixel.albedo = vec3(x, x + 0.25, x + 0.5);
+        pixel.normal = vec3(-x, x * 0.5, 1.0);
+        pixel.depth = if i == 2 { f32::INFINITY } else { x + 10.0 };
+        (pixel.object, pixel.material) = (i as u32 + 100, u32::MAX - i as u32);
+    }
+    for (i, work) in rows.work.iter_mut().enumerate() {
+        (work.nodes, work.tests) = (i as u32 + 1000, i as u32 + 2000);
+    }
+    rows
+}
+
+#[test]
+fn layers_are_read_back() {
+    use ::exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
+    let (film, features) = (gradient(5, 7), numbered_features(5, 7));
+    for half in [false, true] {
+        let (_folder, path) = in_folder("a.exr");
+        let options = SaveOptions { layers: Layer::ALL.to_vec(), exr_half: half, ..SaveOptions::default() };
+        let mut writer = PictureWriter::open(&path, (5, 7), &options).unwrap();
+        assert!(writer.write_rows(&film, None).is_err(), "layers need features");
+        drop(writer);
+        let mut writer = PictureWriter::open(&path, (5, 7), &options).unwrap();
+        writer.write_rows(&film, Some(&features)).unwrap();
+        writer.finish(true).unwrap();
+
+        let image = read_all_flat_layers_from_file(&path).unwrap();
+        assert_eq!(image.layer_data.len(), 1, "one part");
+        let channels = &image.layer_data[0].channel_data.list;
+        assert_eq!(channels.len(), 3 + 3 + 3 + 1 + 1 + 1 + 2);
+        let samples = |name: &str| &channels.iter().find(|c| c.name.eq(name)).unwrap().sample_data;
+        let floats = |name| match samples(name) {
+            FlatSamples::F32(values) => values.clone(),
+            FlatSamples::F16(values) if half && name != "depth.Z" => {
+                values.iter().map(|v| v.to_f32()).collect()
+            }
+            _ => panic!("{name} has another type"),
+        };
+        let numbers = |name| match samples(name) {
+            FlatSamples::U32(values) => values.clone(),
+            _ => panic!("{name} has no whole numbers"),
+        };
+        let pixels = &features.pixels;
+        if !half {
+            assert_eq!(floats("G"), film.pixels.iter().map(|c| c.y).collect::<Vec<_>>());
+        }
+        assert_eq!(floats("albedo.B"), pixels.iter().map(|p| p.albedo.z).collect::<Vec<_>>());
+        assert_eq!(floats("normal.X"), pixels.iter().map(|p| p.normal.x).collect::<Vec<_>>());
+        assert_eq!(floats("depth.Z"), pixels.iter().map(|p| p.depth).collect::<Vec<_>>());
+        assert_eq!(numbers("object.ID"), pixels.iter().map(|p| p.object).collect::<Vec<_>>());
+        assert_eq!(numbers("material.ID"), pixels.iter().map(|p| p.material).collect::<Vec<_>>());
+        assert_eq!(numbers("cost.nodes"), features.work.iter().map(|w| w.nodes).collect::<Vec<_>>());
+        assert_eq!(numbers("cost.tests"), features.work.iter().map(|w| w.tests).collect::<Vec<_>>());
+        // Programs that know nothing of layers see the colours.
+        assert_eq!(read_linear(&path).pixels.len(), 35);
+    }
+}
+
+#[test]
+fn only_exr_has_layers() {
+    let options = SaveOptions { layers: vec![Layer::Depth], ..SaveOptions::default() };
+    let (folder, path) = in_folder("a.png");
+    let error = PictureWriter::open(&path, (2, 2), &options).err().unwrap().to_string();
+    assert!(error.contains("a.png") && error.contains(".exr"), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]
 fn data_is_the_format_of_the_course() {
     let picture = Developed { width: 2, height: 1, rgb: vec![1, 2, 3, 4, 5, 6] };
     let (_folder, path) = in_folder("a.data");
-    save_developed(&picture, &path, true).unwrap();
+    save_developed(&picture, &path, &SaveOptions::default()).unwrap();
     let expected = [2, 0, 0, 0, 1, 0, 0, 0, 1, 2, 3, 255, 4, 5, 6, 255];
     assert_eq!(fs::read(&path).unwrap(), expected);
 }
@@ -82,19 +337,39 @@ fn data_is_the_format_of_the_course() {
 #[test]
 fn unknown_endings_name_the_known_ones() {
     for name in ["a.tga", "a", "png", ".png"] {
-        let error = check_writable(std::path::Path::new(name)).unwrap_err().to_string();
-        assert!(error.contains(name) && error.contains(".png, .ppm, .exr or .data"), "{error}");
+        let error = check_writable(Path::new(name)).unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains(".png, .ppm, .jpg, .hdr, .exr or .data"), "{error}");
     }
 }
 
 #[test]
 fn a_full_disk_is_an_error() {
-    if let Ok(full) = fs::OpenOptions::new().write(true).open("/dev/full") {
-        let picture = Developed::new(&gradient(8, 8), &DevelopSettings::default());
-        assert!(png::write(&full, &picture, true).is_err());
-        assert!(ppm::write(&full, &picture, true).is_err());
-        assert!(data::write(&full, &picture).is_err());
-        assert!(exr::write(&full, &gradient(8, 8), true).is_err());
+    use super::destination::Destination;
+    use super::encoder::{ByteEncoder, LinearEncoder};
+    let Ok(full) = fs::OpenOptions::new().write(true).open("/dev/full") else { return };
+    // Some formats would fail only at the end, or, in an encoder that is dropped, not at all.
+    let (film, metadata) = (gradient(8, 8), Metadata::default());
+    let picture = Developed::new(&film, &DevelopSettings::default());
+    let bytes = |make: &dyn Fn(Destination) -> Result<Box<dyn ByteEncoder>, std::io::Error>| {
+        let file = Destination::new(full.try_clone().unwrap());
+        let mut encoder = make(file.clone())?;
+        encoder.rows(&picture).and_then(|()| encoder.finish(true)).and_then(|()| file.finish())
+    };
+    let linear = |make: &dyn Fn(Destination) -> Result<Box<dyn LinearEncoder>, std::io::Error>| {
+        let file = Destination::new(full.try_clone().unwrap());
+        let mut encoder = make(file.clone())?;
+        encoder.rows(&film, None).and_then(|()| encoder.finish(true)).and_then(|()| file.finish())
+    };
+    let results = [
+        bytes(&|to| Ok(Box::new(png::PngEncoder::new(to, 8, 8, &metadata)?))),
+        bytes(&|to| Ok(Box::new(ppm::PpmEncoder::new(to, 8, 8)?))),
+        bytes(&|to| Ok(Box::new(jpeg::JpegEncoder::new(to, 8, 8, 90)))),
+        bytes(&|to| Ok(Box::new(data::DataEncoder::new(to, 8, 8)?))),
+        linear(&|to| Ok(Box::new(hdr::HdrEncoder::new(to, 8, 8)?))),
+        linear(&|to| Ok(Box::new(exr::ExrEncoder::new(to, (8, 8), (&[], false), &metadata)?))),
+    ];
+    for (number, result) in results.into_iter().enumerate() {
+        assert_eq!(result.unwrap_err().kind(), std::io::ErrorKind::StorageFull, "{number}");
     }
 }
 
@@ -110,6 +385,7 @@ fn sixteen_bits_are_refused_not_cut() {
 /// Reads `bytes` as every format. The result does not matter; that it comes back does.
 fn read_all(bytes: &[u8]) {
     let _ = (png::read(bytes), ppm::read(bytes), data::read(bytes), exr::read(bytes));
+    let _ = (jpeg::read(bytes), hdr::read(bytes));
 }
 
 proptest! {
@@ -117,15 +393,16 @@ proptest! {
 
     #[test]
     fn damaged_files_are_errors_or_pictures(at in 0.0..1.0f64, value: u8, cut in 0.0..2.0f64) {
-        let film = gradient(6, 6);
-        let picture = Developed::new(&film, &DevelopSettings::default());
-        let mut files = vec![Vec::new(), Vec::new(), Vec::new()];
-        png::write(&mut files[0], &picture, true).unwrap();
-        ppm::write(&mut files[1], &picture, true).unwrap();
-        let mut exr_file = std::io::Cursor::new(Vec::new());
-        exr::write(&mut exr_file, &film, true).unwrap();
-        files[2] = exr_file.into_inner();
-        for mut bytes in files {
+        static FILES: std::sync::LazyLock<Vec<Vec<u8>>> = std::sync::LazyLock::new(|| {
+            let file = |format: Format| {
+                let (_folder, path) = in_folder(&format!("a.{}", format.extensions()[0]));
+                save(&gradient(9, 6), &path, &SaveOptions::default()).unwrap();
+                fs::read(&path).unwrap()
+            };
+            Format::ALL.map(file).to_vec()
+        });
+        for file in FILES.iter() {
+            let mut bytes = file.clone();
             let index = (at * bytes.len() as f64) as usize;
             bytes[index] = value;
             bytes.truncate((cut * bytes.len() as f64) as usize);

@@ -1,16 +1,21 @@
 //! The CPU backend: tiles over all cores, with one SIMD dispatch a tile.
 
 mod dispatch;
+mod features;
 mod options;
 mod tile;
 
+pub use features::FeaturePass;
 pub use options::{CpuOptions, SimdLevel};
 
-use super::{Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_scene};
+use super::{
+    Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,
+};
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
 use dispatch::TileJob;
 use eosphor_scene::SceneData;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use tile::Tiling;
@@ -54,6 +59,24 @@ impl CpuBackend {
     pub fn simd(&self) -> SimdLevel {
         self.simd
     }
+
+    /// What camera rays find first, on the threads of this backend and with its options. Where a scene has been
+    /// prepared, its [`PreparedScene::hierarchy`] can be used again; otherwise one is built.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Failed`] where the scene does not hold together.
+    pub fn feature_pass(
+        &self,
+        scene: Arc<SceneData>,
+        hierarchy: Option<Arc<Hierarchy>>,
+    ) -> Result<FeaturePass, BackendError> {
+        check_scene(&scene)?;
+        let build = || Arc::new(self.pool.install(|| Hierarchy::build(self.options.accel, &scene)));
+        let hierarchy = hierarchy.unwrap_or_else(build);
+        let (simd, tile, pool) = (self.simd, self.options.tile, Arc::clone(&self.pool));
+        Ok(FeaturePass { scene, hierarchy, simd, tile, pool })
+    }
 }
 
 impl Backend for CpuBackend {
@@ -66,7 +89,7 @@ impl Backend for CpuBackend {
         let hierarchy = self.pool.install(|| Hierarchy::build(self.options.accel, &scene));
         let prepared = PreparedCpu {
             scene,
-            hierarchy,
+            hierarchy: Arc::new(hierarchy),
             simd: self.simd,
             tile: self.options.tile,
             pool: Arc::clone(&self.pool),
@@ -77,7 +100,7 @@ impl Backend for CpuBackend {
 
 struct PreparedCpu {
     scene: Arc<SceneData>,
-    hierarchy: Hierarchy,
+    hierarchy: Arc<Hierarchy>,
     simd: SimdLevel,
     tile: u32,
     pool: Arc<rayon::ThreadPool>,
@@ -88,13 +111,23 @@ impl PreparedScene for PreparedCpu {
         self.hierarchy.statistics()
     }
 
-    fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
-        let (width, height) = (self.scene.settings.width, self.scene.settings.height);
+    fn hierarchy(&self) -> Option<Arc<Hierarchy>> {
+        Some(Arc::clone(&self.hierarchy))
+    }
+
+    fn size(&self) -> (u32, u32) {
+        (self.scene.settings.width, self.scene.settings.height)
+    }
+
+    fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
+        let (width, height) = self.size();
+        check_rows(&rows, height)?;
         let view = self.scene.view();
-        let pixels_total = width as u64 * height as u64;
-        let film = Mutex::new((Film::new(width, height), RayStatistics::default()));
+        let tiling = Tiling::new(width, rows.clone(), self.tile);
+        let film = Film::new(width, rows.end - rows.start);
+        let pixels_total = film.pixels.len() as u64;
+        let film = Mutex::new((film, RayStatistics::default()));
         let (pixels_done, rays) = (AtomicU64::new(0), AtomicU64::new(0));
-        let tiling = Tiling::new(width, height, self.tile);
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
                 let tile = tiling.tile(number);
@@ -107,7 +140,7 @@ impl PreparedScene for PreparedCpu {
                 {
                     // A tile is done or not: nothing panics between here and the end of the block.
                     let mut guard = film.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                    tile.copy_to(&colors, &mut guard.0);
+                    tile.copy_to(&colors, &mut guard.0.pixels, width, rows.start);
                     guard.1 += statistics;
                 }
                 let done = pixels_done.fetch_add(tile.pixels(), Ordering::Relaxed) + tile.pixels();

@@ -1,19 +1,19 @@
 //! Tiles: the pieces of a picture that threads take.
 
-use crate::Film;
-use eosphor_core::math::Vec3;
+use std::ops::Range;
 
-/// A picture cut into tiles of at most `side` by `side` pixels, counted row after row.
+/// Rows of a picture cut into tiles of at most `side` by `side` pixels, counted row after row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tiling {
     width: u32,
+    first_row: u32,
     height: u32,
     side: u32,
 }
 
 impl Tiling {
-    pub(super) fn new(width: u32, height: u32, side: u32) -> Tiling {
-        Tiling { width, height, side }
+    pub(super) fn new(width: u32, rows: Range<u32>, side: u32) -> Tiling {
+        Tiling { width, first_row: rows.start, height: rows.end - rows.start, side }
     }
 
     fn columns(&self) -> u32 {
@@ -29,7 +29,8 @@ impl Tiling {
     pub(super) fn tile(&self, number: u32) -> Tile {
         let x = (number % self.columns()) * self.side;
         let y = (number / self.columns()) * self.side;
-        Tile { x, y, width: self.side.min(self.width - x), height: self.side.min(self.height - y) }
+        let (width, height) = (self.side.min(self.width - x), self.side.min(self.height - y));
+        Tile { x, y: self.first_row + y, width, height }
     }
 }
 
@@ -54,11 +55,11 @@ impl Tile {
         (0..tile.height).flat_map(move |dy| (0..tile.width).map(move |dx| (tile.x + dx, tile.y + dy)))
     }
 
-    /// Puts its colours, row after row, into the film.
-    pub(super) fn copy_to(&self, colors: &[Vec3], film: &mut Film) {
-        for (dy, row) in colors.chunks_exact(self.width as usize).enumerate() {
-            let start = (self.y as usize + dy) * film.width as usize + self.x as usize;
-            film.pixels[start..start + row.len()].copy_from_slice(row);
+    /// Puts its pixels, row after row, into rows of a picture that begin with `first_row`.
+    pub(super) fn copy_to<T: Copy>(&self, pixels: &[T], rows: &mut [T], width: u32, first_row: u32) {
+        for (dy, row) in pixels.chunks_exact(self.width as usize).enumerate() {
+            let start = ((self.y - first_row) as usize + dy) * width as usize + self.x as usize;
+            rows[start..start + row.len()].copy_from_slice(row);
         }
     }
 }
@@ -69,11 +70,13 @@ mod tests {
 
     #[test]
     fn tiles_cover_every_pixel_once() {
-        for (width, height, side) in [(1, 1, 16), (17, 5, 4), (64, 64, 64), (100, 33, 7), (5, 300, 1)] {
+        for (width, height, side) in [(1, 1u32, 16), (17, 5, 4), (64, 64, 64), (100, 33, 7), (5, 300, 1)] {
             let mut seen = vec![0; (width * height) as usize];
-            let tiling = Tiling::new(width, height, side);
-            for (x, y) in (0..tiling.len()).map(|n| tiling.tile(n)).flat_map(|t| t.places()) {
-                seen[(y * width + x) as usize] += 1;
+            for rows in [0..height.div_ceil(3), height.div_ceil(3)..height] {
+                let tiling = Tiling::new(width, rows, side);
+                for (x, y) in (0..tiling.len()).map(|n| tiling.tile(n)).flat_map(|t| t.places()) {
+                    seen[(y * width + x) as usize] += 1;
+                }
             }
             assert!(seen.iter().all(|&n| n == 1), "{width}x{height} in tiles of {side}");
         }

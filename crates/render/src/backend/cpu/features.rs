@@ -1,0 +1,137 @@
+//! The feature pass: what camera rays find first, in tiles over all cores.
+//!
+//! It serves every backend. By the picture contract its camera rays hit what those of a GPU hit, bit for bit.
+
+use super::super::{BackendError, check_rows};
+use super::options::SimdLevel;
+use super::tile::{Tile, Tiling};
+use crate::{CameraWork, FeatureRows, Hierarchy};
+use eosphor_core::hierarchy::{CountWork, Tracer};
+use eosphor_core::view::SceneView;
+use eosphor_core::whitted::{PixelFeatures, pixel_features};
+use eosphor_scene::SceneData;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// A scene ready for its features to be traced; [`super::CpuBackend::feature_pass`] makes it.
+pub struct FeaturePass {
+    pub(super) scene: Arc<SceneData>,
+    pub(super) hierarchy: Arc<Hierarchy>,
+    pub(super) simd: SimdLevel,
+    pub(super) tile: u32,
+    pub(super) pool: Arc<rayon::ThreadPool>,
+}
+
+impl FeaturePass {
+    /// Features of some rows of the picture. All but the work is the same bits whatever the threads, tiles, SIMD level
+    /// and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not reached show nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Failed`] where the rows are none or not in the picture.
+    pub fn rows(&self, rows: Range<u32>, cancel: &AtomicBool) -> Result<FeatureRows, BackendError> {
+        let width = self.scene.settings.width;
+        check_rows(&rows, self.scene.settings.height)?;
+        let view = self.scene.view();
+        let tiling = Tiling::new(width, rows.clone(), self.tile);
+        let features = Mutex::new(FeatureRows::new(width, rows.end - rows.start));
+        self.pool.install(|| {
+            (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
+                let tile = tiling.tile(number);
+                let Some((pixels, work)) = trace(&view, &self.hierarchy, tile, cancel, self.simd) else {
+                    return;
+                };
+                let mut features = features.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+                tile.copy_to(&pixels, &mut features.pixels, width, rows.start);
+                tile.copy_to(&work, &mut features.work, width, rows.start);
+            });
+        });
+        Ok(features.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
+    }
+}
+
+/// Of a tile, row after row; `None` where it was given up.
+type Traced = Option<(Vec<PixelFeatures>, Vec<CameraWork>)>;
+
+/// Traces a tile at a SIMD level that the CPU has. As in `dispatch.rs`, the functions' names are what `cargo xtask fma`
+/// looks for.
+fn trace(
+    view: &SceneView,
+    hierarchy: &Hierarchy,
+    tile: Tile,
+    cancel: &AtomicBool,
+    simd: SimdLevel,
+) -> Traced {
+    match simd {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: CpuBackend::new has made sure that the CPU has the level.
+        SimdLevel::Avx512 => unsafe { render_tile_avx512_features(view, hierarchy, tile, cancel) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        SimdLevel::Avx2 => unsafe { render_tile_avx2_features(view, hierarchy, tile, cancel) },
+        _ => trace_with(view, hierarchy, tile, cancel),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt")]
+unsafe fn render_tile_avx512_features(
+    view: &SceneView,
+    hierarchy: &Hierarchy,
+    tile: Tile,
+    cancel: &AtomicBool,
+) -> Traced {
+    trace_with(view, hierarchy, tile, cancel)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt")]
+unsafe fn render_tile_avx2_features(
+    view: &SceneView,
+    hierarchy: &Hierarchy,
+    tile: Tile,
+    cancel: &AtomicBool,
+) -> Traced {
+    trace_with(view, hierarchy, tile, cancel)
+}
+
+#[inline(always)]
+fn trace_with(view: &SceneView, hierarchy: &Hierarchy, tile: Tile, cancel: &AtomicBool) -> Traced {
+    // The scalar tracers: packets share nodes, so their work is no pixel's own.
+    match hierarchy {
+        Hierarchy::Bvh(bvh) => {
+            let tracer = bvh.tracer(CountWork::default());
+            trace_tile(view, &tracer, &tracer.work, tile, cancel)
+        }
+        Hierarchy::Exhaustive(exhaustive) => {
+            let tracer = exhaustive.tracer(CountWork::default());
+            trace_tile(view, &tracer, &tracer.work, tile, cancel)
+        }
+    }
+}
+
+#[inline(always)]
+fn trace_tile<T: Tracer>(
+    view: &SceneView,
+    tracer: &T,
+    work: &CountWork,
+    tile: Tile,
+    cancel: &AtomicBool,
+) -> Traced {
+    let count = tile.pixels() as usize;
+    let (mut pixels, mut works) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for (x, y) in tile.places() {
+        if cancel.load(Ordering::Relaxed) {
+            return None;
+        }
+        work.nodes.set(0);
+        work.primitives.set(0);
+        pixels.push(pixel_features(view, tracer, x, y));
+        // 65,536 samples can in theory exceed 32 bits.
+        let cut = |number: u64| number.min(u32::MAX as u64) as u32;
+        works.push(CameraWork { nodes: cut(work.nodes.get()), tests: cut(work.primitives.get()) });
+    }
+    Some((pixels, works))
+}

@@ -1,0 +1,187 @@
+//! Writing a picture row by row.
+
+use super::atomic::TemporaryFile;
+use super::data::DataEncoder;
+use super::destination::Destination;
+use super::encoder::Encoder;
+use super::exr::ExrEncoder;
+use super::hdr::HdrEncoder;
+use super::jpeg::JpegEncoder;
+use super::png::PngEncoder;
+use super::ppm::PpmEncoder;
+use super::{DevelopSettings, Developed, Format, MAX_SIDE, OutputError, SaveOptions};
+use crate::{FeatureRows, Film};
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// Pixels of the black rows that are written at a time.
+const BLACK_PIXELS: u32 = 1 << 20;
+
+/// Writes a picture of any size row by row, in the format of its name's ending, so that it need not be in memory.
+///
+/// The file is whole or not there: rows go to a temporary file in the same folder, which [`PictureWriter::finish`]
+/// flushes to the disk and renames. Dropped before that, it is removed.
+///
+/// ```
+/// # use eosphor_render::{Film, output::{PictureWriter, SaveOptions}};
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("grey.png");
+/// let mut writer = PictureWriter::open(&path, (640, 480), &SaveOptions::default())?;
+/// for _ in 0..10 {
+///     writer.write_rows(&Film::new(640, 48), None)?;
+/// }
+/// writer.finish(true)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct PictureWriter {
+    path: PathBuf,
+    file: TemporaryFile,
+    destination: Destination,
+    encoder: Encoder,
+    develop: DevelopSettings,
+    width: u32,
+    height: u32,
+    rows_written: u32,
+    has_layers: bool,
+}
+
+impl PictureWriter {
+    /// Begins a picture of this width and height.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::UnknownFormat`], [`OutputError::NoLayers`] for layers in another format than EXR, and
+    /// [`OutputError::Write`] where the file cannot be created or an option or side is out of range.
+    pub fn open(path: &Path, size: (u32, u32), options: &SaveOptions) -> Result<PictureWriter, OutputError> {
+        let format = Format::of(path)?;
+        if !options.layers.is_empty() && !format.has_layers() {
+            return Err(OutputError::NoLayers { path: path.to_owned() });
+        }
+        PictureWriter::begin(path, format, size, options).map_err(|error| OutputError::write(path, error))
+    }
+
+    fn begin(
+        path: &Path,
+        format: Format,
+        (width, height): (u32, u32),
+        options: &SaveOptions,
+    ) -> Result<PictureWriter, Error> {
+        if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
+            return Err(misuse(format!("{width} x {height} pixels: sides must be 1 to {MAX_SIDE}")));
+        }
+        if !(1..=100).contains(&options.jpeg_quality) {
+            return Err(misuse(format!("JPEG quality {}: it must be 1 to 100", options.jpeg_quality)));
+        }
+        let file = TemporaryFile::beside(path)?;
+        let destination = Destination::new(file.handle()?);
+        let to = destination.clone();
+        let encoder = match format {
+            Format::Png => Encoder::Bytes(Box::new(PngEncoder::new(to, width, height, &options.metadata)?)),
+            Format::Ppm => Encoder::Bytes(Box::new(PpmEncoder::new(to, width, height)?)),
+            Format::Jpeg => {
+                Encoder::Bytes(Box::new(JpegEncoder::new(to, width, height, options.jpeg_quality)))
+            }
+            Format::Data => Encoder::Bytes(Box::new(DataEncoder::new(to, width, height)?)),
+            Format::Hdr => Encoder::Linear(Box::new(HdrEncoder::new(to, width, height)?)),
+            Format::Exr => {
+                let channels = (&options.layers[..], options.exr_half);
+                Encoder::Linear(Box::new(ExrEncoder::new(to, (width, height), channels, &options.metadata)?))
+            }
+        };
+        Ok(PictureWriter {
+            path: path.to_owned(),
+            file,
+            destination,
+            encoder,
+            develop: options.develop,
+            width,
+            height,
+            rows_written: 0,
+            has_layers: !options.layers.is_empty(),
+        })
+    }
+
+    /// The file that is being written. A program that ends without dropping the writer should remove it.
+    pub fn temporary_path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// Rows that are still to be written.
+    pub fn rows_left(&self) -> u32 {
+        self.height - self.rows_written
+    }
+
+    /// Writes the next rows, as many as the film has; with their features where the file has layers.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Write`], also where the rows are too many, of another width, or lack their features.
+    pub fn write_rows(&mut self, film: &Film, features: Option<&FeatureRows>) -> Result<(), OutputError> {
+        let fits = features.is_none_or(|f| (f.width, f.height) == (film.width, film.height));
+        let written = match &mut self.encoder {
+            _ if !fits => Err(misuse("film and features have different sizes")),
+            Encoder::Linear(encoder) => {
+                Self::check(film.width, film.height, self.width, self.height - self.rows_written)
+                    .and_then(|()| encoder.rows(film, features))
+            }
+            Encoder::Bytes(_) => return self.write_developed(&Developed::new(film, &self.develop)),
+        };
+        self.rows_written += film.height;
+        written.map_err(|error| OutputError::write(&self.path, error))
+    }
+
+    /// Writes the next rows of a picture that is developed already.
+    ///
+    /// # Errors
+    ///
+    /// As [`PictureWriter::write_rows`]; linear formats take films only.
+    pub fn write_developed(&mut self, rows: &Developed) -> Result<(), OutputError> {
+        let written = match &mut self.encoder {
+            Encoder::Bytes(encoder) => {
+                Self::check(rows.width, rows.height, self.width, self.height - self.rows_written)
+                    .and_then(|()| encoder.rows(rows))
+            }
+            Encoder::Linear(_) => Err(misuse("this format takes linear pictures; use .png")),
+        };
+        self.rows_written += rows.height;
+        written.map_err(|error| OutputError::write(&self.path, error))
+    }
+
+    fn check(width: u32, height: u32, own_width: u32, rows_left: u32) -> Result<(), Error> {
+        match width == own_width && height <= rows_left {
+            true => Ok(()),
+            false => Err(misuse(format!(
+                "{height} rows of {width} pixels for a picture of {own_width} a row with {rows_left} rows left"
+            ))),
+        }
+    }
+
+    /// Ends the picture and gives the file its name. One that is not `complete` says so (but for `.data`, which has no
+    /// place for it), and rows that were not written are black; layers show nothing there.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Write`], also where rows of a complete picture are missing.
+    pub fn finish(mut self, complete: bool) -> Result<(), OutputError> {
+        let failed = |error| OutputError::write(&self.path.clone(), error);
+        if complete && self.rows_left() > 0 {
+            return Err(failed(misuse(format!("{} of its rows are missing", self.rows_left()))));
+        }
+        while self.rows_left() > 0 {
+            let rows = (BLACK_PIXELS / self.width).clamp(1, self.rows_left());
+            let features = self.has_layers.then(|| FeatureRows::new(self.width, rows));
+            self.write_rows(&Film::new(self.width, rows), features.as_ref())?;
+        }
+        let PictureWriter { path, file, destination, encoder, .. } = self;
+        let ended = match encoder {
+            Encoder::Bytes(encoder) => encoder.finish(complete),
+            Encoder::Linear(encoder) => encoder.finish(complete),
+        };
+        let kept = ended.and_then(|()| destination.finish()).and_then(|()| file.keep());
+        kept.map_err(|error| OutputError::write(&path, error))
+    }
+}
+
+fn misuse(message: impl Into<String>) -> Error {
+    Error::new(ErrorKind::InvalidInput, message.into())
+}
