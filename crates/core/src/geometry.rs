@@ -104,6 +104,8 @@ pub struct Geometry {
     /// The largest absolute coordinate in it: the scale of rounding errors, from which the padding of bounds and the
     /// tolerance of hits follow.
     pub extent: f32,
+    /// Number of the object that its first sphere is; the others follow.
+    pub first_sphere_object: u32,
 }
 
 /// A placed geometry.
@@ -120,6 +122,8 @@ pub struct Instance {
     pub geometry: u32,
     /// Number of the material of all its primitives, or [`crate::material::NONE`]: each has its own.
     pub material: u32,
+    /// Number of the object that it is.
+    pub object: u32,
 }
 
 /// What shading needs of a triangle.
@@ -134,6 +138,8 @@ pub struct TriangleShading {
     pub material: u32,
     /// Number of its [`TriangleExtra`], or [`crate::material::NONE`].
     pub extra: u32,
+    /// Of triangles of the world, the number of the object that they are part of.
+    pub object: u32,
 }
 
 /// What few triangles have.

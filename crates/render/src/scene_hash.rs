@@ -1,7 +1,7 @@
 //! A hash of what the pixels of a picture depend on.
 
 use crate::output::DevelopSettings;
-use eosphor_core::geometry::{Sphere, TriangleShading};
+use eosphor_core::geometry::{Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::math::Vec3;
 use eosphor_scene::SceneData;
 use std::fmt::{Debug, Write};
@@ -19,10 +19,11 @@ pub fn scene_hash(scene: &SceneData, develop: &DevelopSettings) -> String {
         geometries,
         instances,
         triangle_shading,
+        triangle_extras,
         sphere_materials,
         materials,
         textures,
-        texels,
+        texture_words,
         srgb_decode,
         lights,
         camera,
@@ -37,13 +38,17 @@ pub fn scene_hash(scene: &SceneData, develop: &DevelopSettings) -> String {
         words.extend(vector(center));
         words.push(radius.to_bits());
     });
-    hasher.array("shading", triangle_shading, |TriangleShading { normals, uvs, material }, words| {
+    hasher.array("shading", triangle_shading, |shading, words| {
+        let TriangleShading { normals, uvs, material, extra, object } = shading;
         words.extend(normals.iter().flat_map(vector));
         words.extend(uvs.as_flattened().iter().map(|x| x.to_bits()));
-        words.push(*material);
+        words.extend([*material, *extra, *object]);
+    });
+    hasher.array("extras", triangle_extras, |TriangleExtra { colors, uvs1 }, words| {
+        words.extend(colors.as_flattened().iter().chain(uvs1.as_flattened()).map(|x| x.to_bits()));
     });
     hasher.array("sphere materials", sphere_materials, |&number, words| words.push(number));
-    hasher.array("texels", texels, |&texel, words| words.push(texel));
+    hasher.array("texture words", texture_words, |&word, words| words.push(word));
     hasher.array("sRGB", srgb_decode, |x, words| words.push(x.to_bits()));
     // The rest as the text that `Debug` makes of it: it has every field, and floats in it are exact.
     hasher.text("geometries", geometries);
@@ -116,7 +121,7 @@ mod tests {
             |data| data.triangle_shading[7].material += 1,
             |data| data.spheres.push(Sphere { center: Vec3::ZERO, radius: 1.0 }),
             |data| data.materials[0].diffuse.x += 1e-6,
-            |data| data.texels.push(0),
+            |data| data.texture_words.push(0),
             |data| data.lights.truncate(1),
             |data| data.camera.eye.x += 1e-6,
             |data| data.settings.seed += 1,

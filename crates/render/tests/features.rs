@@ -9,8 +9,7 @@ use std::sync::atomic::AtomicBool;
 /// A green and a red ball of radius 1, at -3 and -5 in front of a camera at the origin that looks down -z; the red one
 /// is half hidden.
 fn balls(samples: u32) -> Scene {
-    let matte =
-        |color| Material { name: String::new(), kind: MaterialKind::Matte { color }, diffuse_texture: None };
+    let matte = |color| Material::new("", MaterialKind::Matte { color });
     let mut scene = Scene {
         materials: vec![matte(Vec3::ONE), matte(vec3(0.0, 0.5, 0.0)), matte(vec3(0.75, 0.0, 0.0))],
         spheres: vec![

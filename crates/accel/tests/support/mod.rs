@@ -32,6 +32,7 @@ impl World {
             first_sphere: self.spheres.len() as u32,
             sphere_count: spheres.len() as u32,
             extent: bounds.extent(),
+            first_sphere_object: 0,
         });
         self.triangles.extend_from_slice(triangles);
         self.spheres.extend_from_slice(spheres);
@@ -56,6 +57,7 @@ impl World {
             world_bounds,
             geometry,
             material: NONE,
+            object: 0,
         });
     }
 

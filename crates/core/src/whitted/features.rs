@@ -1,6 +1,7 @@
 //! What the camera rays of a pixel find first, unlit: for denoisers, compositing and tests.
 
 use super::camera_ray;
+use super::radiance::{MAX_HOLES, through_hole};
 use crate::hierarchy::{Tracer, item};
 use crate::material::NONE;
 use crate::math::Vec3;
@@ -8,19 +9,21 @@ use crate::ray::PrimitiveId;
 use crate::shading::SurfacePoint;
 use crate::view::SceneView;
 
-/// What the camera rays of a pixel find first. Reflections and glass are not followed.
+/// What the camera rays of a pixel find first. Reflections and glass are not followed; holes are looked through, but where
+/// a surface is there in part it counts as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct PixelFeatures {
-    /// Diffuse colour, linear, textures included: mean over all samples. A sample that hits nothing counts as black.
+    /// Diffuse colour, and that of metal, linear, textures included: mean over all samples. A sample that hits nothing
+    /// counts as black.
     pub albedo: Vec3,
     /// Shading normal in world space, on the viewer's side: mean over all samples, so shorter than 1 at edges. A sample
     /// that hits nothing counts as 0.
     pub normal: Vec3,
     /// Distance along the ray in world units: mean over the samples that hit. Infinite where none does.
     pub depth: f32,
-    /// Number of the instance that the first sample hits; 0 is the world, which holds all that is baked. `u32::MAX`
-    /// where it hits nothing.
+    /// Number of the object that the first sample hits: the scene's instances of meshes come first, then its
+    /// parallelograms, then its spheres. `u32::MAX` where it hits nothing.
     pub object: u32,
     /// Number of the material that the first sample hits; `u32::MAX` where it hits nothing.
     pub material: u32,
@@ -46,19 +49,27 @@ pub fn pixel_features<T: Tracer>(view: &SceneView, tracer: &T, x: u32, y: u32) -
     let (mut depth, mut hits) = (0.0, 0u32);
     let mut sample = 0;
     while sample < view.settings.samples {
-        let path_ray = camera_ray(view, x, y, sample);
-        let ray = path_ray.ray();
-        let hit = tracer.closest_hit(&ray, &path_ray.filter(view.settings));
-        if !hit.is_miss() {
+        let mut path_ray = camera_ray(view, x, y, sample);
+        loop {
+            let ray = path_ray.ray();
+            let hit = tracer.closest_hit(&ray, &path_ray.filter(view.settings));
+            if hit.is_miss() {
+                break;
+            }
             let point = SurfacePoint::new(view, &ray, &hit);
-            albedo.add(point.diffuse);
+            if point.look.opacity <= 0.0 && path_ray.holes < MAX_HOLES {
+                path_ray = through_hole(&point, &path_ray, Vec3::ONE, hit.t);
+                continue;
+            }
+            albedo.add(point.look.diffuse + point.look.metal_color);
             normal.add(point.normal);
-            depth += hit.t as f64;
+            depth += (path_ray.travelled + hit.t) as f64;
             hits += 1;
             if sample == 0 {
-                features.object = hit.id.instance;
-                features.material = material_number(view, hit.id);
+                features.object = object_number(view, hit.id);
+                features.material = point.material;
             }
+            break;
         }
         sample += 1;
     }
@@ -89,13 +100,16 @@ impl Sum {
     }
 }
 
-/// The number of a primitive's material.
+/// The number of the object that a primitive is part of.
 #[inline(always)]
-fn material_number(view: &SceneView, id: PrimitiveId) -> u32 {
-    let geometry = item(view.geometries, item(view.instances, id.instance).geometry);
-    if id.primitive < geometry.triangle_count {
-        item(view.triangle_shading, geometry.first_triangle + id.primitive).material
+fn object_number(view: &SceneView, id: PrimitiveId) -> u32 {
+    let instance = item(view.instances, id.instance);
+    let geometry = item(view.geometries, instance.geometry);
+    if id.instance != 0 {
+        instance.object
+    } else if id.primitive < geometry.triangle_count {
+        item(view.triangle_shading, geometry.first_triangle + id.primitive).object
     } else {
-        *item(view.sphere_materials, geometry.first_sphere + (id.primitive - geometry.triangle_count))
+        geometry.first_sphere_object + (id.primitive - geometry.triangle_count)
     }
 }

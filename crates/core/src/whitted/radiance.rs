@@ -14,7 +14,7 @@ use crate::view::SceneView;
 pub const MAX_DEPTH: u32 = 64;
 
 /// Holes that a ray passes one after the other; what lies behind more is black.
-const MAX_HOLES: u32 = 4096;
+pub(super) const MAX_HOLES: u32 = 4096;
 
 /// Rays of a sample by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -124,7 +124,7 @@ pub fn radiance<T: Tracer, const W: usize>(
 
 /// What goes on through a hole in a surface, as if it were not there.
 #[inline(always)]
-fn through_hole(point: &SurfacePoint, ray: &PathRay, weight: Vec3, t: f32) -> PathRay {
+pub(super) fn through_hole(point: &SurfacePoint, ray: &PathRay, weight: Vec3, t: f32) -> PathRay {
     PathRay {
         origin: point.leave(ray.direction),
         // Branches count from 1.

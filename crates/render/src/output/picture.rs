@@ -45,15 +45,20 @@ impl Picture {
             std::fs::read(path)
         };
         let bytes = read().map_err(|error| OutputError::read(path, error))?;
-        let picture = match sniff(&bytes).map_or_else(|| Format::of(path), Ok)? {
-            Format::Png => png::read(&bytes).map(Picture::Bytes),
-            Format::Ppm => ppm::read(&bytes).map(Picture::Bytes),
-            Format::Jpeg => jpeg::read(&bytes).map(Picture::Bytes),
-            Format::Data => data::read(&bytes).map(Picture::Bytes),
-            Format::Hdr => hdr::read(&bytes).map(Picture::Linear),
-            Format::Exr => exr::read(&bytes).map(Picture::Linear),
-        };
-        picture.map_err(|reason| OutputError::malformed(path, reason))
+        let format = sniff(&bytes).map_or_else(|| Format::of(path), Ok)?;
+        Picture::from_bytes(&bytes, format).map_err(|reason| OutputError::malformed(path, reason))
+    }
+
+    /// The picture in the contents of a file of this format; the error says what is wrong with them.
+    pub fn from_bytes(bytes: &[u8], format: Format) -> Result<Picture, String> {
+        match format {
+            Format::Png => png::read(bytes).map(Picture::Bytes),
+            Format::Ppm => ppm::read(bytes).map(Picture::Bytes),
+            Format::Jpeg => jpeg::read(bytes).map(Picture::Bytes),
+            Format::Data => data::read(bytes).map(Picture::Bytes),
+            Format::Hdr => hdr::read(bytes).map(Picture::Linear),
+            Format::Exr => exr::read(bytes).map(Picture::Linear),
+        }
     }
 
     /// Width and height in pixels.

@@ -2,7 +2,9 @@
 
 use super::normals;
 use crate::error::{Problem, SceneError};
-use crate::model::{MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Scene, Triangle};
+use crate::model::{
+    Instance as ModelInstance, MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Scene, Triangle,
+};
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::material::NONE;
 use eosphor_core::math::{Affine, Vec3};
@@ -12,6 +14,24 @@ const BAKE_AT_MOST: usize = 256;
 
 /// The map that changes nothing, and its inverse.
 const IDENTITY: (Affine, Affine) = (Affine::IDENTITY, Affine::IDENTITY);
+
+/// What an instance is part of, and what it is made of.
+#[derive(Clone, Copy)]
+struct Part {
+    /// Instead of the triangles' own.
+    material: Option<u32>,
+    /// Number of the object.
+    object: u32,
+}
+
+impl Part {
+    /// The world is no object; its triangles say what they are part of.
+    const WORLD: Part = Part { material: None, object: 0 };
+
+    fn of(instance: &ModelInstance, number: usize) -> Part {
+        Part { material: instance.material, object: number as u32 }
+    }
+}
 
 /// All primitives, and how they are placed.
 #[derive(Default)]
@@ -23,6 +43,8 @@ pub(super) struct Flat {
     pub(super) sphere_materials: Vec<u32>,
     pub(super) geometries: Vec<Geometry>,
     pub(super) instances: Vec<Instance>,
+    /// Number of the object that the first sphere is.
+    first_sphere_object: u32,
     /// Of each geometry, not padded.
     bounds: Vec<Bounds>,
 }
@@ -60,6 +82,7 @@ impl Flat {
             first_sphere: first_sphere as u32,
             sphere_count: (self.spheres.len() - first_sphere) as u32,
             extent: bounds.extent(),
+            first_sphere_object: self.first_sphere_object,
         });
         self.bounds.push(bounds);
         Ok(())
@@ -71,30 +94,26 @@ impl Flat {
         b.is_empty() || (b.min.is_finite() && b.max.is_finite() && b.extent() <= MAX_COORDINATE)
     }
 
-    fn place(
-        &mut self,
-        geometry: u32,
-        (world_from_object, object_from_world): (Affine, Affine),
-        material: Option<u32>,
-    ) {
+    fn place(&mut self, geometry: u32, (world_from_object, object_from_world): (Affine, Affine), part: Part) {
         let world_bounds = padded_world_bounds(&self.bounds[geometry as usize], &world_from_object);
-        let material = material.unwrap_or(NONE);
+        let (material, object) = (part.material.unwrap_or(NONE), part.object);
         self.instances.push(Instance {
             object_from_world,
             world_from_object,
             world_bounds,
             geometry,
             material,
+            object,
         });
     }
 
-    /// Adds a mesh mapped by a transform; a material given replaces those of the triangles.
+    /// Adds a mesh mapped by a transform.
     fn mesh(
         &mut self,
         scene: &Scene,
         mesh: &Mesh,
         (map, inverse): &(Affine, Affine),
-        material: Option<u32>,
+        part: Part,
     ) -> Result<(), SceneError> {
         let positions: Vec<Vec3> = mesh.positions.iter().map(|&p| map.point(p)).collect();
         if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_component() > MAX_COORDINATE)
@@ -130,18 +149,18 @@ impl Flat {
             let flat = normals::of_triangle(&vertices).unwrap_or(normals::HARMLESS);
             let normals = normals.map(|n| inverse.transposed_direction(n).normalize_or(flat));
             self.triangles.push(vertices);
-            let material = material.unwrap_or(t.material);
+            let (material, object) = (part.material.unwrap_or(t.material), part.object);
             let extra = extra.map_or(NONE, |extra| {
                 self.triangle_extras.push(extra);
                 self.triangle_extras.len() as u32 - 1
             });
-            self.triangle_shading.push(TriangleShading { normals, uvs, material, extra });
+            self.triangle_shading.push(TriangleShading { normals, uvs, material, extra, object });
         }
         Ok(())
     }
 
     /// Two triangles that share the diagonal.
-    fn parallelogram(&mut self, p: &Parallelogram) {
+    fn parallelogram(&mut self, p: &Parallelogram, object: u32) {
         let (a, b, d) = (p.corner, p.corner + p.edge_u, p.corner + p.edge_v);
         let c = b + p.edge_v;
         let halves = [
@@ -152,7 +171,7 @@ impl Flat {
             let normal = normals::of_triangle(&vertices).unwrap_or(normals::HARMLESS);
             self.triangles.push(vertices);
             let (normals, material) = ([normal; 3], p.material);
-            self.triangle_shading.push(TriangleShading { normals, uvs, material, extra: NONE });
+            self.triangle_shading.push(TriangleShading { normals, uvs, material, extra: NONE, object });
         }
     }
 }
@@ -172,18 +191,21 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     for (number, instance) in scene.instances.iter().enumerate() {
         if !own_geometry(instance.mesh) {
             let mesh = &scene.meshes[instance.mesh as usize];
-            flat.mesh(scene, mesh, &maps(scene, number)?, instance.material)?;
+            flat.mesh(scene, mesh, &maps(scene, number)?, Part::of(instance, number))?;
         }
     }
-    for p in &scene.parallelograms {
-        flat.parallelogram(p);
+    // Objects are numbered so: instances, parallelograms, spheres.
+    let instances = scene.instances.len() as u32;
+    for (number, p) in (instances..).zip(&scene.parallelograms) {
+        flat.parallelogram(p, number);
     }
+    flat.first_sphere_object = instances + scene.parallelograms.len() as u32;
     for s in &scene.spheres {
         flat.spheres.push(Sphere { center: s.center, radius: s.radius });
         flat.sphere_materials.push(s.material);
     }
     flat.close_geometry(0, 0)?;
-    flat.place(0, IDENTITY, None);
+    flat.place(0, IDENTITY, Part::WORLD);
 
     // Meshes with a geometry of their own.
     let mut geometry_of_mesh = vec![0u32; scene.meshes.len()];
@@ -191,7 +213,7 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
         if own_geometry(number as u32) {
             geometry_of_mesh[number] = flat.geometries.len() as u32;
             let (triangle, sphere) = (flat.triangles.len(), flat.spheres.len());
-            flat.mesh(scene, mesh, &IDENTITY, None)?;
+            flat.mesh(scene, mesh, &IDENTITY, Part::WORLD)?;
             flat.close_geometry(triangle, sphere)?;
         }
     }
@@ -206,7 +228,7 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
                 );
                 return Err(Problem::new(format!("instances[{number}] (mesh \"{name}\")"), message).into());
             }
-            flat.place(geometry, (map, inverse), instance.material);
+            flat.place(geometry, (map, inverse), Part::of(instance, number));
         }
     }
     Ok(flat)
