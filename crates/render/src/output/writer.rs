@@ -43,6 +43,8 @@ pub struct PictureWriter {
     height: u32,
     rows_written: u32,
     has_layers: bool,
+    /// An encoder failed: how much of the file there is nobody knows.
+    broken: bool,
 }
 
 impl PictureWriter {
@@ -98,6 +100,7 @@ impl PictureWriter {
             height,
             rows_written: 0,
             has_layers: !options.layers.is_empty(),
+            broken: false,
         })
     }
 
@@ -117,17 +120,15 @@ impl PictureWriter {
     ///
     /// [`OutputError::Write`], also where the rows are too many, of another width, or lack their features.
     pub fn write_rows(&mut self, film: &Film, features: Option<&FeatureRows>) -> Result<(), OutputError> {
-        let fits = features.is_none_or(|f| (f.width, f.height) == (film.width, film.height));
-        let written = match &mut self.encoder {
-            _ if !fits => Err(misuse("film and features have different sizes")),
-            Encoder::Linear(encoder) => {
-                Self::check(film.width, film.height, self.width, self.height - self.rows_written)
-                    .and_then(|()| encoder.rows(film, features))
-            }
-            Encoder::Bytes(_) => return self.write_developed(&Developed::new(film, &self.develop)),
-        };
-        self.rows_written += film.height;
-        written.map_err(|error| OutputError::write(&self.path, error))
+        if let Encoder::Bytes(_) = self.encoder {
+            return self.write_developed(&Developed::new(film, &self.develop));
+        }
+        let sizes =
+            features.map_or([film.pixels.len(); 3], |f| [film.pixels.len(), f.pixels.len(), f.work.len()]);
+        self.write((film.width, film.height), &sizes, |encoder| match encoder {
+            Encoder::Linear(encoder) => encoder.rows(film, features),
+            Encoder::Bytes(_) => Ok(()),
+        })
     }
 
     /// Writes the next rows of a picture that is developed already.
@@ -136,24 +137,33 @@ impl PictureWriter {
     ///
     /// As [`PictureWriter::write_rows`]; linear formats take films only.
     pub fn write_developed(&mut self, rows: &Developed) -> Result<(), OutputError> {
-        let written = match &mut self.encoder {
-            Encoder::Bytes(encoder) => {
-                Self::check(rows.width, rows.height, self.width, self.height - self.rows_written)
-                    .and_then(|()| encoder.rows(rows))
-            }
-            Encoder::Linear(_) => Err(misuse("this format takes linear pictures; use .png")),
-        };
-        self.rows_written += rows.height;
-        written.map_err(|error| OutputError::write(&self.path, error))
+        if let Encoder::Linear(_) = self.encoder {
+            let error = misuse("this format takes linear pictures; use .png");
+            return Err(OutputError::write(&self.path, error));
+        }
+        self.write((rows.width, rows.height), &[rows.rgb.len() / 3], |encoder| match encoder {
+            Encoder::Bytes(encoder) => encoder.rows(rows),
+            Encoder::Linear(_) => Ok(()),
+        })
     }
 
-    fn check(width: u32, height: u32, own_width: u32, rows_left: u32) -> Result<(), Error> {
-        match width == own_width && height <= rows_left {
-            true => Ok(()),
+    /// Writes rows of this size, for which there are arrays of so many pixels.
+    fn write(
+        &mut self,
+        (width, height): (u32, u32),
+        pixels: &[usize],
+        rows: impl FnOnce(&mut Encoder) -> Result<(), Error>,
+    ) -> Result<(), OutputError> {
+        let whole = pixels.iter().all(|&pixels| pixels as u64 == width as u64 * height as u64);
+        let written = match whole && width == self.width && height <= self.rows_left() {
+            true => rows(&mut self.encoder).inspect_err(|_| self.broken = true),
             false => Err(misuse(format!(
-                "{height} rows of {width} pixels for a picture of {own_width} a row with {rows_left} rows left"
+                "{height} rows of {width} pixels for a picture of {} a row with {} rows left",
+                self.width,
+                self.rows_left()
             ))),
-        }
+        };
+        written.map(|()| self.rows_written += height).map_err(|error| OutputError::write(&self.path, error))
     }
 
     /// Ends the picture and gives the file its name. One that is not `complete` says so (but for `.data`, which has no
@@ -163,9 +173,13 @@ impl PictureWriter {
     ///
     /// [`OutputError::Write`], also where rows of a complete picture are missing.
     pub fn finish(mut self, complete: bool) -> Result<(), OutputError> {
-        let failed = |error| OutputError::write(&self.path.clone(), error);
-        if complete && self.rows_left() > 0 {
-            return Err(failed(misuse(format!("{} of its rows are missing", self.rows_left()))));
+        let problem = match self.rows_left() {
+            _ if self.broken => Some("some of its rows could not be written".to_owned()),
+            left if complete && left > 0 => Some(format!("{left} of its rows are missing")),
+            _ => None,
+        };
+        if let Some(problem) = problem {
+            return Err(OutputError::write(&self.path, misuse(problem)));
         }
         while self.rows_left() > 0 {
             let rows = (BLACK_PIXELS / self.width).clamp(1, self.rows_left());
