@@ -19,6 +19,12 @@ const JSON: &str = r#"{"eosphor": 1, "camera": {"position": [0, 0, 5], "look-at"
     "spheres": [{"center": [0, 0, 0], "radius": 1, "material": "a"}],
     "parallelograms": [{"corner": [0, 0, 0], "edge-u": [1, 0, 0], "edge-v": [0, 1, 0]}],
     "settings": {"samples": 2, "pixel-sampling": {"grid": 2}}}"#;
+const PLY: &str = "ply\nformat ascii 1.0\ncomment TextureFile t.ppm\nelement vertex 4\nproperty float x\nproperty float y\n\
+                   property double z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\n\
+                   property uchar green\nproperty uchar blue\nelement face 2\nproperty list uchar int vertex_indices\n\
+                   property list uchar float texcoord\nelement tristrips 1\nproperty list int int vertex_indices\n\
+                   end_header\n0 0 0 0 0 1 9 8 255\n1 0 0 0 0 1 9 8 255\n0 1 0 0 0 1 9 8 255\n1 1 0 0 0 1 9 8 255\n\
+                   4 0 1 3 2 8 0 0 1 0 1 1 0 1\n3 0 1 2 0\n6 0 1 2 3 -1 2\n";
 const PPM: &str = "P3\n1 1\n255\n1 2 3\n";
 
 /// Loads and flattens; the first file has the given contents.
@@ -27,7 +33,7 @@ fn run(first: &str, bytes: Vec<u8>) -> bool {
     for (name, text) in [("a.obj", OBJ), ("m.mtl", MTL), ("t.ppm", PPM)] {
         files.push((PathBuf::from(name), Cow::Borrowed(text.as_bytes())));
     }
-    let start = if first.ends_with(".json") { first } else { "a.obj" };
+    let start = if first.ends_with(".json") || first.ends_with(".ply") { first } else { "a.obj" };
     match load_from(Source::Memory(files), Path::new(start), &LoadOptions::default()) {
         Ok(loaded) => SceneData::flatten(&loaded.scene).is_ok(),
         Err(error) => {
@@ -60,6 +66,7 @@ fn the_unchanged_files_load() {
     assert!(run("a.obj", OBJ.into()));
     assert!(run("m.mtl", MTL.into()));
     assert!(run("s.json", JSON.into()));
+    assert!(run("p.ply", PLY.into()));
 }
 
 proptest! {
@@ -70,6 +77,10 @@ proptest! {
         run("a.obj", bytes.clone());
         run("s.json", bytes.clone());
         run("m.mtl", bytes.clone());
+        for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+            let (header, _) = PLY.split_at(PLY.find("0 0 0").unwrap());
+            run("p.ply", [header.replace("ascii", format).as_bytes(), &bytes].concat());
+        }
         let _ = super::images::decode(&bytes);
     }
 
@@ -89,6 +100,14 @@ proptest! {
     #[test]
     fn mutated_mtl(bytes in mutated(MTL)) {
         run("m.mtl", bytes);
+    }
+
+    #[test]
+    fn mutated_ply(bytes in mutated(PLY)) {
+        run("p.ply", bytes.clone());
+        // The same numbers as bytes: nonsense, but of the right kind.
+        let text = String::from_utf8_lossy(&bytes).replace("ascii", "binary_little_endian");
+        run("p.ply", text.into_bytes());
     }
 
     #[test]
