@@ -1,5 +1,6 @@
 //! Text files as lines and words of bytes: what OBJ and MTL have in common.
 
+use memchr::{memchr, memchr2, memrchr2};
 use std::borrow::Cow;
 
 /// Lines without their ends, comments and surrounding blanks, with the number of the first line from 1. LF, CRLF and
@@ -11,8 +12,22 @@ pub(super) struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Lines<'a> {
-        // A byte order mark is no part of the text.
-        Lines { rest: bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), number: 0 }
+        Lines::after(without_mark(bytes), 0)
+    }
+
+    /// The lines of what follows so many others.
+    pub(super) fn after(rest: &'a [u8], number: u32) -> Lines<'a> {
+        Lines { rest, number }
+    }
+
+    /// What is not yet read.
+    pub(super) fn rest(&self) -> &'a [u8] {
+        self.rest
+    }
+
+    /// The number of the line that was read last.
+    pub(super) fn number(&self) -> u32 {
+        self.number
     }
 
     /// The next physical line without its end.
@@ -22,12 +37,11 @@ impl<'a> Lines<'a> {
         }
         self.number = self.number.saturating_add(1);
         let rest = self.rest;
-        let Some(end) = rest.iter().position(|&b| b == b'\n' || b == b'\r') else {
+        let Some(end) = memchr2(b'\n', b'\r', rest) else {
             self.rest = &[];
             return Some(rest);
         };
-        let skip = if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
-        self.rest = &rest[end + skip..];
+        self.rest = &rest[end + end_length(&rest[end..])..];
         Some(&rest[..end])
     }
 }
@@ -62,13 +76,58 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
+/// A byte order mark is no part of the text.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
+}
+
+/// The length of the line end that these bytes start with.
+fn end_length(bytes: &[u8]) -> usize {
+    if bytes.starts_with(b"\r\n") { 2 } else { 1 }
+}
+
+/// Cuts a text into pieces of about a size at ends of lines that the next line does not continue. So the lines of the
+/// pieces are the lines of the text.
+pub(super) fn cut(bytes: &[u8], size: usize) -> Vec<&[u8]> {
+    let mut pieces = Vec::with_capacity(bytes.len() / size.max(1) + 1);
+    let mut rest = bytes;
+    while !rest.is_empty() {
+        let (piece, after) = rest.split_at(border(rest, size));
+        pieces.push(piece);
+        rest = after;
+    }
+    pieces
+}
+
+/// The first place at or after a size where a text may be cut.
+fn border(bytes: &[u8], size: usize) -> usize {
+    let mut from = size.saturating_sub(1);
+    while let Some(found) = bytes.get(from..).and_then(|tail| memchr2(b'\n', b'\r', tail)) {
+        let mut end = from + found;
+        let next = end + end_length(&bytes[end..]);
+        if bytes[end] == b'\n' && end > 0 && bytes[end - 1] == b'\r' {
+            end -= 1;
+        }
+        let start = memrchr2(b'\n', b'\r', &bytes[..end]).map_or(0, |i| i + 1);
+        if !trim(without_comment(&bytes[start..end])).ends_with(b"\\") {
+            return next;
+        }
+        from = next;
+    }
+    bytes.len()
+}
+
 /// Cuts a comment: `#` at the start or after a blank. Inside a word it belongs to a name.
 fn without_comment(line: &[u8]) -> &[u8] {
-    let starts = |i: usize| line[i] == b'#' && (i == 0 || is_blank(line[i - 1]));
-    match (0..line.len()).find(|&i| starts(i)) {
-        Some(i) => &line[..i],
-        None => line,
+    let mut from = 0;
+    while let Some(found) = memchr(b'#', &line[from..]) {
+        let i = from + found;
+        if i == 0 || is_blank(line[i - 1]) {
+            return &line[..i];
+        }
+        from = i + 1;
     }
+    line
 }
 
 pub(super) fn is_blank(b: u8) -> bool {
@@ -99,33 +158,10 @@ pub(super) fn text(bytes: &[u8]) -> String {
     if bytes.len() > MAX { cut + "..." } else { cut }
 }
 
-/// What a word says as a number.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Number {
-    /// A finite number.
-    Good(f32),
-    /// A finite number followed by something else, as in `-0.2200.`.
-    Stray(f32),
-    /// Infinite or not a number, as in `nan`, `-inf`, `1.#IND`, `1e99`.
-    NotFinite,
-    /// No number at all.
-    Bad,
-}
-
-/// Reads a word as a number, correctly rounded to single precision.
-pub(super) fn number(word: &[u8]) -> Number {
-    match fast_float2::parse_partial::<f32, _>(word) {
-        Ok((x, _)) if !x.is_finite() => Number::NotFinite,
-        Ok((x, length)) if length == word.len() => Number::Good(x),
-        Ok((_, length)) if word[length..].starts_with(b"#") => Number::NotFinite,
-        Ok((x, _)) => Number::Stray(x),
-        Err(_) => Number::Bad,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     fn lines(text: &str) -> Vec<(u32, String)> {
         Lines::new(text.as_bytes()).map(|(n, l)| (n, String::from_utf8(l.into_owned()).unwrap())).collect()
@@ -138,6 +174,7 @@ mod tests {
         };
         assert_eq!(lines("a\r\nb\rc\n\nd"), expected(&[(1, "a"), (2, "b"), (3, "c"), (5, "d")]));
         assert_eq!(lines("# x\n  v 1 # y\nname#1 "), expected(&[(2, "v 1"), (3, "name#1")]));
+        assert_eq!(lines("a#b #c\na# #"), expected(&[(1, "a#b"), (2, "a#")]));
         assert_eq!(lines("f 1 \\\n 2\\\r\n3\nv"), expected(&[(1, "f 1  2 3"), (4, "v")]));
         assert_eq!(lines("f 1\\"), expected(&[(1, "f 1 ")]));
         assert_eq!(lines("# comment \\\nv 1"), expected(&[(2, "v 1")]));
@@ -145,23 +182,36 @@ mod tests {
     }
 
     #[test]
-    fn numbers() {
-        for (word, expected) in [
-            ("1", Number::Good(1.0)),
-            ("+2.", Number::Good(2.0)),
-            (".5", Number::Good(0.5)),
-            ("-3.1E2", Number::Good(-310.0)),
-            ("-0.2200.", Number::Stray(-0.22)),
-            ("3.1+e2", Number::Stray(3.1)),
-            ("nan", Number::NotFinite),
-            ("-inf", Number::NotFinite),
-            ("1.#IND", Number::NotFinite),
-            ("1e99", Number::NotFinite),
-            ("x", Number::Bad),
-            ("", Number::Bad),
-            ("-", Number::Bad),
-        ] {
-            assert_eq!(number(word.as_bytes()), expected, "{word}");
+    fn cuts_leave_continued_lines_whole() {
+        let cut = |text: &'static str, size| -> Vec<String> {
+            super::cut(text.as_bytes(), size).iter().map(|p| String::from_utf8(p.to_vec()).unwrap()).collect()
+        };
+        assert_eq!(cut("a\nb\r\nc\rd", 1), ["a\n", "b\r\n", "c\r", "d"]);
+        assert_eq!(cut("a\nb\r\nc\rd", 3), ["a\nb\r\n", "c\rd"]);
+        // The border falls between the two bytes of a line end.
+        assert_eq!(cut("a \\\r\nb\nc", 4), ["a \\\r\nb\n", "c"]);
+        assert_eq!(cut("a \\ # x\nb\n# \\\nc", 1), ["a \\ # x\nb\n", "# \\\n", "c"]);
+        assert_eq!(cut("", 4), Vec::<String>::new());
+    }
+
+    proptest! {
+        #[test]
+        fn pieces_have_the_lines_of_the_whole(
+            parts in proptest::collection::vec(proptest::sample::select(vec![
+                "a", " ", "#", "\\", "\n", "\r", "\r\n", "\\\n", "\\\r\n", "bc",
+            ]), 0..40),
+            size in 0..12usize,
+        ) {
+            let text = parts.concat();
+            let whole: Vec<_> = Lines::after(text.as_bytes(), 0).collect();
+            let mut pieced = Vec::new();
+            let mut number = 0;
+            for piece in cut(text.as_bytes(), size) {
+                let mut lines = Lines::after(piece, number);
+                pieced.extend(&mut lines);
+                number = lines.number();
+            }
+            prop_assert_eq!(whole, pieced);
         }
     }
 }

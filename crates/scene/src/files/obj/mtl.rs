@@ -1,10 +1,11 @@
 //! Wavefront MTL: materials of OBJ files.
 
-use super::lines::{Lines, Number, number, split_key, text, words};
+use super::lines::{Lines, split_key, text, words};
+use super::map::{Map, MapKey, MapKind};
+use super::number::{Number, number};
 use crate::files::warnings::Warnings;
 use crate::model::Mtl;
 use eosphor_core::math::{Vec3, vec3};
-use eosphor_core::texture::TextureWrap;
 use std::path::Path;
 
 /// One material of an MTL file.
@@ -12,84 +13,118 @@ pub(super) struct MtlEntry {
     pub(super) name: Vec<u8>,
     pub(super) line: u32,
     pub(super) mtl: Mtl,
-    pub(super) texture: Option<MapKd>,
-}
-
-/// The picture that multiplies the diffuse colour.
-#[derive(Clone)]
-pub(super) struct MapKd {
-    pub(super) file: Vec<u8>,
-    pub(super) line: u32,
-    pub(super) wrap: TextureWrap,
-}
-
-/// Reads an MTL file. It never fails: unknown keys are passed over, malformed values warn and keep the default.
-pub(super) fn parse(bytes: &[u8], path: &Path, warnings: &mut Warnings) -> Vec<MtlEntry> {
-    let mut entries: Vec<MtlEntry> = Vec::new();
-    let mut has = Given::default();
-    for (line, contents) in Lines::new(bytes) {
-        let (key, rest) = split_key(&contents);
-        if key.eq_ignore_ascii_case(b"newmtl") {
-            close(entries.last_mut(), &has);
-            has = Given::default();
-            entries.push(MtlEntry { name: rest.to_vec(), line, mtl: Mtl::default(), texture: None });
-            continue;
-        }
-        let Some(entry) = entries.last_mut() else { continue };
-        if let Err(problem) = set(entry, &mut has, key, rest, line) {
-            warnings.add(path, Some(line), format!("{}: {problem}", text(key)));
-        }
-    }
-    close(entries.last_mut(), &has);
-    entries
+    /// At most one of a kind.
+    pub(super) maps: Vec<Map>,
+    given: Given,
 }
 
 /// Which keys a material has given, where one decides about another.
 #[derive(Default)]
 struct Given {
     kd: bool,
+    ks: bool,
+    ke: bool,
     d: bool,
 }
 
-/// A picture without a colour is shown as it is.
-fn close(entry: Option<&mut MtlEntry>, has: &Given) {
-    if let Some(entry) = entry.filter(|e| e.texture.is_some() && !has.kd) {
-        entry.mtl.Kd = Vec3::ONE;
+/// Reads an MTL file. It never fails: unknown keys are passed over, malformed values warn and keep the default.
+pub(super) fn parse(bytes: &[u8], path: &Path, warnings: &mut Warnings) -> Vec<MtlEntry> {
+    let mut entries: Vec<MtlEntry> = Vec::new();
+    for (line, contents) in Lines::new(bytes) {
+        let (key, rest) = split_key(&contents);
+        let small = key.to_ascii_lowercase();
+        if small == b"newmtl" {
+            entries.push(MtlEntry::new(rest, line));
+            continue;
+        }
+        let Some(entry) = entries.last_mut() else { continue };
+        let done = match MapKey::of(&small) {
+            MapKey::NoMap => entry.set(&small, rest),
+            MapKey::Rendered(kind) => entry.set_map(kind, rest, line),
+            MapKey::NotRendered => {
+                warnings.add(path, Some(line), format!("{} is not rendered", text(key)));
+                continue;
+            }
+        };
+        if let Err(problem) = done {
+            warnings.add(path, Some(line), format!("{}: {problem}", text(key)));
+        }
     }
+    entries.iter_mut().for_each(MtlEntry::close);
+    entries
 }
 
-fn set(entry: &mut MtlEntry, has: &mut Given, key: &[u8], rest: &[u8], line: u32) -> Result<(), String> {
-    let mtl = &mut entry.mtl;
-    match key.to_ascii_lowercase().as_slice() {
-        b"kd" => {
-            mtl.Kd = color(rest)?;
-            has.kd = true;
+impl MtlEntry {
+    fn new(name: &[u8], line: u32) -> MtlEntry {
+        let (mtl, maps, given) = (Mtl::default(), Vec::new(), Given::default());
+        MtlEntry { name: name.to_vec(), line, mtl, maps, given }
+    }
+
+    /// Takes a key in small letters.
+    fn set(&mut self, key: &[u8], rest: &[u8]) -> Result<(), String> {
+        let (mtl, given) = (&mut self.mtl, &mut self.given);
+        match key {
+            b"kd" => {
+                mtl.Kd = color(rest)?;
+                given.kd = true;
+            }
+            b"ks" => {
+                mtl.Ks = color(rest)?;
+                given.ks = true;
+            }
+            b"ke" => {
+                mtl.Ke = color(rest)?;
+                given.ke = true;
+            }
+            b"tf" => mtl.Tf = Some(color(rest)?),
+            b"ns" => mtl.Ns = in_range(rest, 0.0, 1e6)?,
+            b"ni" => mtl.Ni = Some(in_range(rest, 0.01, 100.0)?),
+            b"d" => {
+                let rest = rest.strip_prefix(b"-halo").unwrap_or(rest);
+                mtl.d = in_range(rest, 0.0, 1.0)?;
+                given.d = true;
+            }
+            // Tr is 1 - d; where a file gives both, d counts.
+            b"tr" => {
+                let transparency = in_range(rest, 0.0, 1.0)?;
+                if !given.d {
+                    mtl.d = 1.0 - transparency;
+                }
+            }
+            b"illum" => mtl.illum = in_range(rest, 0.0, 10.0)? as u32,
+            b"pr" => mtl.Pr = Some(in_range(rest, 0.0, 1.0)?),
+            b"pm" => mtl.Pm = Some(in_range(rest, 0.0, 1.0)?),
+            b"ps" => mtl.Ps = Some(in_range(rest, 0.0, 1.0)?),
+            b"pc" => mtl.Pc = Some(in_range(rest, 0.0, 1.0)?),
+            b"pcr" => mtl.Pcr = Some(in_range(rest, 0.0, 1.0)?),
+            b"aniso" => mtl.aniso = Some(in_range(rest, -1.0, 1.0)?),
+            b"anisor" => mtl.anisor = Some(in_range(rest, -360.0, 360.0)?),
+            _ => {}
         }
-        b"ks" => mtl.Ks = color(rest)?,
-        b"ke" => mtl.Ke = color(rest)?,
-        b"tf" => mtl.Tf = Some(color(rest)?),
-        b"ns" => mtl.Ns = in_range(rest, 0.0, 1e6)?,
-        b"ni" => mtl.Ni = Some(in_range(rest, 0.01, 100.0)?),
-        b"d" => {
-            let rest = rest.strip_prefix(b"-halo").unwrap_or(rest);
-            mtl.d = in_range(rest, 0.0, 1.0)?;
-            has.d = true;
-        }
-        // Tr is 1 - d; where a file gives both, d counts.
-        b"tr" => {
-            let transparency = in_range(rest, 0.0, 1.0)?;
-            if !has.d {
-                mtl.d = 1.0 - transparency;
+        Ok(())
+    }
+
+    fn set_map(&mut self, kind: MapKind, rest: &[u8], line: u32) -> Result<(), String> {
+        let map = Map::parse(kind, rest, line)?;
+        self.maps.retain(|m| m.kind != kind);
+        self.maps.push(map);
+        Ok(())
+    }
+
+    /// Maps multiply: a picture without the number that it varies is shown as it is.
+    fn close(&mut self) {
+        let (mtl, given) = (&mut self.mtl, &self.given);
+        for map in &self.maps {
+            match map.kind {
+                MapKind::Color if !given.kd => mtl.Kd = Vec3::ONE,
+                MapKind::Specular if !given.ks => mtl.Ks = Vec3::ONE,
+                MapKind::Emission if !given.ke => mtl.Ke = Vec3::ONE,
+                MapKind::Roughness => mtl.Pr = mtl.Pr.or(Some(1.0)),
+                MapKind::Metallic => mtl.Pm = mtl.Pm.or(Some(1.0)),
+                _ => {}
             }
         }
-        b"illum" => {
-            let value = in_range(rest, 0.0, 10.0)?;
-            mtl.illum = value as u32;
-        }
-        b"map_kd" => entry.texture = Some(map_kd(rest, line)?),
-        _ => {}
     }
-    Ok(())
 }
 
 fn first_number(word: Option<&[u8]>) -> Result<f32, String> {
@@ -126,46 +161,6 @@ fn color(rest: &[u8]) -> Result<Vec3, String> {
     Ok(c)
 }
 
-/// The options of a texture map, of which only `-clamp` matters here, and the file name, which may hold blanks.
-fn map_kd(rest: &[u8], line: u32) -> Result<MapKd, String> {
-    let mut wrap = TextureWrap::Repeat;
-    let mut rest = rest;
-    while rest.first() == Some(&b'-') {
-        let (option, after) = split_key(rest);
-        let (first, after_first) = split_key(after);
-        rest = match option {
-            b"-clamp" => {
-                if first == b"on" {
-                    wrap = TextureWrap::Clamp;
-                }
-                after_first
-            }
-            b"-o" | b"-s" | b"-t" => up_to_three_numbers(after),
-            b"-mm" => split_key(after_first).1,
-            b"-blendu" | b"-blendv" | b"-bm" | b"-boost" | b"-cc" | b"-imfchan" | b"-texres" | b"-type" => {
-                after_first
-            }
-            // Not an option: a name that starts with a dash.
-            _ => break,
-        };
-    }
-    if rest.is_empty() {
-        return Err("the file name is missing; the surface is untextured".into());
-    }
-    Ok(MapKd { file: rest.to_vec(), line, wrap })
-}
-
-fn up_to_three_numbers(mut rest: &[u8]) -> &[u8] {
-    for _ in 0..3 {
-        let (word, after) = split_key(rest);
-        if !matches!(number(word), Number::Good(_)) {
-            break;
-        }
-        rest = after;
-    }
-    rest
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -197,8 +192,36 @@ mod tests {
             ..Mtl::default()
         };
         assert_eq!(entries[0].mtl, expected);
-        let map = entries[0].texture.clone().unwrap();
-        assert_eq!((map.file.as_slice(), map.wrap, map.line), (&b"my wood.png"[..], TextureWrap::Clamp, 13));
+        let map = &entries[0].maps[0];
+        assert_eq!((map.kind, map.file.as_slice(), map.line), (MapKind::Color, &b"my wood.png"[..], 13));
+    }
+
+    #[test]
+    fn the_pbr_extension() {
+        let (entries, warnings) = read(
+            "newmtl a\nPr 0.2\nPm 0.3\nPs 0.4\nPc 0.5\nPcr 0.6\naniso 0.7\nANISOR 0.8\nmap_Pr r.png\nmap_Pm -imfchan b m.png\n\
+             map_Ps s.png\nnorm -bm 2 n.png\nmap_Bump b.png\nnewmtl b\nmap_Pr r.png\nmap_Pr q.png\nmap_Bump b.png\nmap_Ke e.png",
+        );
+        assert_eq!(
+            warnings,
+            ["m.mtl:11: map_Ps is not rendered", "m.mtl:13: map_Bump is not rendered (2 times in this file)"]
+        );
+        let expected = Mtl {
+            Pr: Some(0.2),
+            Pm: Some(0.3),
+            Ps: Some(0.4),
+            Pc: Some(0.5),
+            Pcr: Some(0.6),
+            aniso: Some(0.7),
+            anisor: Some(0.8),
+            ..Mtl::default()
+        };
+        assert_eq!(entries[0].mtl, expected);
+        let kinds: Vec<MapKind> = entries[0].maps.iter().map(|m| m.kind).collect();
+        assert_eq!(kinds, [MapKind::Roughness, MapKind::Metallic, MapKind::Normal]);
+        // What a map varies is 1 where the file does not say; a second map of a kind replaces the first.
+        assert_eq!(entries[1].mtl, Mtl { Pr: Some(1.0), Ke: Vec3::ONE, ..Mtl::default() });
+        assert_eq!((entries[1].maps.len(), entries[1].maps[0].file.as_slice()), (2, &b"q.png"[..]));
     }
 
     #[test]
@@ -215,7 +238,7 @@ mod tests {
                 "m.mtl:5: d: 2 is not 0 to 1; the default is taken",
                 "m.mtl:6: Ks: \"xyz\" colours are not read; the default is taken",
                 "m.mtl:7: Ni: a number is missing; the default is taken",
-                "m.mtl:8: map_Kd: the file name is missing; the surface is untextured",
+                "m.mtl:8: map_Kd: the file name is missing; the map is left out",
             ]
         );
     }
