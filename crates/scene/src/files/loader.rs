@@ -91,11 +91,25 @@ impl Loader {
         Ok(number)
     }
 
+    /// The number of a picture that was read before.
+    pub(super) fn known_image(&self, path: &Path) -> Option<u32> {
+        self.images.get(path).copied()
+    }
+
+    /// Adds a picture that is decoded, and from which file, if it is one; the number of the image.
+    pub(super) fn add_image(&mut self, path: Option<&Path>, name: String, picture: images::Picture) -> u32 {
+        let images::Picture { width, height, texels } = picture;
+        self.scene.images.push(Image { name, width, height, texels });
+        let number = self.scene.images.len() as u32 - 1;
+        if let Some(path) = path {
+            self.images.insert(path.to_path_buf(), number);
+        }
+        number
+    }
+
     /// Adds a picture from the contents of a picture file; the number of the image.
     pub(super) fn image_of_bytes(&mut self, name: String, bytes: &[u8]) -> Result<u32, String> {
-        let images::Picture { width, height, texels } = images::decode(bytes)?;
-        self.scene.images.push(Image { name, width, height, texels });
-        Ok(self.scene.images.len() as u32 - 1)
+        Ok(self.add_image(None, name, images::decode(bytes)?))
     }
 
     /// The number of a texture; equal ones share it.

@@ -31,11 +31,14 @@ pub const READ_FORMATS: &str = "OBJ (.obj), Eosphor scenes (.json) and builtin:N
 pub struct LoadOptions {
     /// Reads and decodes textures; without, surfaces have their plain colour.
     pub textures: bool,
+    /// Name or number (from 0, in the order of the nodes) of the camera to take, of files that may have several
+    /// (glTF); `None`: the first.
+    pub camera: Option<String>,
 }
 
 impl Default for LoadOptions {
     fn default() -> LoadOptions {
-        LoadOptions { textures: true }
+        LoadOptions { textures: true, camera: None }
     }
 }
 
@@ -79,11 +82,13 @@ pub fn load_from_memory(
 
 fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     let mut loader = Loader::new(source, options);
-    if extension(path).as_deref() == Some("json") {
-        json::read(&mut loader, path)?;
-    } else {
-        let instances = read_model(&mut loader, path)?;
-        loader.scene.instances.extend(instances);
+    match extension(path).as_deref() {
+        Some("json") => json::read(&mut loader, path)?,
+        Some("gltf" | "glb") => gltf::read_scene(&mut loader, path, options.camera.as_deref())?,
+        _ => {
+            let instances = read_model(&mut loader, path)?;
+            loader.scene.instances.extend(instances);
+        }
     }
     loader.finish(path)
 }

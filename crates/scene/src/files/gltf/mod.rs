@@ -1,11 +1,239 @@
-//! glTF 2.0 and GLB.
+//! glTF 2.0 and GLB. What becomes what, the limits and what is left out: README.md in this folder.
+//!
+//! The crate `gltf` gives the JSON's types. Its own checks are not used: they panic on accessors that do not exist
+//! (1.4.1). So every index, size and enumeration is checked here, where it is used.
+
+mod accessors;
+mod assembly;
+mod buffers;
+mod cameras;
+mod container;
+mod described;
+mod extensions;
+mod images;
+mod instancing;
+mod lights;
+mod materials;
+mod matrix;
+mod meshes;
+mod nodes;
+mod textures;
+mod topology;
+mod uri;
+mod vertices;
+
+#[cfg(test)]
+mod tests;
 
 use super::loader::Loader;
-use crate::error::SceneError;
-use crate::model::Instance;
+use crate::error::{Place, SceneError};
+use crate::model::{AlphaMode, Instance, Light, Material, MaterialKind, Transform};
+use accessors::Accessors;
+use buffers::Buffers;
+use cameras::NamedCamera;
+use container::Container;
+use eosphor_core::math::Vec3;
+use eosphor_core::settings::ShadowMode;
+use gltf::json::Root;
+use meshes::Meshes;
+use std::fmt;
 use std::path::Path;
 
+/// Radiance of the surroundings of files that bring no light: metal shows nothing where there is nothing to reflect.
+const STUDIO: f32 = 0.25;
+
 /// Adds the meshes and materials of a file, placed as it says; its cameras and lights are left out.
-pub(super) fn read_model(_loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
-    Err(super::unknown_format(path, None))
+pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
+    Ok(read(loader, path)?.instances)
+}
+
+/// A scene that is one file: its meshes, its lights, one of its cameras, and settings that suit it. `camera` is a name
+/// or number; the first camera is taken without.
+pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>) -> Result<(), SceneError> {
+    let file = read(loader, path)?;
+    let chosen = cameras::choose(&mut loader.warnings, path, &file.cameras, camera);
+    loader.scene.camera = chosen.map_err(|message| invalid(path, message))?;
+    loader.scene.instances.extend(file.instances);
+    loader.scene.lights.extend(file.lights);
+
+    let Some(first) = loader.scene.instances.first().map(|_| file.first_material as usize) else {
+        return Ok(());
+    };
+    let used = loader.scene.materials[first..].iter().zip(&file.used_materials).filter(|(_, used)| **used);
+    let used: Vec<&Material> = used.map(|(material, _)| material).collect();
+    let settings = &mut loader.scene.settings;
+    if used.iter().any(|m| lets_light_through(m)) {
+        settings.shadows = ShadowMode::Coloured;
+    }
+    // Triangles that shine through a texture are no lights.
+    let shines = |m: &Material| m.emission() != Vec3::ZERO && m.textures.emission.is_none();
+    if loader.scene.lights.is_empty() && !used.iter().any(|m| shines(m)) {
+        settings.background = Vec3::splat(STUDIO);
+        settings.ambient = STUDIO;
+    }
+    Ok(())
+}
+
+fn lets_light_through(material: &Material) -> bool {
+    material.alpha != AlphaMode::Opaque
+        || matches!(material.kind, MaterialKind::Pbr(pbr) if pbr.transmission > 0.0)
+}
+
+/// What a file holds beside the meshes and materials that were added to the scene.
+struct Contents {
+    instances: Vec<Instance>,
+    cameras: Vec<NamedCamera>,
+    lights: Vec<Light>,
+    /// Where in the scene the file's materials begin, and which of them something has.
+    first_material: u32,
+    used_materials: Vec<bool>,
+}
+
+fn read(loader: &mut Loader, path: &Path) -> Result<Contents, SceneError> {
+    let bytes = loader.read(path)?;
+    let container = container::split(&bytes).map_err(|message| invalid(path, message))?;
+    let root = parse(path, &container)?;
+    contents(loader, path, &root, container.binary).map_err(|message| invalid(path, message))
+}
+
+fn contents(
+    loader: &mut Loader,
+    path: &Path,
+    root: &Root,
+    binary: Option<&[u8]>,
+) -> Result<Contents, String> {
+    extensions::check(root)?;
+    extensions::warn(&mut loader.warnings, path, root);
+    let buffers = Buffers::read(loader, path, root, binary);
+    let nodes = nodes::placed(root)?;
+
+    let first_material = loader.scene.materials.len() as u32;
+    let accessors = Accessors::new(root, &buffers);
+    let (warnings, built) = (&mut loader.warnings, &mut loader.scene.meshes);
+    let mut meshes = Meshes::new(&accessors, path, warnings, built, first_material);
+    let mut instances = Vec::new();
+    let mut flat = Vec::new();
+    let mut has_skin = false;
+    for placed in &nodes {
+        let node = &root.nodes[placed.node];
+        let Some(mesh) = node.mesh else { continue };
+        let Some(shown) = meshes.show(mesh.value(), node.weights.as_deref())? else { continue };
+        has_skin |= node.skin.is_some();
+        let name = || Part::new("node", placed.node, node.name.as_deref());
+        let worlds = instancing::worlds(&accessors, node, &placed.world);
+        for world in worlds.map_err(|problem| format!("{}: {problem}", name()))? {
+            let affine = world.affine();
+            // A scale of 0 is a way to hide a node.
+            if affine.is_finite() && affine.inverse().is_none() {
+                flat.push(name().to_string());
+                continue;
+            }
+            let world_from_object = Transform::from_affine(&affine);
+            instances.push(Instance { mesh: shown.mesh, material: shown.material, world_from_object });
+        }
+    }
+    let used_materials = meshes.finish();
+    let warn = &mut |message: String| loader.warnings.add(path, None, message);
+    if let Some(name) = flat.first() {
+        let others = if flat.len() > 1 { format!(" and {} more", flat.len() - 1) } else { String::new() };
+        warn(format!("{name}{others} squashed flat by a scale of 0; hidden"));
+    }
+    if has_skin {
+        warn(
+            "skinning is not applied: meshes are shown in their bind pose, where their nodes place them"
+                .into(),
+        );
+    }
+    if !root.animations.is_empty() {
+        warn("animations are not played: the pose of the nodes at rest is shown".into());
+    }
+    let cameras = cameras::placed(&mut loader.warnings, path, root, &nodes);
+    let lights = lights::placed(root, &nodes)?;
+    materials::add(loader, path, root, &buffers, &used_materials);
+    if instances.is_empty() {
+        loader.warnings.add(path, None, "there is nothing to see: the scene of the file has no triangles");
+    }
+    Ok(Contents { instances, cameras, lights, first_material, used_materials })
+}
+
+/// The JSON, as the types of the crate.
+fn parse(path: &Path, container: &Container<'_>) -> Result<Root, SceneError> {
+    let error = match Root::from_slice(container.json) {
+        Ok(root) if root.asset.version.starts_with("2.") => return Ok(root),
+        Ok(root) => return Err(invalid(path, wrong_version(&root.asset.version))),
+        Err(error) => error,
+    };
+    // Files of glTF 1 fail in places that say nothing about the reason.
+    if let Some(version) = version(container.json).filter(|version| !version.starts_with("2.")) {
+        return Err(invalid(path, wrong_version(&version)));
+    }
+    let text = error.to_string();
+    let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason);
+    let reason: String = reason.chars().filter(|c| !c.is_control()).take(200).collect();
+    let (line, column) = (error.line() as u32, error.column() as u32);
+    if container.is_glb || line == 0 {
+        return Err(invalid(path, format!("its JSON is no glTF: {reason}; export it again")));
+    }
+    let place = Place { path: path.to_path_buf(), line: Some(line), column: Some(column) };
+    Err(SceneError::Invalid { place, message: format!("{reason}; this is no glTF, export it again") })
+}
+
+fn wrong_version(version: &str) -> String {
+    format!("glTF version {} is not read, only 2.0; export it as glTF 2.0", quoted(version))
+}
+
+/// The version of a file that may be wrong otherwise.
+fn version(json: &[u8]) -> Option<String> {
+    #[derive(serde::Deserialize)]
+    struct Head {
+        asset: Asset,
+    }
+    #[derive(serde::Deserialize)]
+    struct Asset {
+        version: String,
+    }
+    serde_json::from_slice::<Head>(json).ok().map(|head| head.asset.version)
+}
+
+fn invalid(path: &Path, message: String) -> SceneError {
+    SceneError::Invalid { place: Place::file(path), message }
+}
+
+/// A part of a file for messages: by its name where it has one, else by its number.
+struct Part {
+    kind: &'static str,
+    number: usize,
+    name: Option<String>,
+}
+
+impl Part {
+    fn new(kind: &'static str, number: usize, name: Option<&str>) -> Part {
+        Part { kind, number, name: name.filter(|name| !name.is_empty()).map(quoted) }
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.name {
+            Some(name) => write!(f, "{} {name}", self.kind),
+            None => write!(f, "{} {}", self.kind, self.number),
+        }
+    }
+}
+
+/// A name of a file in quotation marks: on one line, and not too long.
+fn quoted(name: &str) -> String {
+    const LONGEST: usize = 80;
+    let short: String = clean(name).chars().take(LONGEST).collect();
+    if short.len() < name.len() { format!("\"{short}...\"") } else { format!("\"{short}\"") }
+}
+
+/// A name that does not break a line of a message.
+fn clean(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// An entry of one of the file's arrays.
+fn named<'a, T>(all: &'a [T], number: usize, kind: &str) -> Result<&'a T, String> {
+    all.get(number).ok_or_else(|| format!("{kind} {number} does not exist; there are {}", all.len()))
 }

@@ -1,0 +1,57 @@
+//! KHR_lights_punctual.
+
+use super::nodes::PlacedNode;
+use super::{Part, named};
+use crate::model::Light;
+use eosphor_core::math::Vec3;
+use gltf::json::Root;
+use gltf::json::extensions::scene::khr_lights_punctual::{Light as FileLight, Type};
+use gltf::json::validation::Checked;
+
+/// Our matte surfaces return irradiance · colour, without the 1/π of a Lambertian; the lights bring it along.
+const FRAC_1_PI: f64 = std::f64::consts::FRAC_1_PI;
+
+/// Brighter lights are cut to this.
+const MAX_INTENSITY: f64 = 1e12;
+
+/// The lights of the placed nodes. Ranges, which are no physics, are ignored.
+pub(super) fn placed(root: &Root, nodes: &[PlacedNode]) -> Result<Vec<Light>, String> {
+    let known = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
+    let known = known.map_or(&[][..], |lights| &lights.lights);
+    let mut lights = Vec::new();
+    for placed in nodes {
+        let extensions = root.nodes[placed.node].extensions.as_ref();
+        let Some(index) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) else { continue };
+        let number = index.light.value();
+        let file = named(known, number, "light")?;
+        let light = light(file, placed);
+        lights.push(light.map_err(|e| format!("{}: {e}", Part::new("light", number, file.name.as_deref())))?);
+    }
+    Ok(lights)
+}
+
+fn light(file: &FileLight, placed: &PlacedNode) -> Result<Light, String> {
+    let scale = f64::from(file.intensity) * FRAC_1_PI;
+    let color = Vec3::from(file.color.map(|x| (f64::from(x) * scale).clamp(0.0, MAX_INTENSITY) as f32));
+    let position = placed.world.position();
+    // It shines along its own -z.
+    let direction = || match placed.world.unit_axis(2) {
+        Some(backward) => Ok(-backward),
+        None => Err("its node squashes it: no scale may be 0".to_string()),
+    };
+    match file.type_ {
+        Checked::Valid(Type::Point) => Ok(Light::Point { position, color }),
+        Checked::Valid(Type::Directional) => Ok(Light::Directional { direction: direction()?, color }),
+        Checked::Valid(Type::Spot) => {
+            // Half angles, as ours.
+            let (inner, outer) = file.spot.as_ref().map_or((0.0, std::f32::consts::FRAC_PI_4), |spot| {
+                (spot.inner_cone_angle, spot.outer_cone_angle)
+            });
+            let degrees = |radians: f32| (f64::from(radians) * (180.0 / std::f64::consts::PI)) as f32;
+            let outer_degrees = degrees(outer).clamp(0.0, 180.0);
+            let inner_degrees = degrees(inner).clamp(0.0, outer_degrees);
+            Ok(Light::Spot { position, direction: direction()?, inner_degrees, outer_degrees, color })
+        }
+        Checked::Invalid => Err("its type is unknown; it must be point, spot or directional".into()),
+    }
+}

@@ -1,0 +1,156 @@
+//! The vertices of a primitive: positions and what goes with them, in the renderer's conventions.
+
+use super::accessors::Accessors;
+use eosphor_core::math::{Vec3, vec3};
+use gltf::json::Index;
+use gltf::json::accessor::Accessor;
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::validation::Checked;
+use std::collections::BTreeMap;
+
+/// Which accessors the vertices of a primitive come from. Primitives with equal keys have equal vertices.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct VertexKey {
+    positions: usize,
+    normals: Option<usize>,
+    uvs: Option<usize>,
+    uvs1: Option<usize>,
+    colors: Option<usize>,
+    /// Morph targets that count: the accessors of positions and normals, and the bits of the weight.
+    targets: Vec<(Option<usize>, Option<usize>, u32)>,
+}
+
+/// Vertices; every array that is there has one entry for each.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Vertices {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) normals: Option<Vec<Vec3>>,
+    pub(super) uvs: Option<Vec<[f32; 2]>>,
+    pub(super) uvs1: Option<Vec<[f32; 2]>>,
+    pub(super) colors: Option<Vec<[f32; 4]>>,
+    /// Normals and texture coordinates that were not finite and became 0.
+    pub(super) mended: bool,
+}
+
+impl VertexKey {
+    /// The key of a primitive under weights of its morph targets; `None` where it has no positions.
+    pub(super) fn new(primitive: &Primitive, weights: &[f32]) -> Option<VertexKey> {
+        let attribute = |semantic| attribute(&primitive.attributes, semantic);
+        let targets = primitive.targets.as_deref().unwrap_or_default();
+        let targets = targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
+        let value = |index: Option<Index<Accessor>>| index.map(|i| i.value());
+        Some(VertexKey {
+            positions: attribute(Semantic::Positions)?,
+            normals: attribute(Semantic::Normals),
+            uvs: attribute(Semantic::TexCoords(0)),
+            uvs1: attribute(Semantic::TexCoords(1)),
+            colors: attribute(Semantic::Colors(0)),
+            targets: targets
+                .map(|(t, weight)| (value(t.positions), value(t.normals), weight.to_bits()))
+                .collect(),
+        })
+    }
+
+    /// The accessor of the positions.
+    pub(super) fn positions(&self) -> usize {
+        self.positions
+    }
+}
+
+fn attribute(attributes: &BTreeMap<Checked<Semantic>, Index<Accessor>>, semantic: Semantic) -> Option<usize> {
+    attributes.get(&Checked::Valid(semantic)).map(|index| index.value())
+}
+
+impl Vertices {
+    /// Reads them, the morph targets applied.
+    pub(super) fn read(accessors: &Accessors<'_>, key: &VertexKey) -> Result<Vertices, String> {
+        let mut positions = accessors.read(key.positions, vec3_of).map_err(|e| format!("POSITION: {e}"))?;
+        let count = positions.len();
+        let mut normals = optional("NORMAL", key.normals, count, |i| accessors.read(i, vec3_of))?;
+        for &(of_positions, of_normals, weight) in &key.targets {
+            let weight = f32::from_bits(weight);
+            let read = |i| accessors.read(i, vec3_of);
+            if let Some(offsets) = optional("a morph target's POSITION", of_positions, count, read)? {
+                add(&mut positions, &offsets, weight);
+            }
+            let offsets = optional("a morph target's NORMAL", of_normals, count, read)?;
+            if let (Some(normals), Some(offsets)) = (&mut normals, offsets) {
+                add(normals, &offsets, weight);
+            }
+        }
+        // The picture's v runs down in glTF, up here.
+        let flipped = |[u, v]: [f32; 2]| [u, 1.0 - v];
+        let mut uvs = optional("TEXCOORD_0", key.uvs, count, |i| accessors.read(i, flipped))?;
+        let mut uvs1 = optional("TEXCOORD_1", key.uvs1, count, |i| accessors.read(i, flipped))?;
+        let colors = optional("COLOR_0", key.colors, count, |i| match accessors.components(i)? {
+            3 => accessors.read(i, |[r, g, b]: [f32; 3]| [r, g, b, 1.0].map(share)),
+            _ => accessors.read(i, |rgba: [f32; 4]| rgba.map(share)),
+        })?;
+        // One | and not ||: all are mended.
+        let mended = mend(normals.as_deref_mut(), |n| n.is_finite(), Vec3::ZERO)
+            | mend(uvs.as_deref_mut(), is_finite, [0.0; 2])
+            | mend(uvs1.as_deref_mut(), is_finite, [0.0; 2]);
+        Ok(Vertices { positions, normals, uvs, uvs1, colors, mended })
+    }
+
+    /// The vertices of these numbers, in this order.
+    pub(super) fn gathered(&self, numbers: &[u32]) -> Vertices {
+        fn of<T: Copy>(all: &[T], numbers: &[u32]) -> Vec<T> {
+            numbers.iter().map(|&i| all[i as usize]).collect()
+        }
+        Vertices {
+            positions: of(&self.positions, numbers),
+            normals: self.normals.as_ref().map(|n| of(n, numbers)),
+            uvs: self.uvs.as_ref().map(|uvs| of(uvs, numbers)),
+            uvs1: self.uvs1.as_ref().map(|uvs| of(uvs, numbers)),
+            colors: self.colors.as_ref().map(|colors| of(colors, numbers)),
+            mended: self.mended,
+        }
+    }
+}
+
+/// An attribute that may be missing; one entry for each of `count` vertices.
+fn optional<T>(
+    name: &str,
+    accessor: Option<usize>,
+    count: usize,
+    read: impl Fn(usize) -> Result<Vec<T>, String>,
+) -> Result<Option<Vec<T>>, String> {
+    let Some(accessor) = accessor else { return Ok(None) };
+    let values = read(accessor).map_err(|problem| format!("{name}: {problem}"))?;
+    if values.len() != count {
+        return Err(format!("{name} has {} elements for {count} vertices; export it again", values.len()));
+    }
+    Ok(Some(values))
+}
+
+fn vec3_of([x, y, z]: [f32; 3]) -> Vec3 {
+    vec3(x, y, z)
+}
+
+fn add(to: &mut [Vec3], offsets: &[Vec3], weight: f32) {
+    for (to, offset) in to.iter_mut().zip(offsets) {
+        *to += *offset * weight;
+    }
+}
+
+fn is_finite(uv: &[f32; 2]) -> bool {
+    uv[0].is_finite() & uv[1].is_finite()
+}
+
+/// Puts `instead` for values that are wrong; whether there were any.
+fn mend<T: Copy>(values: Option<&mut [T]>, is_right: impl Fn(&T) -> bool, instead: T) -> bool {
+    let mut mended = false;
+    for value in values.into_iter().flatten() {
+        if !is_right(value) {
+            *value = instead;
+            mended = true;
+        }
+    }
+    mended
+}
+
+/// Colours are from 0 to 1 by the specification; what is no number counts as 0.
+fn share(x: f32) -> f32 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
+}
