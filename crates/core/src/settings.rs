@@ -5,6 +5,7 @@ use crate::math::Vec3;
 /// How a surface point is lit (reference systems: EOS, PG1, PLATO).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[repr(u32)]
 pub enum LightingModel {
     /// Grey by distance from the camera: `1 - min(t, 1.5 D) / (1.5 D)` with `D` = [`Settings::max_distance`].
@@ -22,6 +23,7 @@ pub enum LightingModel {
 /// What a surface between a point and a light does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[repr(u32)]
 pub enum ShadowMode {
     /// Nothing: no shadow rays are traced.
@@ -35,6 +37,7 @@ pub enum ShadowMode {
 /// How the Fresnel factor of mirrors and glass is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[repr(u32)]
 pub enum FresnelMode {
     /// The equations for unpolarised light at a dielectric.

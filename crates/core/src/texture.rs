@@ -5,6 +5,7 @@ use crate::math::{Vec3, clamp, floor, fma, vec3};
 /// How a colour is read between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[repr(u32)]
 pub enum TextureFilter {
     /// The texel that holds the point.
@@ -16,6 +17,7 @@ pub enum TextureFilter {
 /// What lies outside the unit square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[repr(u32)]
 pub enum TextureWrap {
     /// The texel at the border.

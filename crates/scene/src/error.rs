@@ -1,5 +1,6 @@
 //! What can go wrong, and what is worth saying when nothing did.
 
+use crate::snippet::Snippet;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -23,6 +24,8 @@ pub enum SceneError {
         place: Place,
         /// What is wrong and what to do.
         message: String,
+        /// The line, where the file is one that people write.
+        snippet: Option<Box<Snippet>>,
     },
     /// A file of a kind that is not read.
     #[error("{}: {message}", path.display())]
@@ -81,7 +84,19 @@ impl fmt::Display for Place {
 
 impl SceneError {
     pub(crate) fn at(path: &Path, line: u32, message: impl Into<String>) -> SceneError {
-        SceneError::Invalid { place: Place::line(path, line), message: message.into() }
+        SceneError::invalid(Place::line(path, line), message)
+    }
+
+    pub(crate) fn invalid(place: Place, message: impl Into<String>) -> SceneError {
+        SceneError::Invalid { place, message: message.into(), snippet: None }
+    }
+
+    /// The line of the file that the error speaks of, to be shown below its message.
+    pub fn snippet(&self) -> Option<&Snippet> {
+        match self {
+            SceneError::Invalid { snippet, .. } => snippet.as_deref(),
+            _ => None,
+        }
     }
 }
 

@@ -20,9 +20,14 @@ mod files;
 mod flatten;
 mod model;
 mod presets;
+mod snippet;
 
 pub use error::{Place, Problem, SceneError, Warning};
-pub use files::{BUILTINS, Builtin, LoadOptions, LoadedScene, READ_FORMATS, load, load_from_memory};
+pub use files::{
+    BUILTINS, Builtin, LoadOptions, LoadedScene, READ_FORMATS, load, load_from_memory, scene_reference,
+    scene_schema,
+};
 pub use flatten::{Note, SceneData};
 pub use model::*;
 pub use presets::{Preset, UnknownPreset};
+pub use snippet::Snippet;

@@ -3,7 +3,7 @@
 use super::source::Source;
 use super::warnings::Warnings;
 use super::{LoadOptions, LoadedScene, images};
-use crate::error::{Place, SceneError};
+use crate::error::{Place, Problem, SceneError};
 use crate::model::{Image, Material, Scene, Texture};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -35,10 +35,8 @@ impl Loader {
 
     /// The finished scene, validated.
     pub(super) fn finish(self, path: &Path) -> Result<LoadedScene, SceneError> {
-        self.scene.validate().map_err(|problem| SceneError::Invalid {
-            place: Place::file(path),
-            message: problem.to_string(),
-        })?;
+        let invalid = |problem: Problem| SceneError::invalid(Place::file(path), problem.to_string());
+        self.scene.validate().map_err(invalid)?;
         let files_read = if matches!(self.source, Source::Disk) { self.files_read } else { Vec::new() };
         Ok(LoadedScene { scene: self.scene, warnings: self.warnings.finish(path), files_read })
     }
@@ -86,7 +84,7 @@ impl Loader {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let number = self
             .image_of_bytes(name, &bytes)
-            .map_err(|message| SceneError::Invalid { place: Place::file(path), message })?;
+            .map_err(|message| SceneError::invalid(Place::file(path), message))?;
         self.images.insert(path.to_path_buf(), number);
         Ok(number)
     }

@@ -1,4 +1,4 @@
-//! Files in: OBJ with MTL, our own JSON, and the built-in scenes.
+//! Files in: models (OBJ with MTL, glTF, PLY), our own JSON, and the built-in scenes.
 
 mod builtin;
 mod gltf;
@@ -21,9 +21,10 @@ use source::Source;
 use std::path::{Path, PathBuf};
 
 pub use builtin::{BUILTINS, Builtin};
+pub use json::{scene_reference, scene_schema};
 
 /// What [`load`] reads, for help texts.
-pub const READ_FORMATS: &str = "OBJ (.obj), Eosphor scenes (.json) and builtin:NAME";
+pub const READ_FORMATS: &str = "OBJ (.obj), glTF (.gltf, .glb), PLY (.ply), Eosphor scenes (.json), PG1 configurations (.json) and builtin:NAME";
 
 /// How to load.
 #[derive(Clone, Debug)]
@@ -110,8 +111,6 @@ fn extension(path: &Path) -> Option<String> {
 
 fn unknown_format(path: &Path, extension: Option<&str>) -> SceneError {
     let problem = match extension {
-        Some("gltf" | "glb") => "glTF is not yet read".to_string(),
-        Some("ply") => "PLY is not yet read".to_string(),
         Some(e) => format!("\"{e}\" files are not read"),
         None => "what is it? The name has no extension".to_string(),
     };
@@ -128,9 +127,7 @@ mod tests {
 
     #[test]
     fn what_is_not_read_is_said() {
-        assert!(message("a/b.glb").starts_with("a/b.glb: glTF is not yet read; give OBJ (.obj)"));
-        assert!(message("x.ply").contains("PLY is not yet read"));
-        assert!(message("x.stl").contains("\"stl\" files are not read"));
+        assert!(message("a/x.stl").starts_with("a/x.stl: \"stl\" files are not read; give OBJ (.obj), glTF"));
         assert!(message("scene").contains("no extension"));
         assert!(message("/nowhere/bunny.obj").starts_with("/nowhere/bunny.obj: cannot read: No such file"));
         assert_eq!(message("builtin:x"), "there is no built-in scene \"x\"; there is cornell");

@@ -1,7 +1,9 @@
 //! Materials, as people and files describe them.
 
 use super::Pbr;
+use super::stand_ins::{Color, IndexOfRefraction};
 use eosphor_core::math::Vec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A named material.
@@ -72,7 +74,7 @@ pub struct TextureChannel {
 }
 
 /// A channel of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs, reason = "the names say it")]
 pub enum Channel {
@@ -83,14 +85,18 @@ pub enum Channel {
 }
 
 /// What a material's opacity does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
 pub enum AlphaMode {
     /// Nothing: there are no holes.
+    #[default]
     Opaque,
     /// Where it is under the cutoff there is a hole.
     Mask {
         /// 0 to 1.
+        #[schemars(description = "The opacity below which there is a hole.")]
+        #[serde(default = "half")]
+        #[schemars(range(min = 0, max = 1))]
         cutoff: f32,
     },
     /// It is the share of the surface that is there; the rest is a hole.
@@ -130,7 +136,7 @@ impl Material {
 }
 
 /// Kinds of material.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
 pub enum MaterialKind {
     /// The fields of an MTL file; what reflects and transmits follows from [`super::Composition`].
@@ -141,81 +147,104 @@ pub enum MaterialKind {
     Matte {
         /// Diffuse colour.
         #[serde(alias = "colour")]
+        #[schemars(with = "Color")]
         color: Vec3,
     },
     /// A sharp mirror.
     Mirror {
         /// Share of light that is reflected.
+        #[schemars(with = "Color")]
         reflectance: Vec3,
     },
     /// Glass, water, diamond: reflects by Fresnel, refracts the rest.
     Dielectric {
         /// Index of refraction; files may name a substance ([`super::INDICES_OF_REFRACTION`]).
         #[serde(deserialize_with = "super::ior::number_or_name")]
+        #[schemars(with = "IndexOfRefraction", description = "Index of refraction.")]
         ior: f32,
         /// Share of light that gets through a surface.
         #[serde(default = "one")]
+        #[schemars(with = "Color")]
         tint: Vec3,
     },
     /// A blurred mirror over a diffuse ground.
     Glossy {
         /// Share of light that is reflected.
+        #[schemars(with = "Color")]
         reflectance: Vec3,
         /// Exponent of the lobe `cos^n` about the mirror direction.
+        #[schemars(range(min = 0, max = 1000000))]
         exponent: f32,
         /// Reflected rays a hit.
         #[serde(default = "eight")]
+        #[schemars(range(min = 1, max = 65536))]
         rays: u32,
         /// Diffuse colour.
         #[serde(default, alias = "colour")]
+        #[schemars(with = "Color")]
         color: Vec3,
     },
     /// Coloured, partly mirror and partly see-through without bending (PLATO's faces).
     Transparent {
         /// Diffuse colour; also the colour of its shadow.
         #[serde(alias = "colour")]
+        #[schemars(with = "Color")]
         color: Vec3,
         /// Share of light that goes straight through, 0 to 1.
+        #[schemars(range(min = 0, max = 1))]
         transparency: f32,
         /// Share of light that is reflected, 0 to 1; also the weight of the highlight.
         #[serde(default)]
+        #[schemars(range(min = 0, max = 1))]
         reflection: f32,
         /// Exponent of the highlight.
         #[serde(default = "sixty_four")]
+        #[schemars(range(min = 0, max = 1000000))]
         shininess: f32,
     },
     /// Shines by itself. Triangles of it are lights.
     Emissive {
         /// Radiance.
+        #[schemars(with = "Color")]
         radiance: Vec3,
     },
 }
 
 /// The fields of an MTL file that rendering uses.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[allow(non_snake_case, reason = "the names are MTL's own")]
 pub struct Mtl {
     /// Diffuse colour.
+    #[schemars(with = "Color")]
     pub Kd: Vec3,
     /// Specular colour.
+    #[schemars(with = "Color")]
     pub Ks: Vec3,
     /// Emitted radiance.
+    #[schemars(with = "Color")]
     pub Ke: Vec3,
-    /// Transmission filter; `None` when the file has none.
+    /// Transmission filter; what stands for none depends on [`super::Composition`].
+    #[schemars(with = "Option<Color>")]
     pub Tf: Option<Vec3>,
     /// Exponent of the highlight.
+    #[schemars(range(min = 0, max = 1000000))]
     pub Ns: f32,
-    /// Index of refraction; `None` when the file has none.
+    /// Index of refraction.
+    #[schemars(range(min = 0.01, max = 100))]
     pub Ni: Option<f32>,
     /// Opacity: 1 is opaque.
+    #[schemars(range(min = 0, max = 1))]
     pub d: f32,
     /// Illumination model, 0 to 10.
+    #[schemars(range(min = 0, max = 10))]
     pub illum: u32,
     /// Roughness, of the PBR extension. Where a material has `Pr` or `Pm`, the native composition takes it for a
     /// metallic-roughness material; the presets take no notice.
+    #[schemars(range(min = 0, max = 1))]
     pub Pr: Option<f32>,
     /// Metallic, of the PBR extension.
+    #[schemars(range(min = 0, max = 1))]
     pub Pm: Option<f32>,
     /// Sheen; kept, not rendered.
     pub Ps: Option<f32>,
@@ -251,6 +280,9 @@ impl Default for Mtl {
     }
 }
 
+fn half() -> f32 {
+    0.5
+}
 fn one() -> Vec3 {
     Vec3::ONE
 }

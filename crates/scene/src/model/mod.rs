@@ -9,6 +9,7 @@ mod material;
 mod mesh;
 mod pbr;
 mod settings;
+mod stand_ins;
 mod texture;
 mod transform;
 mod validate;
@@ -20,6 +21,7 @@ pub use material::{AlphaMode, Channel, Material, MaterialKind, MaterialTextures,
 pub use mesh::{Instance, Mesh, NO_INDEX, Parallelogram, Sphere, Triangle};
 pub use pbr::Pbr;
 pub use settings::{Composition, NormalMode, PixelSampling, RenderSettings, Transfer};
+pub(crate) use stand_ins::Vector;
 pub use texture::{Image, Texels, Texture, TextureContent};
 pub use transform::Transform;
 pub(crate) use validate::MAX_COORDINATE;

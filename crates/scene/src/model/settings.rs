@@ -1,24 +1,31 @@
 //! How to render a scene.
 
+use super::stand_ins::Color;
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Everything that a scene file can say about rendering. All of it can be overridden by a flag.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 pub struct RenderSettings {
     /// Width and height in pixels, 1 to 65,535 each.
+    #[schemars(inner(range(min = 1, max = 65_535)))]
     pub size: [u32; 2],
     /// Samples a pixel; ignored with a sample grid.
+    #[schemars(range(min = 1, max = 65_536))]
     pub samples: u32,
     /// Where the samples of a pixel lie.
     pub pixel_sampling: PixelSampling,
     /// Points a shading point samples on each triangle that is a light.
+    #[schemars(range(min = 1, max = 65_536))]
     pub light_samples: u32,
     /// Bounces after the camera ray, at most 64.
+    #[schemars(range(min = 0, max = 64))]
     pub depth: u32,
     /// A ray dies when the largest component of its weight is below this.
+    #[schemars(range(min = 0, max = 1))]
     pub energy_threshold: f32,
     /// How surface points are lit.
     pub lighting: LightingModel,
@@ -29,6 +36,7 @@ pub struct RenderSettings {
     /// How normals vary over a triangle.
     pub normals: NormalMode,
     /// With generated normals: neighbours that meet at more than this many degrees keep a crease.
+    #[schemars(range(min = 0, max = 180))]
     pub crease_degrees: f32,
     /// Triangles are seen from the front only.
     pub cull_back_faces: bool,
@@ -37,11 +45,14 @@ pub struct RenderSettings {
     /// Point and spot lights fall off with the square of the distance.
     pub light_falloff: bool,
     /// The ambient term is this times the diffuse colour.
+    #[schemars(range(min = 0, max = 1_000_000))]
     pub ambient: f32,
-    /// `D` of the lighting model `distance`, in world units; `None`: the distance from the camera to the far side of
+    /// `D` of the lighting model `distance`, in world units; where not given, the distance from the camera to the far side of
     /// the scene over 1.5.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_distance: Option<f32>,
     /// Linear colour of rays that hit nothing.
+    #[schemars(with = "Color")]
     pub background: Vec3,
     /// What reflects and transmits in MTL materials.
     pub composition: Composition,
@@ -50,13 +61,15 @@ pub struct RenderSettings {
     /// How linear colours become bytes.
     pub transfer: Transfer,
     /// Stops: colours are multiplied by 2 to this power before anything else.
+    #[schemars(range(min = -64, max = 64))]
     pub exposure: f32,
     /// Key of all random numbers.
+    #[schemars(range(min = 0, max = 4_294_967_295u32))]
     pub seed: u32,
 }
 
 /// Where the samples of a pixel lie.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum PixelSampling {
     /// All in the middle.
@@ -64,11 +77,11 @@ pub enum PixelSampling {
     /// Well-distributed random points over the pixel.
     Random,
     /// A regular grid of this many by this many samples (SSAA).
-    Grid(u32),
+    Grid(#[schemars(range(min = 1, max = 256))] u32),
 }
 
 /// How normals vary over a triangle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum NormalMode {
     /// One normal a triangle.
@@ -82,7 +95,7 @@ pub enum NormalMode {
 }
 
 /// What reflects and transmits in MTL materials.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Composition {
     /// By `illum`, with Fresnel.
@@ -94,7 +107,7 @@ pub enum Composition {
 }
 
 /// How linear colours become bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transfer {
     /// IEC 61966-2-1.

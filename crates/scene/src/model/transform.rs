@@ -1,17 +1,27 @@
 //! How objects are placed.
 
+use super::stand_ins::{Scale, Vector};
 use eosphor_core::math::{Affine, Vec3, elementary64, vec3};
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Scale, then rotation about x, y and z (degrees, in this order), then translation; or a whole 3 x 4 matrix.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+#[schemars(
+    description = "Scale, then rotation about x, y and z, then translation, then the matrix.",
+    extend("examples" = [{ "scale": 0.5, "rotate-degrees": [0, 90, 0], "translate": [1, 0, 0] }]),
+)]
 pub struct Transform {
     /// Scale along the axes.
+    #[serde(deserialize_with = "one_or_three")]
+    #[schemars(with = "Scale")]
     pub scale: Vec3,
     /// Degrees about x, then y, then z.
+    #[schemars(with = "Vector")]
     pub rotate_degrees: Vec3,
     /// Moves the object.
+    #[schemars(with = "Vector")]
     pub translate: Vec3,
     /// A row-major 3 x 4 matrix, applied after the above.
     pub matrix: Option<[[f32; 4]; 3]>,
@@ -56,6 +66,20 @@ impl Transform {
             }
         }
     }
+}
+
+/// Reads one number for all axes, or three.
+fn one_or_three<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec3, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum OneOrThree {
+        One(f32),
+        Three(Vec3),
+    }
+    Ok(match OneOrThree::deserialize(deserializer)? {
+        OneOrThree::One(scale) => Vec3::splat(scale),
+        OneOrThree::Three(scale) => scale,
+    })
 }
 
 /// Rotation about a coordinate axis, counter-clockwise seen from its tip.

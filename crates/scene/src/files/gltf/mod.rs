@@ -175,7 +175,7 @@ fn parse(path: &Path, container: &Container<'_>) -> Result<Root, SceneError> {
         return Err(invalid(path, format!("its JSON is no glTF: {reason}; export it again")));
     }
     let place = Place { path: path.to_path_buf(), line: Some(line), column: Some(column) };
-    Err(SceneError::Invalid { place, message: format!("{reason}; this is no glTF, export it again") })
+    Err(SceneError::invalid(place, format!("{reason}; this is no glTF, export it again")))
 }
 
 fn wrong_version(version: &str) -> String {
@@ -196,7 +196,7 @@ fn version(json: &[u8]) -> Option<String> {
 }
 
 fn invalid(path: &Path, message: String) -> SceneError {
-    SceneError::Invalid { place: Place::file(path), message }
+    SceneError::invalid(Place::file(path), message)
 }
 
 /// A part of a file for messages: by its name where it has one, else by its number.

@@ -1,184 +1,148 @@
 //! From the keys of a JSON scene to the model: files are read, names become numbers.
 
-use super::format::{InstanceEntry, MeshEntry, ParallelogramEntry, SceneFile, SphereEntry};
-use super::material::{Entries, MaterialEntry};
-use super::nearest::nearest;
-use super::text::{line_of_key, line_of_string};
-use crate::error::{Place, Problem, SceneError};
-use crate::files::{self, loader::Loader};
-use crate::model::{Instance, Material, Parallelogram, Sphere, Texture, Transform};
-use std::path::Path;
+use super::document::Document;
+use super::fault::quoted;
+use super::format::{ParallelogramEntry, SceneFile, SphereEntry};
+use super::material::{Entries, MaterialEntry, TextureSlots};
+use super::nearest::hint;
+use super::sense;
+use super::texture::{ChannelTextureEntry, TextureEntry};
+use super::tree::{Step, way};
+use crate::error::SceneError;
+use crate::files::loader::Loader;
+use crate::model::{
+    Channel, Material, MaterialTextures, Parallelogram, Sphere, TextureChannel, TextureContent,
+};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 pub(super) struct Builder<'a> {
     pub(super) loader: &'a mut Loader,
-    pub(super) path: &'a Path,
-    /// Of the file, to find the lines of wrong names.
-    pub(super) text: &'a str,
+    pub(super) document: &'a Document<'a>,
 }
 
-/// A mesh that is read: its name, its number and the transform beside its file name.
-struct ReadMesh {
-    name: String,
-    number: u32,
-    transform: Transform,
-    placed: bool,
+/// The numbers of the file's materials.
+pub(super) struct MaterialNames {
+    names: Vec<String>,
+    numbers: HashMap<String, u32>,
 }
 
 impl Builder<'_> {
     pub(super) fn build(&mut self, file: SceneFile) -> Result<(), SceneError> {
+        if let Some(camera) = &file.camera {
+            sense::check_camera(self.document, camera)?;
+        }
         self.loader.scene.camera = file.camera;
         self.loader.scene.lights = file.lights;
         self.loader.scene.settings = file.settings;
         let materials = self.materials(file.materials)?;
-        let meshes = self.meshes(file.meshes, &materials)?;
-        self.instances(file.instances, meshes)?;
-        for SphereEntry { center, radius, material } in file.spheres {
-            let material = self.material(material.as_deref(), &materials)?;
+        let origins = self.place_meshes(file.meshes, file.instances, &materials)?;
+        for (i, SphereEntry { center, radius, material }) in file.spheres.into_iter().enumerate() {
+            let material = self.material(material, &materials, &way!["spheres", i, "material"])?;
+            let material = material.unwrap_or_else(|| self.loader.default_material());
             self.loader.scene.spheres.push(Sphere { center, radius, material });
         }
-        for ParallelogramEntry { corner, edge_u, edge_v, material } in file.parallelograms {
-            let material = self.material(material.as_deref(), &materials)?;
-            self.loader.scene.parallelograms.push(Parallelogram { corner, edge_u, edge_v, material });
+        for (i, entry) in file.parallelograms.into_iter().enumerate() {
+            let ParallelogramEntry { corner, edge_u, edge_v, material } = entry;
+            let material = self.material(material, &materials, &way!["parallelograms", i, "material"])?;
+            let material = material.unwrap_or_else(|| self.loader.default_material());
+            let parallelogram = Parallelogram { corner, edge_u, edge_v, material };
+            sense::check_edges(self.document, i, &parallelogram)?;
+            self.loader.scene.parallelograms.push(parallelogram);
         }
-        self.loader.scene.validate().map_err(|p| self.problem(&p))
-    }
-
-    /// An error at the first place where the file says `name`.
-    fn named_error(&self, name: &str, message: String) -> SceneError {
-        let place = Place { line: line_of_string(self.text, name), ..Place::file(self.path) };
-        SceneError::Invalid { place, message }
-    }
-
-    /// A problem of the finished scene, at the line of the key or name that it speaks of.
-    fn problem(&self, problem: &Problem) -> SceneError {
-        let what = problem.what.as_str();
-        let line = match what.split('"').nth(1) {
-            Some(name) => line_of_string(self.text, name),
-            None if what.starts_with("settings.") || what.starts_with("camera.") => {
-                let key = what.rsplit('.').next().unwrap_or_default();
-                line_of_key(self.text, key.split(' ').next().unwrap_or_default())
-            }
-            None => None,
-        };
-        let place = Place { line, ..Place::file(self.path) };
-        SceneError::Invalid { place, message: problem.to_string() }
-    }
-
-    fn unknown(&self, kind: &str, name: &str, known: &[&str]) -> SceneError {
-        let hint = match nearest(name, known.iter().copied()) {
-            Some(near) => format!("did you mean \"{near}\"?"),
-            None if known.is_empty() => "the file has none".into(),
-            None => format!("there are \"{}\"", known.join("\", \"")),
-        };
-        self.named_error(name, format!("unknown {kind} \"{name}\"; {hint}"))
+        let origin = |instance: usize| origins.get(instance).map(|&(list, i)| way![list, i]);
+        self.loader.scene.validate().map_err(|problem| self.document.problem(&problem, origin))
     }
 
     /// Adds the materials; their names by number.
-    fn materials(&mut self, entries: Entries<MaterialEntry>) -> Result<Vec<String>, SceneError> {
-        let mut names = Vec::with_capacity(entries.0.len());
-        for (name, MaterialEntry { kind, texture }) in entries.0 {
-            let color = match texture {
-                Some(t) if self.loader.wants_textures() => {
-                    let file = self.beside(&t.file);
-                    let line = || t.file.to_string_lossy().into_owned();
-                    let image = self.loader.image(&file);
-                    let image = image.map_err(|e| self.named_error(&line(), format!("texture: {e}")))?;
-                    let (filter, wrap_u, wrap_v) = (t.filter, t.wrap, t.wrap);
-                    let texture = Texture { filter, wrap_u, wrap_v, ..Texture::of_image(image) };
-                    Some(self.loader.texture(texture))
-                }
-                _ => None,
-            };
+    fn materials(&mut self, entries: Entries<MaterialEntry>) -> Result<MaterialNames, SceneError> {
+        let (mut names, mut numbers) = (Vec::new(), HashMap::new());
+        for (name, MaterialEntry { kind, texture, textures, alpha }) in entries.0 {
+            let way = way!["materials", name.as_str()];
+            if texture.is_some() && textures.color.is_some() {
+                let message = "\"texture\" says the same as \"color\" of \"textures\"; drop one of them";
+                return Err(self.document.error_in(&[way[0], way[1], "texture".into()], message));
+            }
+            let textures = self.textures(way, texture, textures)?;
+            numbers.insert(name.clone(), self.loader.scene.materials.len() as u32);
             names.push(name.clone());
-            let mut material = Material::new(name, kind);
-            material.textures.color = color;
-            self.loader.scene.materials.push(material);
+            self.loader.scene.materials.push(Material { name, kind, textures, alpha });
         }
-        Ok(names)
+        Ok(MaterialNames { names, numbers })
     }
 
-    /// The number of a named material; JSON materials come first, so that it is the place of the name.
-    fn material(&mut self, name: Option<&str>, materials: &[String]) -> Result<u32, SceneError> {
-        let Some(name) = name else { return Ok(self.loader.default_material()) };
-        match materials.iter().position(|m| m == name) {
-            Some(number) => Ok(number as u32),
-            None => {
-                let known: Vec<&str> = materials.iter().map(String::as_str).collect();
-                Err(self.unknown("material", name, &known))
-            }
-        }
-    }
-
-    fn meshes(&mut self, entries: Vec<MeshEntry>, materials: &[String]) -> Result<Vec<ReadMesh>, SceneError> {
-        let mut meshes: Vec<ReadMesh> = Vec::with_capacity(entries.len());
-        for MeshEntry { file, name, material, transform } in entries {
-            let material = match material {
-                Some(name) => Some(self.material(Some(&name), materials)?),
-                None => None,
-            };
-            let number = self.mesh(&file)?;
-            let mesh = &mut self.loader.scene.meshes[number as usize];
-            if let Some(material) = material {
-                mesh.triangles.iter_mut().for_each(|t| t.material = material);
-            }
-            if let Some(name) = name {
-                mesh.name = name;
-            }
-            meshes.push(ReadMesh { name: mesh.name.clone(), number, transform, placed: false });
-        }
-        Ok(meshes)
-    }
-
-    fn mesh(&mut self, file: &Path) -> Result<u32, SceneError> {
-        let full = self.beside(file);
-        let name = file.to_string_lossy();
-        match file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
-            Some("obj") => match files::read_model(self.loader, &full) {
-                Err(e @ SceneError::Read { .. }) => Err(self.named_error(&name, format!("mesh: {e}"))),
-                other => other.map(|placed| placed[0].mesh),
-            },
-            _ => Err(self.named_error(&name, format!("mesh \"{name}\": only OBJ meshes are read so far"))),
-        }
-    }
-
-    /// Places the meshes: as the instances say, and once where none names the mesh.
-    fn instances(
+    /// The textures of a material. `short` is the one that stands beside its kind.
+    fn textures(
         &mut self,
-        entries: Vec<InstanceEntry>,
-        mut meshes: Vec<ReadMesh>,
-    ) -> Result<(), SceneError> {
-        for InstanceEntry { mesh: name, transform } in entries {
-            let mut named = meshes.iter_mut().filter(|m| m.name == name);
-            let (first, second) = (named.next(), named.next());
-            if second.is_some() {
-                let message = format!("two meshes are named \"{name}\"; give each a \"name\" of its own");
-                return Err(self.named_error(&name, message));
+        material: [Step; 2],
+        short: Option<TextureEntry>,
+        slots: TextureSlots,
+    ) -> Result<MaterialTextures, SceneError> {
+        use TextureContent::{Color, Data};
+        let [a, b] = material;
+        let way = |key| [a, b, "textures".into(), Step::Key(key)];
+        let color = match short {
+            Some(short) => self.texture(&[a, b, "texture".into()], Some(short), Color)?,
+            None => self.texture(&way("color"), slots.color, Color)?,
+        };
+        Ok(MaterialTextures {
+            color,
+            opacity: self.channel(&way("opacity"), slots.opacity, Channel::Alpha)?,
+            specular: self.texture(&way("specular"), slots.specular, Color)?,
+            emission: self.texture(&way("emission"), slots.emission, Color)?,
+            metallic: self.channel(&way("metallic"), slots.metallic, Channel::Blue)?,
+            roughness: self.channel(&way("roughness"), slots.roughness, Channel::Green)?,
+            transmission: self.channel(&way("transmission"), slots.transmission, Channel::Red)?,
+            normal: self.texture(&way("normal"), slots.normal, Data)?,
+            normal_scale: slots.normal_scale,
+        })
+    }
+
+    /// The number of a texture; none where there is none or none is wanted.
+    fn texture(
+        &mut self,
+        way: &[Step],
+        entry: Option<TextureEntry>,
+        content: TextureContent,
+    ) -> Result<Option<u32>, SceneError> {
+        let Some(entry) = entry.filter(|_| self.loader.wants_textures()) else { return Ok(None) };
+        let image = self.loader.image(&self.beside(entry.file())).map_err(|error| {
+            let file = [way, &["file".into()]].concat();
+            self.document.error_in(&file, format!("texture: {error}"))
+        })?;
+        Ok(Some(self.loader.texture(entry.of_image(image, content))))
+    }
+
+    fn channel(
+        &mut self,
+        way: &[Step],
+        entry: Option<ChannelTextureEntry>,
+        usual: Channel,
+    ) -> Result<Option<TextureChannel>, SceneError> {
+        let Some((entry, channel)) = entry.map(ChannelTextureEntry::split) else { return Ok(None) };
+        let texture = self.texture(way, Some(entry), TextureContent::Data)?;
+        Ok(texture.map(|texture| TextureChannel { texture, channel: channel.unwrap_or(usual) }))
+    }
+
+    /// The number of a named material; `way` leads to the name.
+    pub(super) fn material(
+        &self,
+        name: Option<String>,
+        materials: &MaterialNames,
+        way: &[Step],
+    ) -> Result<Option<u32>, SceneError> {
+        let Some(name) = name else { return Ok(None) };
+        match materials.numbers.get(&name) {
+            Some(&number) => Ok(Some(number)),
+            None => {
+                let hint = hint(&name, materials.names.iter().map(String::as_str));
+                Err(self.document.error_in(way, format!("unknown material {}; {hint}", quoted(&name))))
             }
-            let Some(mesh) = first else {
-                let known: Vec<&str> = meshes.iter().map(|m| m.name.as_str()).collect();
-                return Err(self.unknown("mesh", &name, &known));
-            };
-            mesh.placed = true;
-            let world_from_object = after(&transform, &mesh.transform);
-            let mesh = mesh.number;
-            self.loader.scene.instances.push(Instance::new(mesh, world_from_object));
         }
-        for mesh in meshes.iter().filter(|m| !m.placed) {
-            let instance = Instance::new(mesh.number, mesh.transform);
-            self.loader.scene.instances.push(instance);
-        }
-        Ok(())
     }
 
-    fn beside(&self, file: &Path) -> std::path::PathBuf {
-        self.path.parent().unwrap_or(Path::new("")).join(file)
+    /// The path of a file that is named relative to the scene.
+    pub(super) fn beside(&self, file: &Path) -> PathBuf {
+        self.document.path.parent().unwrap_or(Path::new("")).join(file)
     }
-}
-
-/// The transform that applies `first` and then `then`.
-fn after(then: &Transform, first: &Transform) -> Transform {
-    if *first == Transform::default() {
-        return *then;
-    }
-    Transform::from_affine(&then.affine().after(&first.affine()))
 }

@@ -1,82 +1,141 @@
-//! The keys of a JSON scene.
+//! The keys of a JSON scene. The comments of the keys are their documentation, in the schema and in
+//! scenes/REFERENCE.md.
 
 use super::material::{Entries, MaterialEntry};
-use crate::model::{Camera, Light, RenderSettings, Transform};
+use crate::model::{Camera, Light, RenderSettings, Transform, Vector};
 use eosphor_core::math::Vec3;
+use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// A whole file.
-#[derive(Deserialize)]
+/// A scene of the Eosphor ray tracer. Lengths are in the scene's own unit, angles in degrees, colours linear; numbers
+/// lie within 1e12.
+#[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "Scene", extend("examples" = [{
+    "eosphor": 1,
+    "materials": { "red": { "matte": { "color": [0.8, 0.1, 0.1] } } },
+    "spheres": [{ "center": [0, 0, 0], "radius": 1, "material": "red" }]
+}]))]
 pub(super) struct SceneFile {
+    /// The version of the format.
     #[serde(rename = "eosphor")]
+    #[schemars(extend("const" = 1))]
     pub(super) _version: u32,
+    /// The schema of this format, for editors: `"schema.json"`.
     #[serde(rename = "$schema", default)]
-    pub(super) _schema: Option<IgnoredAny>,
+    #[schemars(with = "String")]
+    pub(super) _schema: Option<String>,
     /// For readers.
     #[serde(rename = "description", default)]
-    pub(super) _description: Option<IgnoredAny>,
+    #[schemars(with = "String")]
+    pub(super) _description: Option<String>,
+    /// Where the picture is taken from. Without a camera the whole scene is framed.
     #[serde(default)]
     pub(super) camera: Option<Camera>,
+    /// Lights. Triangles that shine are lights by themselves; without any light there is a headlight at the camera.
     #[serde(default)]
     pub(super) lights: Vec<Light>,
+    /// Materials by name.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, MaterialEntry>")]
     pub(super) materials: Entries<MaterialEntry>,
+    /// Meshes by file.
     #[serde(default)]
     pub(super) meshes: Vec<MeshEntry>,
+    /// Meshes placed.
     #[serde(default)]
     pub(super) instances: Vec<InstanceEntry>,
+    /// Spheres.
     #[serde(default)]
     pub(super) spheres: Vec<SphereEntry>,
+    /// Parallelograms.
     #[serde(default)]
     pub(super) parallelograms: Vec<ParallelogramEntry>,
+    /// How to render it. Flags of the command line win.
     #[serde(default)]
     pub(super) settings: RenderSettings,
 }
 
-/// A mesh by file. It is placed once, or, where instances name it, by them alone.
-#[derive(Deserialize)]
+/// A mesh by file. It is placed once, or, where instances name it, by them alone. A file with several meshes (glTF) is
+/// placed as one; its cameras and lights are left out.
+#[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "Mesh", extend("examples" = [
+    { "file": "chair.glb", "name": "chair", "transform": { "translate": [0, 0, -2] } }
+]))]
 pub(super) struct MeshEntry {
-    /// Relative to the scene file.
+    /// OBJ, glTF or PLY, beside the scene file.
+    #[schemars(extend("examples" = ["chair.obj"]))]
     pub(super) file: PathBuf,
-    /// Instances name the mesh by this; the file's stem where it is not given.
+    /// Instances name the mesh by this; the file's name without its ending where it is not given.
     #[serde(default)]
     pub(super) name: Option<String>,
     /// One of `materials`, for the whole mesh; else those of the file.
     #[serde(default)]
+    #[schemars(extend("examples" = ["red"]))]
     pub(super) material: Option<String>,
     /// Applied before that of an instance.
     #[serde(default)]
     pub(super) transform: Transform,
 }
 
-#[derive(Deserialize)]
+/// A mesh placed once more.
+#[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "Instance", extend("examples" = [
+    { "mesh": "chair", "material": "red", "transform": { "rotate-degrees": [0, 90, 0] } }
+]))]
 pub(super) struct InstanceEntry {
     /// The name of a mesh.
+    #[schemars(extend("examples" = ["chair"]))]
     pub(super) mesh: String,
+    /// One of `materials`, instead of the mesh's.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["red"]))]
+    pub(super) material: Option<String>,
+    /// Applied after that of the mesh.
     #[serde(default)]
     pub(super) transform: Transform,
 }
 
-#[derive(Deserialize)]
+/// A sphere.
+#[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "Sphere", extend("examples" = [{ "center": [0, 1, 0], "radius": 1, "material": "red" }]))]
 pub(super) struct SphereEntry {
+    /// Its middle.
+    #[schemars(with = "Vector")]
     pub(super) center: Vec3,
+    /// Over 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) radius: f32,
+    /// One of `materials`; grey where not given.
     #[serde(default)]
+    #[schemars(extend("examples" = ["red"]))]
     pub(super) material: Option<String>,
 }
 
-#[derive(Deserialize)]
+/// A parallelogram. Its front is where the edges run counter-clockwise. Texture coordinates are (0, 0) at the corner and
+/// grow to 1 along the edges.
+#[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "Parallelogram", extend("examples" = [
+    { "corner": [-5, 0, 5], "edge-u": [10, 0, 0], "edge-v": [0, 0, -10], "material": "red" }
+]))]
 pub(super) struct ParallelogramEntry {
+    /// One corner.
+    #[schemars(with = "Vector")]
     pub(super) corner: Vec3,
+    /// From the corner along u.
+    #[schemars(with = "Vector")]
     pub(super) edge_u: Vec3,
+    /// From the corner along v.
+    #[schemars(with = "Vector")]
     pub(super) edge_v: Vec3,
+    /// One of `materials`; grey where not given.
     #[serde(default)]
+    #[schemars(extend("examples" = ["red"]))]
     pub(super) material: Option<String>,
 }

@@ -1,60 +1,82 @@
-//! Our own scene format: JSON with a version key. scenes/README.md documents it by example.
+//! Our own scene format: JSON with a version key. scenes/README.md documents it by example, scenes/REFERENCE.md in full.
+//!
+//! The way of a file: text → `parse` → a tree that knows the place of everything → `check` by the schema → `format`, the
+//! types that serde fills → `build` → the model.
 
 mod build;
+mod check;
+mod document;
+mod fault;
 mod format;
 mod material;
+mod meshes;
 mod nearest;
-mod text;
+mod parse;
+mod reference;
+mod rules;
+mod schema;
+#[cfg(test)]
+mod schema_tests;
+mod sense;
+#[cfg(test)]
+mod tests;
+mod texture;
+mod tree;
 
 use super::loader::Loader;
-use crate::error::{Place, SceneError};
-use serde::Deserialize;
-use serde_json::Value;
+use crate::error::SceneError;
+use document::{Document, error_at};
+use fault::{Fault, quoted};
 use std::path::Path;
+use tree::{Node, Value};
+
+pub use reference::scene_reference;
+pub use schema::scene_schema;
 
 /// The version of the format that is read.
-const VERSION: u64 = 1;
+const VERSION: f64 = 1.0;
 
 /// Reads a JSON scene into the loader.
 pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
     let bytes = loader.read(path)?;
-    let Ok(text) = std::str::from_utf8(&bytes) else {
-        let message = "the file is not UTF-8 text; save it as UTF-8".into();
-        return Err(SceneError::Invalid { place: Place::file(path), message });
-    };
+    let text =
+        std::str::from_utf8(&bytes).map_err(|problem| not_utf8(path, &bytes[..problem.valid_up_to()]))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    check_version(path, text)?;
-    text::check_numbers(path, text)?;
-    let file: format::SceneFile = serde_json::from_str(text).map_err(|e| syntax_error(path, &e))?;
-    build::Builder { loader, path, text }.build(file)
+    let root = parse::parse(text)
+        .and_then(|root| check_version(&root).map(|()| root))
+        .and_then(|root| check::check(&rules::RULES, &root).map(|()| root))
+        .map_err(|fault| error_at(path, text, fault))?;
+    let document = Document { path, text, root };
+    let file = serde_json::from_str(text).map_err(|problem| {
+        let message = format!("the file does not follow the format ({problem}); see scenes/REFERENCE.md");
+        document.error(document.root.at, message)
+    })?;
+    build::Builder { loader, document: &document }.build(file)
 }
 
 /// The version is looked at before anything else, so that a newer file fails for that and not for a new key.
-fn check_version(path: &Path, text: &str) -> Result<(), SceneError> {
-    #[derive(Deserialize)]
-    struct Version {
-        #[serde(default)]
-        eosphor: Option<Value>,
-    }
-    let Version { eosphor } = serde_json::from_str(text).map_err(|e| syntax_error(path, &e))?;
-    let message = match eosphor {
-        Some(Value::Number(n)) if n.as_u64() == Some(VERSION) => return Ok(()),
-        Some(other) => format!("\"eosphor\" is {other}; this program reads version {VERSION}"),
-        None => format!("this is no Eosphor scene; it needs the key \"eosphor\": {VERSION}"),
+fn check_version(root: &Node) -> Result<(), Fault> {
+    let Some(version) = root.get("eosphor") else {
+        let message = "this is no Eosphor scene; it needs the key \"eosphor\": 1";
+        return Err(Fault::new(root.at, message));
     };
-    let line = text::line_of_key(text, "eosphor");
-    Err(SceneError::Invalid { place: Place { line, ..Place::file(path) }, message })
+    match &version.value {
+        Value::Number(number, _) if *number == VERSION => Ok(()),
+        Value::Number(_, word) => {
+            let message =
+                format!("this is version {} of the format; the program reads version {VERSION}", short(word));
+            Err(Fault::new(version.at, message))
+        }
+        _ => Err(Fault::new(version.at, format!("\"eosphor\" must be the version of the format, {VERSION}"))),
+    }
 }
 
-/// serde_json's message in our form: the place first, names in straight quotes.
-fn syntax_error(path: &Path, error: &serde_json::Error) -> SceneError {
-    let whole = error.to_string();
-    let suffix = format!(" at line {} column {}", error.line(), error.column());
-    let message = whole.strip_suffix(&suffix).unwrap_or(&whole).replace('`', "\"");
-    let line = u32::try_from(error.line()).ok().filter(|&l| l > 0);
-    let column = u32::try_from(error.column()).ok().filter(|_| line.is_some());
-    SceneError::Invalid { place: Place { path: path.to_path_buf(), line, column }, message }
+/// A number of the file, cut where it is long.
+fn short(word: &str) -> String {
+    quoted(word).trim_matches('"').to_owned()
 }
 
-#[cfg(test)]
-mod tests;
+fn not_utf8(path: &Path, valid: &[u8]) -> SceneError {
+    let text = String::from_utf8_lossy(valid);
+    error_at(path, &text, Fault::new(text.len(), "the file is not UTF-8 text; save it as UTF-8"))
+}

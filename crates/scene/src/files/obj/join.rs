@@ -203,7 +203,7 @@ impl<'a> Join<'a> {
     }
 
     fn error<T>(&self, message: impl Into<String>) -> Result<T, SceneError> {
-        Err(SceneError::Invalid { place: Place::file(self.path), message: message.into() })
+        Err(SceneError::invalid(Place::file(self.path), message))
     }
 
     fn fits(&self) -> Result<(), SceneError> {

@@ -38,8 +38,7 @@ const ZERO_BYTE: &str =
 /// Adds the mesh, the materials and the textures of an OBJ file, placed as it is.
 pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
     let bytes = loader.read(path)?;
-    check_text(&bytes)
-        .map_err(|message| SceneError::Invalid { place: Place::file(path), message: message.into() })?;
+    check_text(&bytes).map_err(|message| SceneError::invalid(Place::file(path), message))?;
     let mut file = join::parse(&bytes, path, &mut loader.warnings)?;
     drop(bytes);
 

@@ -64,7 +64,7 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
 }
 
 fn at(path: &Path, line: Option<u32>, message: impl Into<String>) -> SceneError {
-    SceneError::Invalid { place: Place { line, ..Place::file(path) }, message: message.into() }
+    SceneError::invalid(Place { line, ..Place::file(path) }, message)
 }
 
 /// Faces may come before the vertices, so that indices are checked at the end.

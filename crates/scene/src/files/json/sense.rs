@@ -1,0 +1,52 @@
+//! What the model allows and a scene file cannot mean: views of nothing, surfaces without extent.
+
+use super::document::Document;
+use super::tree::{Step, way};
+use crate::error::SceneError;
+use crate::model::{Camera, Parallelogram};
+use eosphor_core::math::Vec3;
+
+/// Edges that meet at a smaller angle (in radians, about) are parallel.
+const PARALLEL: f32 = 1e-6;
+
+fn unit(v: Vec3) -> Vec3 {
+    v.normalize_or(Vec3::ZERO)
+}
+
+/// Whether the camera looks somewhere, and knows which way is up.
+pub(super) fn check_camera(document: &Document, camera: &Camera) -> Result<(), SceneError> {
+    let wrong = |key: &str, message: &str| Err(document.error_in(&way!["camera", key], message));
+    let forward = unit(camera.look_at.map_or(camera.direction, |p| p - camera.position));
+    let up = unit(camera.up);
+    if forward == Vec3::ZERO {
+        return match camera.look_at {
+            Some(_) => wrong("look-at", "\"look-at\" is the camera's own position; give a point before it"),
+            None => wrong("direction", "\"direction\" has no length; give the way the camera looks"),
+        };
+    }
+    if up == Vec3::ZERO {
+        return wrong("up", "\"up\" has no length; give the way to the top of the picture");
+    }
+    if unit(forward.cross(up)) == Vec3::ZERO {
+        return wrong("up", "\"up\" is parallel to the way the camera looks; give another");
+    }
+    Ok(())
+}
+
+/// Whether the edges of a parallelogram span a surface.
+pub(super) fn check_edges(document: &Document, number: usize, p: &Parallelogram) -> Result<(), SceneError> {
+    let wrong = |key: &str, message: &str| {
+        Err(document.error_in(&[Step::from("parallelograms"), number.into(), key.into()], message))
+    };
+    let (u, v) = (unit(p.edge_u), unit(p.edge_v));
+    if u == Vec3::ZERO {
+        return wrong("edge-u", "\"edge-u\" has no length; give the way from the corner to the next");
+    }
+    if v == Vec3::ZERO {
+        return wrong("edge-v", "\"edge-v\" has no length; give the way from the corner to the next");
+    }
+    if u.cross(v).length() < PARALLEL {
+        return wrong("edge-v", "\"edge-v\" is parallel to \"edge-u\"; the edges must span a surface");
+    }
+    Ok(())
+}
