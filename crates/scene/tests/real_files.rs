@@ -83,67 +83,6 @@ fn the_scene_of_pg1_is_lit_by_two_triangles_through_its_stray_dot() {
 }
 
 #[test]
-fn awkward_files_load_or_fail_with_file_and_line() {
-    let Some(folder) = scenes() else { return };
-    let folder = folder.join("obj-awkward");
-    for (file, triangles) in [
-        ("assimp/box.obj", 12),
-        ("assimp/box_longline.obj", 944),
-        ("assimp/box_without_lineending.obj", 12),
-        ("assimp/concave_polygon.obj", 64),
-        ("assimp/cube_mtllib_after_g.obj", 12),
-        ("assimp/cube_usemtl.obj", 12),
-        ("assimp/cube_with_vertexcolors.obj", 12),
-        ("assimp/multiple_spaces.obj", 1),
-        ("assimp/number_formats.obj", 1),
-        ("assimp/regr_3429812.obj", 4),
-        ("assimp/spider.obj", 1_368),
-        ("assimp/testmixed.obj", 12),
-        ("tinyobjloader/catmark_torus_creases0.obj", 64),
-        ("tinyobjloader/cornell_box.obj", 36),
-        ("tinyobjloader/cornell_box_multimaterial.obj", 36),
-        ("tinyobjloader/cube-vertex-w-component.obj", 12),
-        ("tinyobjloader/cube-vertexcol.obj", 12),
-        ("tinyobjloader/invalid-face-definition.obj", 0),
-        ("tinyobjloader/issue-161-inconsistent-f.obj", 12),
-        ("tinyobjloader/issue-248-texres-texopt.obj", 12),
-        ("tinyobjloader/issue-295-trianguation-failure.obj", 28),
-        ("tinyobjloader/issue-319-002.obj", 14),
-        ("tinyobjloader/leading-decimal-dot-issue-201.obj", 1),
-        ("tinyobjloader/line-prim.obj", 0),
-        ("tinyobjloader/missing_material_file.obj", 36),
-        ("tinyobjloader/mtl filename with whitespace issue46.obj", 12),
-        ("tinyobjloader/mtllib-multiple-files-issue-112.obj", 1),
-        ("tinyobjloader/no_material.obj", 36),
-        ("tinyobjloader/pbr-mat-ext.obj", 2),
-        ("tinyobjloader/points-prim.obj", 0),
-        ("tinyobjloader/smoothing-normal.obj", 6),
-        ("tinyobjloader/texture-options-issue-85.obj", 1),
-        ("tinyobjloader/usemtl-issue-68.obj", 400),
-        ("trimesh/nancolor.obj", 12),
-        ("trimesh/negative_indices.obj", 12),
-        ("trimesh/quadknot.obj", 2_880),
-        ("trimesh/wallhole.obj", 66),
-    ] {
-        let loaded = read(&folder.join(file)).unwrap_or_else(|e| panic!("{e}"));
-        let (data, _) = SceneData::flatten(&loaded.scene).unwrap_or_else(|e| panic!("{file}: {e}"));
-        assert_eq!(data.triangles.len(), triangles, "{file}");
-    }
-    for (file, expected) in [
-        ("tinyobjloader/invalid-relative-vertex-index.obj", "is out of range; there are 0"),
-        ("tinyobjloader/issue-140-zero-face-idx.obj", "index 0; indices count from 1"),
-        ("tinyobjloader/test-nan.obj", "\"nan\" is not a finite number"),
-    ] {
-        let path = folder.join(file);
-        let message = read(&path).unwrap_err().to_string();
-        assert!(
-            message.starts_with(&format!("{}:", path.display())) && message.contains(expected),
-            "{message}"
-        );
-    }
-}
-
-#[test]
 fn textures_come_along() {
     let Some(folder) = scenes() else { return };
     let loaded = read(&folder.join("spot/spot.obj")).unwrap();

@@ -232,7 +232,7 @@ impl<'a> Join<'a> {
             self.warnings.add(self.path, None, "there is nothing to see: the file has no faces");
         }
         polygons::triangulate(&self.polygons, &mesh.positions, &mut mesh.triangles);
-        smoothing::add_normals(&self.smoothing, mesh);
+        smoothing::add_normals(&self.smoothing, &self.polygons, mesh);
         Ok(self.file)
     }
 

@@ -1,16 +1,16 @@
 //! Smoothing groups → normals.
 
-use super::chunk::Smoothing;
+use super::chunk::{Polygon, Smoothing};
 use crate::model::{Mesh, NO_INDEX, Triangle};
 use eosphor_core::math::{Vec3, sqrt64, vec3};
 
 /// Adds normals to corners that have none, where the file uses smoothing groups: at a corner, the sum of the area
-/// vectors of all triangles of its group around the same vertex; the triangle's own where it is in no group. Files
-/// that only switch smoothing off, as many exporters do unasked, and those that do not speak of it are left to the
-/// crease angle of the render settings.
+/// vectors of all faces of its group around the same vertex; the triangle's own where it is in no group. Files that
+/// only switch smoothing off, as many exporters do unasked, and those that do not speak of it are left to the crease
+/// angle of the render settings.
 ///
-/// Sums are in double precision and in the order of the triangles, since normals reach pixels.
-pub(super) fn add_normals(smoothing: &[Smoothing], mesh: &mut Mesh) {
+/// Sums are in double precision and in the order of the faces, since normals reach pixels.
+pub(super) fn add_normals(smoothing: &[Smoothing], polygons: &[Polygon], mesh: &mut Mesh) {
     let lacks = |t: &Triangle| t.normals.contains(&NO_INDEX);
     if smoothing.iter().all(|s| s.group == 0) || !mesh.triangles.iter().any(lacks) {
         return;
@@ -20,8 +20,42 @@ pub(super) fn add_normals(smoothing: &[Smoothing], mesh: &mut Mesh) {
         return;
     }
     let groups = groups_of_triangles(smoothing, mesh.triangles.len());
-    add_smooth(&groups, mesh);
+    add_smooth(&groups, &Faces::new(polygons, mesh), mesh);
     add_flat(mesh);
+}
+
+/// The faces that triangles come from: a polygon weighs by its area, however it was cut.
+struct Faces {
+    /// Of each triangle, the first triangle of its face.
+    first: Vec<u32>,
+    /// The area vectors of faces, at their first triangles.
+    areas: Vec<[f64; 3]>,
+}
+
+impl Faces {
+    fn new(polygons: &[Polygon], mesh: &Mesh) -> Faces {
+        let mut first: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+        let mut areas: Vec<[f64; 3]> =
+            mesh.triangles.iter().map(|t| area_vector(&mesh.positions, t)).collect();
+        for polygon in polygons {
+            let start = polygon.first_triangle as usize;
+            let triangles = start..start + polygon.triangles as usize;
+            areas[start] = areas[triangles.clone()].iter().fold([0.0; 3], |s, &a| sum(s, a));
+            first[triangles].fill(polygon.first_triangle);
+        }
+        Faces { first, areas }
+    }
+
+    /// The sum of the area vectors of the faces of these corners, each face once. Corners of a face are neighbours.
+    fn sum(&self, corners: &[u32]) -> [f64; 3] {
+        let face = |corner: u32| self.first[corner as usize / 3];
+        let by_face = corners.chunk_by(|&a, &b| face(a) == face(b));
+        by_face.fold([0.0; 3], |s, corners| sum(s, self.areas[face(corners[0]) as usize]))
+    }
+}
+
+fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 fn groups_of_triangles(smoothing: &[Smoothing], triangles: usize) -> Vec<u32> {
@@ -36,7 +70,7 @@ fn groups_of_triangles(smoothing: &[Smoothing], triangles: usize) -> Vec<u32> {
 }
 
 /// Gives a normal to each vertex of each group.
-fn add_smooth(groups: &[u32], mesh: &mut Mesh) {
+fn add_smooth(groups: &[u32], faces: &Faces, mesh: &mut Mesh) {
     let Mesh { positions, normals, triangles, .. } = mesh;
     let (starts, mut corners) = corners_around(groups, positions.len(), triangles);
     let group_of = |corner: u32| groups[corner as usize / 3];
@@ -45,13 +79,9 @@ fn add_smooth(groups: &[u32], mesh: &mut Mesh) {
         // The order within a group stays that of the triangles.
         around.sort_by_key(|&corner| group_of(corner));
         for corners in around.chunk_by(|&a, &b| group_of(a) == group_of(b)) {
-            let sum = corners.iter().fold([0.0; 3], |s, &corner| {
-                let a = area_vector(positions, &triangles[corner as usize / 3]);
-                [s[0] + a[0], s[1] + a[1], s[2] + a[2]]
-            });
             let mut lacking = corners.to_vec();
             lacking.retain(|&c| triangles[c as usize / 3].normals[c as usize % 3] == NO_INDEX);
-            let Some(normal) = unit(sum).filter(|_| !lacking.is_empty()) else { continue };
+            let Some(normal) = unit(faces.sum(corners)).filter(|_| !lacking.is_empty()) else { continue };
             for c in lacking {
                 triangles[c as usize / 3].normals[c as usize % 3] = normals.len() as u32;
             }
@@ -136,7 +166,7 @@ mod tests {
         let mut mesh = Mesh { positions, triangles, ..Mesh::default() };
         let smoothing: Vec<Smoothing> =
             smoothing.iter().map(|&(first_triangle, group)| Smoothing { first_triangle, group }).collect();
-        add_normals(&smoothing, &mut mesh);
+        add_normals(&smoothing, &[], &mut mesh);
         mesh
     }
 
@@ -173,11 +203,25 @@ mod tests {
         mesh.positions[4] = vec3(0.0, 3.0, 0.0);
         mesh.normals.push(vec3(0.0, 0.0, 5.0));
         mesh.triangles[0].normals[1] = 0;
-        add_normals(&[Smoothing { first_triangle: 0, group: 1 }], &mut mesh);
+        add_normals(&[Smoothing { first_triangle: 0, group: 1 }], &[], &mut mesh);
         // Areas around vertex 0: 1 and 1 down, 1 and 3 to the left.
         let length = 20f64.sqrt();
         assert_eq!(normals(&mesh, 0)[0], vec3((-4.0 / length) as f32, (-2.0 / length) as f32, 0.0));
         assert_eq!(normals(&mesh, 0)[1], vec3(0.0, 0.0, 5.0));
+    }
+
+    #[test]
+    fn quads_weigh_the_same_however_they_are_cut() {
+        let mut mesh = corner_of_a_box(&[]);
+        let quads = [0, 2].map(|first_triangle| Polygon { first_triangle, triangles: 2 });
+        add_normals(&[Smoothing { first_triangle: 0, group: 1 }], &quads, &mut mesh);
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        assert_eq!(normals(&mesh, 1)[2], vec3(-half, -half, 0.0));
+        // Cut the other way, both triangles of the first square are around vertex 1, and one of the second.
+        mesh = corner_of_a_box(&[]);
+        (mesh.triangles[0].positions, mesh.triangles[1].positions) = ([0, 2, 1], [1, 2, 3]);
+        add_normals(&[Smoothing { first_triangle: 0, group: 1 }], &quads, &mut mesh);
+        assert_eq!(normals(&mesh, 1)[0], vec3(-half, -half, 0.0));
     }
 
     #[test]
@@ -189,7 +233,7 @@ mod tests {
         // A triangle without area has no normal.
         let mut mesh = corner_of_a_box(&[]);
         mesh.triangles.push(Triangle { positions: [0; 3], ..mesh.triangles[0] });
-        add_normals(&[Smoothing { first_triangle: 4, group: 1 }], &mut mesh);
+        add_normals(&[Smoothing { first_triangle: 4, group: 1 }], &[], &mut mesh);
         assert_eq!(mesh.triangles[4].normals, [NO_INDEX; 3]);
     }
 }

@@ -3,16 +3,21 @@
 use crate::error::SceneError;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene, load_from};
-use crate::model::{MaterialKind, Mtl, NO_INDEX, Scene, Texels};
+use crate::model::{
+    AlphaMode, Channel, MaterialKind, Mtl, NO_INDEX, Scene, Texels, TextureChannel, TextureContent,
+};
 use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::texture::TextureWrap;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 fn read(files: &[(&str, &str)]) -> Result<LoadedScene, SceneError> {
-    let files: Vec<(PathBuf, Cow<'static, [u8]>)> = files
-        .iter()
-        .map(|(name, text)| (PathBuf::from(name), Cow::Owned(text.as_bytes().to_vec())))
-        .collect();
+    read_bytes(&files.iter().map(|(name, text)| (*name, text.as_bytes())).collect::<Vec<_>>())
+}
+
+fn read_bytes(files: &[(&str, &[u8])]) -> Result<LoadedScene, SceneError> {
+    let files: Vec<(PathBuf, Cow<'static, [u8]>)> =
+        files.iter().map(|(name, bytes)| (PathBuf::from(name), Cow::Owned(bytes.to_vec()))).collect();
     let first = files[0].0.clone();
     load_from(Source::Memory(files), Path::new(&first), &LoadOptions::default())
 }
@@ -187,6 +192,139 @@ fn textures_are_read_once_and_broken_ones_warn() {
         [
             "m.mtl:6: texture \"no.png\" is missing; the surface is untextured",
             "m.mtl:8: texture: m.mtl: not a PNG, JPEG or PPM picture; the surface is untextured",
+        ]
+    );
+}
+
+#[test]
+fn what_is_no_obj_file_is_one_error() {
+    let error = |bytes: &[u8]| read_bytes(&[("a.obj", bytes)]).unwrap_err().to_string();
+    let zeros = "this is not an OBJ text file: it has zero bytes; is it a binary model, or compressed?";
+    assert_eq!(error(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR v 1 2 3"), format!("a.obj: {zeros}"));
+    // Behind the bytes that are looked at first.
+    let mut late = b"v 1 2 3\n".repeat(10_000);
+    late.extend(b"f 1 2 3\nv 1 2 3\0\n");
+    assert_eq!(error(&late), format!("a.obj:10002: {zeros}"));
+    let utf16 = "a.obj: this is not an OBJ text file but UTF-16 text; save it as UTF-8";
+    assert_eq!(error(b"\xFF\xFEv\0 \x001\0"), utf16);
+    assert_eq!(error(b"\xFE\xFF\0v\0 "), utf16);
+    let nothing = "a.obj: there are no vertices and no faces; is this an OBJ file?";
+    for text in ["", "Dear Sir,\nvn 0 0 1\n", "# v 1 2 3\n"] {
+        assert_eq!(error(text.as_bytes()), nothing, "{text:?}");
+    }
+}
+
+#[test]
+fn colours_of_vertices() {
+    let colors = |text: &str| scene(text).meshes[0].colors.clone();
+    let half = 0.214_041_14;
+    // Three numbers more are a colour, four a weight and a colour, one a weight alone.
+    let text = "v 0 0 0\nv 1 0 0 1 0.5 0\nv 1 1 0 2 0 0 0.5\nv 0 1 0 0.5\nf 1 2 3";
+    let white = [1.0; 4];
+    assert_eq!(colors(text), [white, [1.0, half, 0.0, 1.0], [0.0, 0.0, half, 1.0], white]);
+    assert!(colors("v 0 0 0 1\nv 1 0 0 0.5\nv 0 1 0 1 1\nf 1 2 3").is_empty());
+    assert_eq!(
+        warnings(&[("a.obj", "v 0 0 0 1 nan 1\nv 1 0 0 255 0 -1\nv 0 1 0 1 1 1 x\nf 1 2 3")]),
+        [
+            "a.obj:1: a vertex colour is not a finite number; the vertex is white",
+            "a.obj:2: a vertex colour is not within 0 to 1; it is cut to that",
+        ]
+    );
+}
+
+#[test]
+fn colours_of_vertices_show_on_white_where_there_is_no_material() {
+    let obj = "mtllib m.mtl\nv 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl a\nf 1 2 3\nusemtl b\nf 1 2 3";
+    let loaded = read(&[("a.obj", obj), ("m.mtl", "newmtl a\nKd 0 1 0")]).unwrap();
+    let s = &loaded.scene;
+    let names: Vec<&str> =
+        s.meshes[0].triangles.iter().map(|t| s.materials[t.material as usize].name.as_str()).collect();
+    assert_eq!(names, ["vertex colors", "a", "vertex colors"]);
+    let MaterialKind::Mtl(mtl) = s.materials[1].kind else { panic!() };
+    assert_eq!(mtl, Mtl { Kd: Vec3::ONE, ..Mtl::default() });
+}
+
+#[test]
+fn smoothing_groups() {
+    let roof = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\n";
+    let s = scene(&format!("{roof}s 1\nf 1 2 3 4\nf 4 3 5 6\ns off\nf 1 4 6\n"));
+    let mesh = &s.meshes[0];
+    let normal = |t: usize, corner: usize| mesh.normals[mesh.triangles[t].normals[corner] as usize];
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    // At the eaves the first slope's own, at the ridge the mean of both.
+    assert_eq!(normal(0, 0), vec3(0.0, -half, half));
+    assert!((normal(1, 1) - vec3(0.0, 0.0, 1.0)).length() < 0.5 && normal(1, 1) != normal(1, 0));
+    assert_eq!(normal(4, 1), vec3(-1.0, 0.0, 0.0));
+    for text in ["", "s off\n", "s 0\n"] {
+        assert!(scene(&format!("{roof}{text}f 1 2 3 4\n")).meshes[0].normals.is_empty(), "{text}");
+    }
+    assert_eq!(
+        warnings(&[("a.obj", &format!("{roof}s soft\nf 1 2 3"))]),
+        ["a.obj:7: \"s soft\" is passed over; write s and a group's number, or s off"]
+    );
+}
+
+#[test]
+fn concave_faces_are_cut_where_vertices_come_late() {
+    let s = scene("f 1/1 2/2 3/3 4/4\nv 4 0 0\nv 0 1 0\nv -4 0 0\nv 0 4 0\nvt 0\nvt 1\nvt 2\nvt 3");
+    let corners: Vec<[u32; 3]> = s.meshes[0].triangles.iter().map(|t| t.positions).collect();
+    assert_eq!(corners, [[3, 0, 1], [1, 2, 3]]);
+    assert!(s.meshes[0].triangles.iter().all(|t| t.uvs == t.positions));
+}
+
+/// A PNG of two texels.
+fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let picture = image::RgbaImage::from_raw(2, 1, texels.concat()).unwrap();
+    picture.write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
+    bytes
+}
+
+#[test]
+fn all_maps() {
+    let obj = format!("mtllib m.mtl\n{FOUR}usemtl a\nf 1/1 2/2 3/3");
+    let mtl = "newmtl a\nmap_Kd -s 2 3 -o 0.5 -clamp on g.png\nmap_Ks g.png\nmap_Ke g.png\nmap_d g.png\nmap_Pr g.png\n\
+               map_Pm -imfchan b g.png\nnorm -bm 0.5 g.png\nnewmtl b\nmap_d leaf.png\nnewmtl c\nmap_d -imfchan g leaf.png\n\
+               newmtl d\nmap_d no.png\nmap_Bump -bm 2 g.png\nrefl -type sphere g.png\nmap_Ns g.png\nmap_bump g.png";
+    let grey = png([[0, 0, 0, 255], [9, 9, 9, 255]]);
+    let leaf = png([[0, 0, 0, 255], [9, 9, 9, 0]]);
+    let files = [
+        ("a.obj", obj.as_bytes()),
+        ("m.mtl", mtl.as_bytes()),
+        ("g.png", grey.as_slice()),
+        ("leaf.png", leaf.as_slice()),
+    ];
+    let loaded = read_bytes(&files).unwrap();
+    let s = &loaded.scene;
+    assert_eq!(s.images.len(), 2);
+    let t = s.materials[0].textures;
+    let texture = |number: u32| s.textures[number as usize];
+    let data = |c: Option<TextureChannel>| {
+        let c = c.unwrap();
+        assert_eq!(texture(c.texture).content, TextureContent::Data);
+        c.channel
+    };
+    let color = texture(t.color.unwrap());
+    assert_eq!((color.content, color.wrap_u), (TextureContent::Color, TextureWrap::Clamp));
+    assert_eq!(color.picture_from_mesh_uv, [[2.0, 0.0, 0.5], [0.0, 3.0, 0.0]]);
+    assert_eq!([t.specular, t.emission].map(|n| texture(n.unwrap()).content), [TextureContent::Color; 2]);
+    assert_eq!([t.opacity, t.roughness, t.metallic].map(data), [Channel::Red, Channel::Red, Channel::Blue]);
+    assert_eq!((texture(t.normal.unwrap()).content, t.normal_scale), (TextureContent::Data, 0.5));
+    assert_eq!(s.materials[0].emission(), Vec3::ONE);
+
+    let opacity = [1, 2].map(|m| s.materials[m].textures.opacity.unwrap().channel);
+    assert_eq!(opacity, [Channel::Alpha, Channel::Green]);
+    let alpha: Vec<AlphaMode> = s.materials.iter().map(|m| m.alpha).collect();
+    assert_eq!(alpha, [AlphaMode::Blend, AlphaMode::Blend, AlphaMode::Blend, AlphaMode::Opaque]);
+    let list: Vec<String> = loaded.warnings.iter().map(|w| w.to_string()).collect();
+    assert_eq!(
+        list,
+        [
+            "m.mtl:15: map_Bump is not rendered",
+            "m.mtl:16: refl is not rendered",
+            "m.mtl:17: map_Ns is not rendered",
+            "m.mtl:18: map_bump is not rendered",
+            "m.mtl:14: texture \"no.png\" is missing; the surface goes without",
         ]
     );
 }
