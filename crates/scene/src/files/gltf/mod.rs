@@ -135,8 +135,11 @@ fn contents(
     let used_materials = meshes.finish();
     let warn = &mut |message: String| loader.warnings.add(path, None, message);
     if let Some(name) = flat.first() {
-        let others = if flat.len() > 1 { format!(" and {} more", flat.len() - 1) } else { String::new() };
-        warn(format!("{name}{others} squashed flat by a scale of 0; hidden"));
+        let message = match flat.len() {
+            1 => format!("{name} is squashed flat by a scale of 0 and hidden"),
+            n => format!("{name} and {} more nodes are squashed flat by a scale of 0 and hidden", n - 1),
+        };
+        warn(message);
     }
     if has_skin {
         warn(
