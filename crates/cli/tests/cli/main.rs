@@ -5,5 +5,6 @@ mod compare;
 mod inputs;
 mod place;
 mod render;
+mod schema;
 #[cfg(unix)]
 mod streams;
