@@ -1,7 +1,7 @@
 //! Why a command ended without success, and what the shell is told.
 
 use eosphor::compare::CompareError;
-use eosphor::{BackendError, OutputError, SceneError};
+use eosphor::{BackendError, OutputError, SceneError, Snippet};
 use std::fmt::Display;
 use std::process::ExitCode;
 
@@ -10,6 +10,8 @@ use std::process::ExitCode;
 pub(crate) enum Failure {
     /// The work failed: what, where, what to do.
     Failed(String),
+    /// The scene is wrong.
+    Scene(SceneError),
     /// The flags ask for something that does not exist.
     Usage(String),
     /// Ctrl-C, and what became of the work.
@@ -23,13 +25,22 @@ impl Failure {
     pub(crate) fn line(&self) -> Option<String> {
         match self {
             Failure::Failed(text) | Failure::Usage(text) | Failure::Interrupted(text) => Some(one_line(text)),
+            Failure::Scene(error) => Some(one_line(&error.to_string())),
             Failure::Different => None,
+        }
+    }
+
+    /// The line of a file that is wrong, to be shown below.
+    pub(crate) fn snippet(&self) -> Option<&Snippet> {
+        match self {
+            Failure::Scene(error) => error.snippet(),
+            _ => None,
         }
     }
 
     pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
-            Failure::Failed(_) | Failure::Different => 1,
+            Failure::Failed(_) | Failure::Scene(_) | Failure::Different => 1,
             Failure::Usage(_) => 2,
             Failure::Interrupted(_) => 130,
         })
@@ -61,7 +72,13 @@ macro_rules! fails {
         })+
     };
 }
-fails!(SceneError, BackendError, OutputError, CompareError);
+fails!(BackendError, OutputError, CompareError);
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Failure {
+        Failure::Scene(error)
+    }
+}
 
 #[cfg(test)]
 mod tests {

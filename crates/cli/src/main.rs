@@ -28,6 +28,7 @@ fn main() -> ExitCode {
         Command::Info(flags) => commands::info(flags),
         Command::Compare(flags) => commands::compare(flags),
         Command::Devices(flags) => commands::devices(flags),
+        Command::Schema(flags) => commands::schema(flags),
         Command::Completions(flags) => commands::completions(flags),
     };
     match done {
@@ -35,6 +36,9 @@ fn main() -> ExitCode {
         Err(failure) => {
             if let Some(line) = failure.line() {
                 streams::error(&line);
+            }
+            if let Some(snippet) = failure.snippet() {
+                streams::message(&snippet.to_string());
             }
             failure.exit_code()
         }

@@ -72,8 +72,8 @@ pub use eosphor_scene::{
     AlphaMode, BUILTINS, Builtin, Camera, Channel, Composition, Image, Instance, Lens, Light, LoadOptions,
     LoadedScene, Material, MaterialKind, MaterialTextures, Mesh, Mtl, NO_INDEX, NormalMode, Note,
     Parallelogram, Pbr, PixelSampling, Place, Preset, Problem, READ_FORMATS, RenderSettings, Scene,
-    SceneData, SceneError, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform,
-    Triangle, UnknownPreset, Warning, load,
+    SceneData, SceneError, Snippet, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer,
+    Transform, Triangle, UnknownPreset, Warning, load, scene_reference, scene_schema,
 };
 
 /// Vectors, colours and transforms.

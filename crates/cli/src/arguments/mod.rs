@@ -33,12 +33,14 @@ pub(crate) enum Command {
     Compare(CompareFlags),
     /// List the devices that can render
     Devices(DevicesFlags),
+    /// Print the JSON schema of scene files, for editors
+    Schema(SchemaFlags),
     /// Print a completion script for a shell
     Completions(CompletionsFlags),
 }
 
 /// What a scene may be.
-const SCENE_HELP: &str = "An OBJ or JSON file, or a built-in scene: builtin:cornell";
+const SCENE_HELP: &str = "An OBJ, glTF, PLY or JSON file, or a built-in scene: builtin:cornell";
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoFlags {
@@ -70,6 +72,13 @@ pub(crate) struct DevicesFlags {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SchemaFlags {
+    /// Print the documentation of the format instead, in Markdown
+    #[arg(long)]
+    pub(crate) markdown: bool,
 }
 
 #[derive(Debug, Args)]

@@ -5,9 +5,11 @@ mod completions;
 mod devices;
 mod info;
 mod render;
+mod schema;
 
 pub(crate) use compare::compare;
 pub(crate) use completions::completions;
 pub(crate) use devices::devices;
 pub(crate) use info::info;
 pub(crate) use render::render;
+pub(crate) use schema::schema;

@@ -6,5 +6,6 @@ mod inputs;
 mod output;
 mod place;
 mod render;
+mod schema;
 #[cfg(unix)]
 mod streams;

@@ -70,11 +70,14 @@ impl Run {
         self
     }
 
-    /// Exit 1 and exactly one line on stderr, which holds all of `words`; nothing on stdout.
+    /// Exit 1 and exactly one line on stderr, which holds all of `words`; nothing on stdout. Below it may stand a line
+    /// of the file that is wrong, with a caret.
     pub(crate) fn failed_with(&self, words: &[&str]) {
         let shown = &self.stderr;
         assert_eq!(self.code, Some(1), "{shown}");
-        assert_eq!(shown.lines().count(), 1, "{shown}");
+        let lines: Vec<&str> = shown.lines().collect();
+        let is_snippet = |below: &[&str]| below[0].starts_with(' ') && below[1].ends_with('^');
+        assert!(lines.len() == 1 || lines.len() == 3 && is_snippet(&lines[1..]), "{shown}");
         assert!(shown.starts_with("eosphor: ") && self.stdout.is_empty(), "{shown}");
         assert!(words.iter().all(|word| shown.contains(word)), "{shown} has not all of {words:?}");
     }

@@ -26,9 +26,16 @@ pub(super) fn quoted(name: &str) -> String {
     format!("\"{shown}\"")
 }
 
+/// Longer lists are cut.
+const LISTED: usize = 30;
+
 /// `"a", "b" or "c"`, with this word before the last.
 pub(super) fn listed<'a>(names: impl IntoIterator<Item = &'a str>, before_last: &str) -> String {
     let mut names: Vec<String> = names.into_iter().map(quoted).collect();
+    if let Some(more) = names.len().checked_sub(LISTED).filter(|&more| more > 0) {
+        names.truncate(LISTED);
+        return format!("{} and {more} more", names.join(", "));
+    }
     match (names.pop(), names.is_empty()) {
         (None, _) => String::new(),
         (Some(only), true) => only,
@@ -47,5 +54,6 @@ mod tests {
         assert_eq!(listed(["a", "b", "c"], "or"), "\"a\", \"b\" or \"c\"");
         assert_eq!(listed(["a"], "or"), "\"a\"");
         assert_eq!(listed([], "or"), "");
+        assert!(listed(["a"; 40], "or").ends_with("\"a\", \"a\" and 10 more"));
     }
 }

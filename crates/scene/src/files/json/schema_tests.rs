@@ -238,6 +238,22 @@ fn example_scenes_follow_the_schema() {
     assert!(count >= 4);
 }
 
+/// Blocks of scenes/README.md are whole scenes or some of their keys.
+#[test]
+fn the_examples_of_the_tutorial_follow_the_schema() {
+    let Some(folder) = scenes() else { return };
+    let page = std::fs::read_to_string(folder.join("README.md")).unwrap();
+    let blocks: Vec<&str> =
+        page.split("```json\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    for block in &blocks {
+        let whole =
+            if block.starts_with('{') { block.to_string() } else { format!("{{\"eosphor\": 1, {block}}}") };
+        let root = parse::parse(&whole).unwrap_or_else(|e| panic!("{block}: {}", e.message));
+        check::check(&RULES, &root).unwrap_or_else(|e| panic!("{block}: {}", e.message));
+    }
+    assert!(blocks.len() >= 8);
+}
+
 #[test]
 fn the_committed_copies_are_what_is_printed() {
     let Some(folder) = scenes() else { return };
