@@ -93,7 +93,7 @@ impl Loader {
 
     /// Adds a picture from the contents of a picture file; the number of the image.
     pub(super) fn image_of_bytes(&mut self, name: String, bytes: &[u8]) -> Result<u32, String> {
-        let images::Picture { width, height, texels } = images::decode(bytes)?;
+        let images::Picture { width, height, texels } = images::decode(bytes, &name)?;
         self.scene.images.push(Image { name, width, height, texels });
         Ok(self.scene.images.len() as u32 - 1)
     }
