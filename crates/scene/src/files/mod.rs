@@ -66,7 +66,11 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<LoadedScene
 fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     let mut loader = Loader::new(source, options);
     if extension(path).as_deref() == Some("json") {
-        json::read(&mut loader, path)?;
+        // PG1 configures by JSON too.
+        match pg1::is_config(&loader.read(path)?) {
+            true => pg1::read(&mut loader, path)?,
+            false => json::read(&mut loader, path)?,
+        }
     } else {
         let instances = read_model(&mut loader, path)?;
         loader.scene.instances.extend(instances);

@@ -3,7 +3,7 @@
 mod build;
 mod format;
 mod material;
-mod nearest;
+pub(super) mod nearest;
 mod text;
 
 use super::loader::Loader;
