@@ -1,5 +1,6 @@
 //! No bytes make a parser panic; what loads also passes flattening or fails with an error.
 
+use super::images::tests::exr_files;
 use super::source::Source;
 use super::{LoadOptions, load_from};
 use crate::SceneData;
@@ -30,7 +31,24 @@ const PLY: &str = "ply\nformat ascii 1.0\ncomment TextureFile t.ppm\nelement ver
                    property list uchar float texcoord\nelement tristrips 1\nproperty list int int vertex_indices\n\
                    end_header\n0 0 0 0 0 1 9 8 255\n1 0 0 0 0 1 9 8 255\n0 1 0 0 0 1 9 8 255\n1 1 0 0 0 1 9 8 255\n\
                    4 0 1 3 2 8 0 0 1 0 1 1 0 1\n3 0 1 2 0\n6 0 1 2 3 -1 2\n";
+const PG1: &str = r#"{"seed": 1, "obj_loader": {"basepath": "."}, "renderer": {"render_mode": "gpu", "max_depth": 2,
+    "render_type": "phong", "background_color": [0, 0, 1], "acceleratied_data_structure": {"name": "octree"}},
+    "scene": {"source_file": "a.obj", "camera": {"pos": [0, 0, 5], "fov": 0.6, "width": 8, "samples_per_pixel": 2},
+    "point_lights": [{"pos": [0, 1, 0], "color": [1, 1, 1]}]}}"#;
 const PPM: &str = "P3\n1 1\n255\n1 2 3\n";
+
+const PICTURES: [(&str, &[u8]); 7] = [
+    ("a.jpg", include_bytes!("../../tests/data/pictures/baseline.jpg")),
+    ("b.jpg", include_bytes!("../../tests/data/pictures/progressive.jpg")),
+    ("c.png", include_bytes!("../../tests/data/pictures/interlaced.png")),
+    ("d.bmp", include_bytes!("../../tests/data/pictures/palette.bmp")),
+    ("e.tga", include_bytes!("../../tests/data/pictures/runs.tga")),
+    (
+        "h.hdr",
+        b"#?RADIANCE\n\n-Y 1 +X 8\n\x02\x02\0\x08\x88\x80\x08\x80\0\x80\0\x80\0\x80\0\x84\0\x84\x20\x88\x81",
+    ),
+    ("i.ppm", b"P2 3 1 100 50 7 99\n"),
+];
 
 /// Loads and flattens; the first file has the given contents.
 fn run(first: &str, bytes: Vec<u8>) -> bool {
@@ -75,6 +93,7 @@ fn the_unchanged_files_load() {
     assert!(run("m.mtl", MTL.into()));
     assert!(run("s.json", JSON.into()));
     assert!(run("p.ply", PLY.into()));
+    assert!(run("c.json", PG1.into()));
 }
 
 proptest! {
@@ -89,7 +108,9 @@ proptest! {
             let (header, _) = PLY.split_at(PLY.find("0 0 0").unwrap());
             run("p.ply", [header.replace("ascii", format).as_bytes(), &bytes].concat());
         }
-        let _ = super::images::decode(&bytes);
+        for name in ["x", "x.tga", "x.data"] {
+            let _ = super::images::decode(&bytes, name);
+        }
     }
 
     #[test]
@@ -116,6 +137,24 @@ proptest! {
         // The same numbers as bytes: nonsense, but of the right kind.
         let text = String::from_utf8_lossy(&bytes).replace("ascii", "binary_little_endian");
         run("p.ply", text.into_bytes());
+    }
+
+    #[test]
+    fn mutated_pg1(bytes in mutated(PG1)) {
+        run("c.json", bytes);
+    }
+
+    #[test]
+    fn mutated_pictures(edits in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 1..6)) {
+        let pictures = PICTURES.into_iter().map(|(name, bytes)| (name, bytes.to_vec()));
+        for (name, mut bytes) in pictures.chain(exr_files().into_iter().map(|bytes| ("x.exr", bytes))) {
+            for (at, byte) in &edits {
+                *at.get_mut(&mut bytes) = *byte;
+            }
+            if let Ok(picture) = super::images::decode(&bytes, name) {
+                assert_eq!(picture.texels.len() as u64, u64::from(picture.width) * u64::from(picture.height));
+            }
+        }
     }
 
     #[test]

@@ -107,7 +107,7 @@ impl Loader {
 
     /// Adds a picture from the contents of a picture file; the number of the image.
     pub(super) fn image_of_bytes(&mut self, name: String, bytes: &[u8]) -> Result<u32, String> {
-        Ok(self.add_image(None, name, images::decode(bytes)?))
+        Ok(self.add_image(None, name.clone(), images::decode(bytes, &name)?))
     }
 
     /// The number of a texture; equal ones share it.

@@ -84,7 +84,11 @@ pub fn load_from_memory(
 fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     let mut loader = Loader::new(source, options);
     match extension(path).as_deref() {
-        Some("json") => json::read(&mut loader, path)?,
+        // PG1 configures by JSON too.
+        Some("json") => match pg1::is_config(&loader.read(path)?) {
+            true => pg1::read(&mut loader, path)?,
+            false => json::read(&mut loader, path)?,
+        },
         Some("gltf" | "glb") => gltf::read_scene(&mut loader, path, options.camera.as_deref())?,
         _ => {
             let instances = read_model(&mut loader, path)?;

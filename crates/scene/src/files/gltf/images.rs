@@ -76,7 +76,7 @@ impl Images {
         }
         // Decoding takes nearly all the time; what it gives is put in the order of the jobs.
         let pictures: Vec<Result<Picture, String>> =
-            jobs.par_iter().map(|job| images::decode(&job.bytes)).collect();
+            jobs.par_iter().map(|job| images::decode(&job.bytes, &job.name)).collect();
         let mut broken: HashMap<Place, String> = HashMap::new();
         for (job, picture) in jobs.into_iter().zip(pictures) {
             match picture {

@@ -1,52 +1,69 @@
-//! Decoding of texture pictures.
+//! Decoding of pictures: PNG, JPEG, PPM, Radiance HDR, OpenEXR, `.data`, TGA and BMP.
+//!
+//! Texels reach pixels, so a file must decode to the same bits on every machine. PNG, PPM, `.data`, TGA and BMP are
+//! moves of whole numbers; `jpeg.rs` and `exr.rs` say how they keep to it.
+
+mod data;
+mod exr;
+mod float;
+mod hdr;
+mod jpeg;
+mod limits;
+mod old;
+mod png;
+mod pnm;
+#[cfg(test)]
+pub(super) mod tests;
 
 use crate::model::Texels;
-use image::{ImageReader, Limits};
-use std::io::Cursor;
 
 /// A decoded picture, top row first.
+#[derive(Debug)]
 pub(super) struct Picture {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) texels: Texels,
 }
 
-/// Decodes a PNG, JPEG or PPM picture. The kind is told by the contents, not by the name.
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(65_535);
-    limits.max_image_height = Some(65_535);
-    limits.max_alloc = Some(2 << 30);
-    let mut reader = ImageReader::new(Cursor::new(bytes));
-    reader.limits(limits);
-    let reader = reader.with_guessed_format().map_err(|e| e.to_string())?;
-    if reader.format().is_none() {
-        return Err("not a PNG, JPEG or PPM picture".into());
+/// What is read, for messages.
+const KINDS: &str = "PNG, JPEG, PPM, HDR, EXR, BMP, TGA and .data";
+
+/// Decodes a picture. The contents tell the kind; the name matters only for `.data` and TGA, which nothing in the
+/// file tells from other bytes.
+pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Picture, String> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => png::decode(bytes),
+        [0xff, 0xd8, 0xff, ..] => jpeg::decode(bytes),
+        [b'P', b'1'..=b'6', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => pnm::decode(bytes),
+        [b'#', b'?', ..] => hdr::decode(bytes),
+        [0x76, 0x2f, 0x31, 0x01, ..] => exr::decode(bytes),
+        [b'B', b'M', ..] => old::decode_bmp(bytes),
+        _ => match name.rsplit('.').next().map(str::to_ascii_lowercase).as_deref() {
+            Some("data") => data::decode(bytes),
+            Some("tga" | "targa") => old::decode_tga(bytes),
+            _ => Err(unknown(bytes)),
+        },
     }
-    let picture = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
-    let (width, height) = picture.dimensions();
-    if width == 0 || height == 0 {
-        return Err("the picture is empty".into());
-    }
-    let texels =
-        picture.as_raw().chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect();
-    Ok(Picture { width, height, texels: Texels::Rgba8(texels) })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn unknown(bytes: &[u8]) -> String {
+    let kind = match bytes {
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => "WebP",
+        [b'G', b'I', b'F', b'8', ..] => "GIF",
+        [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => "TIFF",
+        [b'D', b'D', b'S', b' ', ..] => "DDS",
+        [0xab, b'K', b'T', b'X', ..] => "KTX",
+        _ => return format!("this is no picture of a kind that is read: {KINDS}"),
+    };
+    format!("{kind} pictures are not read; convert it to one of {KINDS}")
+}
 
-    #[test]
-    fn ppm_bytes_keep_their_order() {
-        let picture = decode(b"P6\n2 1\n255\n\x01\x02\x03\xff\x80\x00").unwrap();
-        assert_eq!((picture.width, picture.height), (2, 1));
-        assert_eq!(picture.texels, Texels::Rgba8(vec![0xff03_0201, 0xff00_80ff]));
-    }
+/// R, G, B and A as one word, R in the low byte.
+fn rgba(r: u8, g: u8, b: u8, a: u8) -> u32 {
+    u32::from_le_bytes([r, g, b, a])
+}
 
-    #[test]
-    fn what_is_no_picture_is_an_error() {
-        assert_eq!(decode(b"hello").err().unwrap(), "not a PNG, JPEG or PPM picture");
-        assert!(decode(b"P6\n60000 60000\n255\n").is_err());
-    }
+/// A number of 0 to `most` as one of 0 to 255, rounded; with 65,535 that is 16 bits as 8.
+fn to_byte(value: u32, most: u32) -> u8 {
+    ((value.min(most) * 255 + most / 2) / most) as u8
 }

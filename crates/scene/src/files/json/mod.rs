@@ -10,7 +10,7 @@ mod fault;
 mod format;
 mod material;
 mod meshes;
-mod nearest;
+pub(super) mod nearest;
 mod parse;
 mod reference;
 mod rules;

@@ -14,7 +14,10 @@ pub(super) fn hint<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone)
 
 /// The known name with the fewest edits, where these are few against its length; else the first that begins with the
 /// name, or with which it begins. Case and hyphens do not count: `lookAt` is `look-at`.
-pub(super) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Option<&'a str> {
+pub(in crate::files) fn nearest<'a>(
+    name: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> Option<&'a str> {
     let name = plain(name);
     let limit = (name.len() / 3).max(1);
     let few = known.clone().map(|k| (edits(&name, &plain(k)), k)).filter(|&(n, _)| n <= limit).min();

@@ -191,7 +191,7 @@ fn textures_are_read_once_and_broken_ones_warn() {
         list,
         [
             "m.mtl:6: texture \"no.png\" is missing; the surface is untextured",
-            "m.mtl:8: texture: m.mtl: not a PNG, JPEG or PPM picture; the surface is untextured",
+            "m.mtl:8: texture: m.mtl: this is no picture of a kind that is read: PNG, JPEG, PPM, HDR, EXR, BMP, TGA and .data; the surface is untextured",
         ]
     );
 }

@@ -1,12 +1,141 @@
-//! The configuration files of PG1.
+//! PG1's configuration files ("Raytracer with an acceleration structure and a GPU implementation", CTU FIT 2025): a
+//! model, a camera and settings. What a file leaves open is as in the preset of that name.
+
+mod fault;
+mod format;
+#[cfg(test)]
+mod tests;
 
 use super::loader::Loader;
 use crate::error::SceneError;
-use crate::model::Instance;
-use std::path::Path;
+use crate::model::{Camera, Light, NormalMode, PixelSampling, RenderSettings};
+use crate::presets::{Preset, pg1_camera};
+use eosphor_core::settings::LightingModel;
+use fault::{at, problem, wrong};
+use format::{CameraEntry, Config, RenderMode, RenderType, Renderer, SceneEntry, ShadingType, StructureName};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
 
-/// Adds the meshes and materials of a file, placed as it says; its cameras and lights are left out.
-#[allow(dead_code, reason = "to be filled")]
-pub(super) fn read_model(_loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
-    Err(super::unknown_format(path, None))
+/// Whether a JSON file is such a configuration: it has a renderer and a scene, and is not one of ours.
+pub(super) fn is_config(bytes: &[u8]) -> bool {
+    #[derive(Deserialize)]
+    struct Keys {
+        eosphor: Option<IgnoredAny>,
+        renderer: Option<IgnoredAny>,
+        scene: Option<IgnoredAny>,
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    serde_json::from_slice(bytes)
+        .is_ok_and(|keys: Keys| keys.eosphor.is_none() && keys.renderer.is_some() && keys.scene.is_some())
+}
+
+/// Reads a configuration and its model into the loader.
+pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
+    let bytes = loader.read(path)?;
+    let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes));
+    let config: Config = serde_json::from_str(&text).map_err(|e| wrong(path, &e))?;
+    say_hints(loader, path, &text, &config);
+
+    let model = find_model(loader, path, &text, &config)?;
+    let instances = super::read_model(loader, &model)?;
+    loader.scene.instances.extend(instances);
+    let Config { seed, renderer, scene: SceneEntry { camera, point_lights, .. }, .. } = config;
+    loader.scene.lights.extend(point_lights.iter().map(|l| Light::Point { position: l.pos, color: l.color }));
+    loader.scene.camera = camera.as_ref().map(|camera| camera_of(camera, path, &text)).transpose()?;
+    Preset::Pg1.apply(&mut loader.scene);
+    let settings = &mut loader.scene.settings;
+    settings.seed = seed.unwrap_or(settings.seed);
+    set_renderer(settings, &renderer);
+    if let Some(camera) = &camera {
+        set_film(settings, camera);
+    }
+    loader.scene.validate().map_err(|p| problem(path, &text, &p))
+}
+
+/// The model lies beside the configuration, or in the folder that it names.
+fn find_model(loader: &Loader, path: &Path, text: &str, config: &Config) -> Result<PathBuf, SceneError> {
+    let name = &config.scene.source_file;
+    let beside = path.parent().unwrap_or(Path::new(""));
+    let folder = config.obj_loader.basepath.as_ref().map(|base| beside.join(base.replace('\\', "/")));
+    let found = folder.and_then(|folder| loader.find(&folder, name.as_bytes()));
+    found.or_else(|| loader.find(beside, name.as_bytes())).ok_or_else(|| {
+        let message = format!(
+            "the model \"{name}\" is missing; source_file is relative to this file or to obj_loader.basepath"
+        );
+        at(path, fault::line_of_key(text, "source_file"), message)
+    })
+}
+
+fn camera_of(entry: &CameraEntry, path: &Path, text: &str) -> Result<Camera, SceneError> {
+    let default = pg1_camera();
+    let fov_x_degrees = match entry.fov {
+        None => default.fov_x_degrees,
+        Some(radians) if radians > 0.0 && radians < PI => (radians * (180.0 / PI)) as f32,
+        Some(radians) => {
+            let message = format!("fov: {radians} must be over 0 and under 3.1415; it is in radians");
+            return Err(at(path, fault::line_of_key(text, "fov"), message));
+        }
+    };
+    Ok(Camera {
+        position: entry.pos.unwrap_or(default.position),
+        direction: entry.dir.unwrap_or(default.direction),
+        up: entry.up.unwrap_or(default.up),
+        fov_x_degrees,
+        ..default
+    })
+}
+
+fn set_renderer(settings: &mut RenderSettings, renderer: &Renderer) {
+    if let Some(kind) = renderer.render_type {
+        settings.lighting = match kind {
+            RenderType::Distance => LightingModel::Distance,
+            RenderType::Diffusion => LightingModel::Diffuse,
+            RenderType::Phong => LightingModel::Phong,
+            RenderType::BlinnPhong => LightingModel::BlinnPhong,
+        };
+    }
+    if let Some(shading) = renderer.shading_type {
+        settings.normals = match shading {
+            ShadingType::Flat => NormalMode::Flat,
+            ShadingType::Smooth => NormalMode::Smooth,
+        };
+    }
+    settings.depth = renderer.max_depth.unwrap_or(settings.depth);
+    settings.light_samples = renderer.samples_per_triangle.unwrap_or(settings.light_samples);
+    settings.max_distance = renderer.max_distance.or(settings.max_distance);
+    settings.cull_back_faces = renderer.cull_backfaces.unwrap_or(settings.cull_back_faces);
+    settings.background = renderer.background_color.unwrap_or(settings.background);
+}
+
+fn set_film(settings: &mut RenderSettings, camera: &CameraEntry) {
+    let [width, height] = settings.size;
+    settings.size = [camera.width.unwrap_or(width), camera.height.unwrap_or(height)];
+    settings.samples = camera.samples_per_pixel.unwrap_or(settings.samples);
+    // One sample lies in the middle; PG1's "fuzzysampling" spreads several.
+    settings.pixel_sampling =
+        if settings.samples > 1 { PixelSampling::Random } else { PixelSampling::Center };
+}
+
+/// What the file asks for and a scene does not hold: devices, hierarchies and the name of the picture.
+fn say_hints(loader: &mut Loader, path: &Path, text: &str, config: &Config) {
+    let mut say =
+        |key: &str, message: String| loader.warnings.add(path, fault::line_of_key(text, key), message);
+    let renderer = &config.renderer;
+    if renderer.render_mode == Some(RenderMode::Gpu) {
+        say("render_mode", "render_mode \"gpu\" changes no pixel; choose it by --backend cuda".into());
+    }
+    let structure = renderer.acceleratied_data_structure.as_ref().map(|s| s.name);
+    if let Some(name @ (StructureName::Octree | StructureName::OctreeParametric)) = structure {
+        let name = if name == StructureName::Octree { "octree" } else { "octree_parametric" };
+        say("name", format!("the data structure \"{name}\" changes no pixel; choose one by --accel"));
+    }
+    let output = config.output.as_ref().or(renderer.output.as_ref()).and_then(|o| o.filename.as_ref());
+    if let Some(name) = output {
+        say("filename", format!("the output \"{name}\" is not taken from here; name it by --output"));
+    }
+    if config.obj_loader.triangulate == Some(false) {
+        say("triangulate", "faces become triangles whatever this says".into());
+    }
 }

@@ -1,0 +1,117 @@
+//! OpenEXR: the first layer with colours or grey, of 16-bit, 32-bit or whole numbers.
+//!
+//! 16-bit floats become 32-bit ones exactly, whatever instruction does it. Lossy DWAA and DWAB are refused: the
+//! decoder at hand takes another cosine transform on each kind of CPU, and their results differ in the last bits.
+
+use super::float::usable;
+use super::{Picture, limits};
+use crate::model::Texels;
+use exr::meta::MetaData;
+use exr::meta::header::Header;
+use exr::prelude::*;
+use std::io::Cursor;
+
+/// Deflate packs 1032 bytes into one, and PXR24 packs 4 bytes into 3 before.
+const BYTES_A_BYTE: u64 = 2048;
+
+/// The names of the channels that are read.
+enum Channels {
+    Colors([Text; 3], Text),
+    Grey(Text, Text),
+}
+
+pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
+    let say = |e: Error| e.to_string();
+    let file = || Cursor::new(bytes);
+    let meta = MetaData::read_from_buffered(file(), false).map_err(say)?;
+    let (header, channels) = layer(&meta.headers).ok_or_else(|| no_colors(&meta.headers))?;
+    let (width, height) = check(header, bytes.len())?;
+
+    let columns = width as usize;
+    let read = read().no_deep_data().largest_resolution_level().specific_channels();
+    let texels = match channels {
+        Channels::Colors([r, g, b], alpha) => {
+            let read = read.required(r).required(g).required(b).optional(alpha, 1.0f32).collect_pixels(
+                |size, _| vec![[0.0; 4]; size.area()],
+                move |texels: &mut Vec<[f32; 4]>, Vec2(x, y), (r, g, b, a): (f32, f32, f32, f32)| {
+                    texels[y * columns + x] = texel([r, g, b], a);
+                },
+            );
+            read.first_valid_layer()
+                .all_attributes()
+                .from_buffered(file())
+                .map(|i| i.layer_data.channel_data.pixels)
+        }
+        Channels::Grey(grey, alpha) => {
+            let read = read.required(grey).optional(alpha, 1.0f32).collect_pixels(
+                |size, _| vec![[0.0; 4]; size.area()],
+                move |texels: &mut Vec<[f32; 4]>, Vec2(x, y), (grey, a): (f32, f32)| {
+                    texels[y * columns + x] = texel([grey; 3], a);
+                },
+            );
+            read.first_valid_layer()
+                .all_attributes()
+                .from_buffered(file())
+                .map(|i| i.layer_data.channel_data.pixels)
+        }
+    };
+    Ok(Picture { width, height, texels: Texels::Float(texels.map_err(say)?) })
+}
+
+/// The first layer with R, G and B, else with channels that end in them (`diffuse.R`), else with Y.
+fn layer(headers: &[Header]) -> Option<(&Header, Channels)> {
+    let has = |header: &Header, name: &str| header.channels.list.iter().any(|c| c.name.eq(name));
+    let colors = |header: &Header, prefix: &str| {
+        let [r, g, b, a] = ["R", "G", "B", "A"].map(|name| format!("{prefix}{name}"));
+        let there = [&r, &g, &b].iter().all(|name| has(header, name));
+        let text = |name: &str| Text::new_or_none(name);
+        there.then(|| Some(Channels::Colors([text(&r)?, text(&g)?, text(&b)?], text(&a)?))).flatten()
+    };
+    let prefixed = |header: &Header| {
+        let names = header.channels.list.iter().map(|c| c.name.to_string());
+        let prefixes: Vec<String> =
+            names.filter_map(|n| n.strip_suffix(".R").map(|p| format!("{p}."))).collect();
+        prefixes.iter().find_map(|prefix| colors(header, prefix))
+    };
+    let grey = |header: &Header| has(header, "Y").then(|| Channels::Grey(Text::from("Y"), Text::from("A")));
+    let first = |find: &dyn Fn(&Header) -> Option<Channels>| headers.iter().find_map(|h| Some((h, find(h)?)));
+    first(&|h| colors(h, "")).or_else(|| first(&prefixed)).or_else(|| first(&grey))
+}
+
+fn no_colors(headers: &[Header]) -> String {
+    let names = headers.iter().flat_map(|h| &h.channels.list).map(|c| c.name.to_string());
+    let names: Vec<String> = names.take(16).collect();
+    format!("it has no channels R, G and B, nor Y, but {}", names.join(", "))
+}
+
+/// The size of a layer that can be read and whose bytes can be there.
+fn check(header: &Header, file_bytes: usize) -> std::result::Result<(u32, u32), String> {
+    let convert = match header.compression {
+        Compression::DWAA(_) => Some("DWAA"),
+        Compression::DWAB(_) => Some("DWAB"),
+        Compression::HTJ2K32 | Compression::HTJ2K256 => Some("HTJ2K"),
+        _ => None,
+    };
+    if let Some(name) = convert {
+        return Err(format!("its compression {name} is not read; save it with ZIP or PIZ"));
+    }
+    if header.deep {
+        return Err("deep pictures are not read; flatten it".into());
+    }
+    if header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
+        return Err("subsampled channels are not read; save it as plain RGB".into());
+    }
+    let Vec2(columns, rows) = header.layer_size;
+    let size = limits::size(columns as u64, rows as u64, limits::FLOAT)?;
+    let raw = columns as u64 * rows as u64 * header.channels.bytes_per_pixel as u64;
+    limits::holds(raw, BYTES_A_BYTE, file_bytes)?;
+    Ok(size)
+}
+
+/// In EXR files colours are multiplied by alpha; textures have them plain.
+fn texel(color: [f32; 3], alpha: f32) -> [f32; 4] {
+    let alpha = if alpha < 1.0 { usable(alpha) } else { 1.0 };
+    let plain = |x: f32| usable(if alpha > 0.0 { x / alpha } else { x });
+    let [r, g, b] = color.map(plain);
+    [r, g, b, alpha]
+}

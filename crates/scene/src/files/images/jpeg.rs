@@ -1,0 +1,49 @@
+//! JPEG, baseline and progressive.
+//!
+//! The standard leaves rounding to the decoder, and decoders round differently in their SIMD code. `zune-jpeg` is
+//! therefore a dependency of this crate itself, without the features `x86` and `neon`: what is left is one scalar
+//! decoder in whole numbers, the same on every machine. A test holds its texels against a known hash, and so fails
+//! where another crate of a workspace turns those features on and that changes a texel.
+
+use super::{Picture, limits, rgba};
+use crate::model::Texels;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+/// A byte holds at most 8 codes, each of a block of 64 samples; with the coarsest subsampling of two components across
+/// each other a block stands for 128 texels.
+const TEXELS_A_BYTE: u64 = 1024;
+
+pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    if !is_whole(bytes) {
+        return Err("the file is cut short: the mark of its end is missing".into());
+    }
+    // Strict: data that ends too early is an error, not half a grey picture.
+    let options = DecoderOptions::default()
+        .set_strict_mode(true)
+        .set_use_unsafe(false)
+        .set_max_width(65_535)
+        .set_max_height(65_535)
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(|e| e.to_string())?;
+    let info = decoder.info().ok_or("the JPEG header is broken")?;
+    let (width, height) = limits::size(info.width.into(), info.height.into(), limits::RGBA8)?;
+    limits::holds(u64::from(width) * u64::from(height), TEXELS_A_BYTE, bytes.len())?;
+    let samples = decoder.decode().map_err(|e| e.to_string())?;
+    if samples.len() as u64 != u64::from(width) * u64::from(height) * 3 {
+        return Err("a JPEG of unusual colours; convert it to RGB".into());
+    }
+    let texels = samples.chunks_exact(3).map(|c| rgba(c[0], c[1], c[2], 255)).collect();
+    Ok(Picture { width, height, texels: Texels::Rgba8(texels) })
+}
+
+/// Whether an end follows the last scan. The decoder alone does not notice a cut within the last row of blocks. Within
+/// a scan FF is followed by 0 or a restart, so that what looks like these marks is one.
+fn is_whole(bytes: &[u8]) -> bool {
+    let last = |mark: u8| bytes.windows(2).rposition(|pair| pair == [0xff, mark]);
+    let (scan, end) = (last(0xda), last(0xd9));
+    scan.is_some() && end > scan
+}
