@@ -47,7 +47,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
 /// Mantissas times a power of two: exact, but for the cut to what is usable.
 fn color([r, g, b, exponent]: [u8; 4]) -> [f32; 4] {
     // 2^(exponent - 136), whose smallest is 2^-135: below what a normal number holds, but not in double precision.
-    let scale = f64::from_bits(u64::from(exponent) + 1023 - 136 << 52);
+    let scale = f64::from_bits((u64::from(exponent) + 1023 - 136) << 52);
     let channel = |mantissa: u8| usable((f64::from(mantissa) * scale) as f32);
     if exponent == 0 { [0.0, 0.0, 0.0, 1.0] } else { [channel(r), channel(g), channel(b), 1.0] }
 }

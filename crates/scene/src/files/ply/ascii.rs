@@ -49,11 +49,7 @@ pub(super) fn read_body(body: &[u8], header: &Header, plan: &Plan) -> Result<Par
     };
     let parts: Vec<Result<Part, Fault>> =
         chunks.par_iter().zip(&counts).zip(&starts).map(read_chunk).collect();
-    let mut whole = Part::default();
-    for part in parts {
-        whole.append(part?).map_err(|message| Fault { line: None, message })?;
-    }
-    Ok(whole)
+    Part::joined(parts)
 }
 
 /// The first row that so many rows do not reach.
@@ -72,7 +68,7 @@ fn chunks(body: &[u8], newline: u8) -> Vec<&[u8]> {
     let mut chunks = Vec::new();
     let mut rest = body;
     while rest.len() > CHUNK {
-        let Some(end) = rest[CHUNK..].iter().position(|&b| b == newline) else { break };
+        let Some(end) = memchr::memchr(newline, &rest[CHUNK..]) else { break };
         let (chunk, after) = rest.split_at(CHUNK + end + 1);
         chunks.push(chunk);
         rest = after;
@@ -88,18 +84,17 @@ struct Count {
 }
 
 fn count(chunk: &[u8], newline: u8) -> Count {
-    let lines = chunk.iter().filter(|&&b| b == newline).count() as u64;
-    // A blank line starts with white space: where none does, none is blank.
-    let indented = chunk.iter().zip(chunk.get(1..).unwrap_or(&[]));
-    let indented = indented.filter(|&(&a, &b)| (a == newline) & (b <= b' ')).count();
-    let ends = chunk.last() == Some(&newline);
-    let all = lines + u64::from(!ends && !chunk.is_empty());
-    if indented == 0 && chunk.first().is_some_and(|&b| b > b' ') {
-        return Count { rows: all, lines };
+    let (mut lines, mut indented) = (0, chunk.first().is_none_or(|&b| b <= b' '));
+    for end in memchr::memchr_iter(newline, chunk) {
+        lines += 1;
+        indented |= chunk.get(end + 1).is_some_and(|&b| b <= b' ');
     }
-    let rows =
-        chunk.split(|&b| b == newline).filter(|line| !line.iter().all(|&b| is_blank(b))).count() as u64;
-    Count { rows, lines }
+    // A blank line starts with white space: where none does, none is blank.
+    if !indented {
+        return Count { rows: lines + u64::from(chunk.last() != Some(&newline)), lines };
+    }
+    let is_row = |line: &&[u8]| !line.iter().all(|&b| is_blank(b));
+    Count { rows: chunk.split(|&b| b == newline).filter(is_row).count() as u64, lines }
 }
 
 /// White space within a line. CR is one, where LF ends lines.

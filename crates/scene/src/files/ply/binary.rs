@@ -22,7 +22,7 @@ pub(super) fn read_body(body: &[u8], header: &Header, plan: &Plan) -> Result<Par
             Encoding::BigEndian => read_element::<false>(rest, element, plan)?,
             _ => read_element::<true>(rest, element, plan)?,
         };
-        whole.append(part).map_err(|message| Fault { line: None, message })?;
+        whole.append(part)?;
         rest = after;
     }
     Ok(whole)
@@ -69,10 +69,7 @@ fn read_element<'a, const LITTLE: bool>(
     };
     let parts: Vec<Result<Part, Fault>> =
         own.par_chunks(rows_a_chunk * size).enumerate().map(read_chunk).collect();
-    for later in parts {
-        part.append(later?).map_err(|message| Fault { line: None, message })?;
-    }
-    Ok((part, after))
+    Ok((Part::joined(parts)?, after))
 }
 
 /// The size that all rows of an element have: it has no list, or one list of bytes for lengths, and every one of them

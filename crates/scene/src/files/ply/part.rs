@@ -1,6 +1,7 @@
 //! Vertices and triangles of a run of rows. Runs are read side by side and joined in the order of the file.
 
-use super::role::{COLOR, NORMAL, POSITION, Plan, SLOTS, UV};
+use super::role::{COLOR, Kind, NORMAL, POSITION, Plan, SLOTS, UV};
+use super::rows::Fault;
 use crate::model::{MAX_COORDINATE, NO_INDEX, Triangle};
 use eosphor_core::math::{Vec3, vec3};
 
@@ -102,7 +103,7 @@ impl Part {
             self.corner_uvs.push(if finite { [uv[0], uv[1]] } else { [0.0; 2] });
         }
         if self.corner_uvs.len() >= NO_INDEX as usize {
-            return Err("too many texture coordinates; the limit is 2^32 - 2".into());
+            return Err(TOO_MANY_UVS.into());
         }
         Ok(Some(first as u32))
     }
@@ -139,11 +140,39 @@ impl Part {
         Ok(())
     }
 
+    /// Makes room for rows of an element, which are known to be there.
+    pub(super) fn reserve(&mut self, kind: Kind, plan: &Plan, rows: usize) {
+        match kind {
+            Kind::Vertex => {
+                self.positions.reserve(rows);
+                self.normals.reserve(if plan.normals { rows } else { 0 });
+                self.colors.reserve(if plan.colors { rows } else { 0 });
+                self.uvs.reserve(if plan.uvs { rows } else { 0 });
+            }
+            Kind::Face => self.triangles.reserve(rows),
+            Kind::Strips | Kind::Other => {}
+        }
+    }
+
+    /// Parts in the order of the file as one; else what is wrong in the first that is.
+    pub(super) fn joined(parts: Vec<Result<Part, Fault>>) -> Result<Part, Fault> {
+        let parts: Vec<Part> = parts.into_iter().collect::<Result<_, _>>()?;
+        let mut whole = Part::default();
+        if parts.len() > 1 {
+            whole.positions.reserve_exact(parts.iter().map(|p| p.positions.len()).sum());
+            whole.triangles.reserve_exact(parts.iter().map(|p| p.triangles.len()).sum());
+        }
+        for part in parts {
+            whole.append(part)?;
+        }
+        Ok(whole)
+    }
+
     /// Adds what comes later in the file.
-    pub(super) fn append(&mut self, later: Part) -> Result<(), String> {
+    pub(super) fn append(&mut self, later: Part) -> Result<(), Fault> {
         let first_uv = self.corner_uvs.len();
         if first_uv + later.corner_uvs.len() >= NO_INDEX as usize {
-            return Err("too many texture coordinates; the limit is 2^32 - 2".into());
+            return Err(Fault { line: None, message: TOO_MANY_UVS.into() });
         }
         let has_corner_uvs = !later.corner_uvs.is_empty();
         let first_triangle = self.triangles.len();
@@ -172,9 +201,11 @@ impl Part {
     }
 }
 
-/// Moves the first one, for it is often the only one.
+const TOO_MANY_UVS: &str = "too many texture coordinates; the limit is 2^32 - 2";
+
+/// Moves the first one where no room is made yet: it is often the only one.
 fn join<T>(all: &mut Vec<T>, mut later: Vec<T>) {
-    if all.is_empty() { *all = later } else { all.append(&mut later) }
+    if all.capacity() == 0 { *all = later } else { all.append(&mut later) }
 }
 
 /// Whether a vertex is where single precision can square.

@@ -47,6 +47,7 @@ pub(super) fn read<V: Values>(
     plan: &Plan,
     part: &mut Part,
 ) -> Result<(), Fault> {
+    part.reserve(element.kind, plan, usize::try_from(rows.end - rows.start).unwrap_or(0));
     let mut row = Row::default();
     // What has no opacity is opaque.
     row.slots[super::role::COLOR + 3] = 1.0;
