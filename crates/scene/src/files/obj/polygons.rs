@@ -15,6 +15,10 @@ use rayon::prelude::*;
 /// Faces of more corners stay fans: cutting ears takes time by the square of their number.
 const MAX_CORNERS: usize = 4096;
 
+/// Corners that are looked at for each corner of a polygon before it is given up. Most polygons need fewer than they
+/// have corners; without a bound, files made for it would take time by the cube of that number.
+const MAX_LOOKS: usize = 8192;
+
 /// Polygons that a thread takes at once.
 const BLOCK: usize = 1024;
 
@@ -59,6 +63,8 @@ struct Cutter {
     /// Corners where the ring does not turn left; only these can keep another from being an ear.
     reflex: Vec<bool>,
     ears: Vec<[u32; 3]>,
+    /// How many corners may still be looked at.
+    looks: usize,
 }
 
 impl Cutter {
@@ -138,10 +144,14 @@ impl Cutter {
             self.reflex[i as usize] = self.turn(i) <= 0.0;
         }
         self.ears.clear();
+        self.looks = MAX_LOOKS * self.points.len();
         let (mut tip, mut left, mut tried) = (0, n, 0);
         // Corners on straight edges give triangles without area: they are taken when there is nothing else.
         let mut allow_flat = false;
         while left > 3 {
+            if self.looks == 0 {
+                return false;
+            }
             if self.is_ear(tip, allow_flat) {
                 let (before, after) = (self.previous[tip as usize], self.next[tip as usize]);
                 self.ears.push([before, tip, after]);
@@ -180,7 +190,7 @@ impl Cutter {
 
     /// Whether the corner's triangle can be cut off. Corners in the same place as one of its three do not hinder: rings
     /// around holes touch themselves.
-    fn is_ear(&self, tip: u32, allow_flat: bool) -> bool {
+    fn is_ear(&mut self, tip: u32, allow_flat: bool) -> bool {
         if self.reflex[tip as usize] {
             return allow_flat && self.turn(tip) == 0.0;
         }
@@ -188,6 +198,7 @@ impl Cutter {
         let [a, b, c] = self.ring_triangle(tip).map(|i| self.points[i as usize]);
         let mut i = self.next[after as usize];
         while i != before {
+            self.looks = self.looks.saturating_sub(1);
             if self.reflex[i as usize] {
                 let p = self.points[i as usize];
                 let is_inside = area([a, b, p]) >= 0.0 && area([b, c, p]) >= 0.0 && area([c, a, p]) >= 0.0;
@@ -265,6 +276,21 @@ mod tests {
             (0..MAX_CORNERS as i32 + 1).map(|i| [i, i % 2]).chain([[5000, 9], [0, 9]]).collect();
         let comb = flat(&comb);
         assert_eq!(triangles(&comb), fan(comb.len() as u32));
+    }
+
+    #[test]
+    fn large_polygons_are_cut_in_bounded_time() {
+        // A comb: between its teeth, most corners that turn left are no ears.
+        let teeth = 1000;
+        let back = (0..teeth).rev().flat_map(|i| [[2 * i + 1, 100], [2 * i, 1]]);
+        let comb: Vec<[i32; 2]> = [[0, 0], [2 * teeth, 0]].into_iter().chain(back).collect();
+        let comb = flat(&comb);
+        let areas = areas(&comb, &triangles(&comb));
+        assert!(areas.iter().all(|&a| a >= 0.0));
+        assert_eq!(areas.iter().sum::<f64>(), 201_999.0);
+        // Points on a curve in a random order: there is nothing to be found, and the search ends.
+        let tangle: Vec<[i32; 2]> = (0..4000).map(|i| i * 1571 % 4001).map(|i| [i, i * i % 4001]).collect();
+        assert_eq!(triangles(&flat(&tangle)).len(), 3998);
     }
 
     /// A star-shaped polygon: corners at growing angles about a centre, at any distance. It is simple.
