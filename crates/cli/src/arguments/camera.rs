@@ -4,11 +4,14 @@ use super::values::{number, triple};
 use crate::failure::Failure;
 use clap::Args;
 use eosphor::math::Vec3;
-use eosphor::{Camera, Lens, Scene};
+use eosphor::{Camera, Lens, LoadOptions, Scene};
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraFlags {
+    /// Take this camera of a glTF file, by name or number from 0; the first otherwise
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
     /// Where the camera is
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     eye: Option<Vec3>,
@@ -21,7 +24,7 @@ pub(crate) struct CameraFlags {
     /// What is up
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     up: Option<Vec3>,
-    /// Horizontal field of view
+    /// Horizontal field of view; makes an orthographic camera one with perspective
     #[arg(long, value_name = "DEGREES", value_parser = number, allow_hyphen_values = true)]
     fov: Option<f32>,
     /// Radius of the lens; 0 is a pin-hole
@@ -33,6 +36,13 @@ pub(crate) struct CameraFlags {
 }
 
 impl CameraFlags {
+    /// How the file is read.
+    pub(crate) fn load_options(&self) -> LoadOptions {
+        let mut options = LoadOptions::default();
+        options.camera.clone_from(&self.camera);
+        options
+    }
+
     /// Overrides what was given. `framed` is the camera of a scene that has none.
     pub(crate) fn apply(
         &self,
@@ -64,7 +74,10 @@ impl CameraFlags {
         }
         camera.look_at = self.look_at.or(camera.look_at);
         camera.up = self.up.unwrap_or(camera.up);
-        camera.fov_x_degrees = self.fov.unwrap_or(camera.fov_x_degrees);
+        if let Some(fov) = self.fov {
+            camera.fov_x_degrees = fov;
+            (camera.fov_y_degrees, camera.orthographic_height) = (None, None);
+        }
         let before = camera.lens;
         let aperture_radius = self.aperture.or(before.map(|lens| lens.aperture_radius));
         let focus_distance = self.focus_distance.or(before.and_then(|lens| lens.focus_distance));

@@ -12,7 +12,7 @@ use crate::streams::{self, Verbosity};
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
-use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, LoadOptions, Metadata, SaveOptions};
+use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
 use eosphor::{Scene, SceneData, Transform, check_writable, load, scene_hash};
 use std::sync::Arc;
 use std::time::Instant;
@@ -64,7 +64,7 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
 
 /// The scene with everything that the flags change.
 fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Failure> {
-    let loaded = load(&flags.scene, &LoadOptions::default())?;
+    let loaded = load(&flags.scene, &flags.camera.load_options())?;
     notes.extend(loaded.warnings.iter().map(ToString::to_string));
     let mut scene = loaded.scene;
     for path in &loaded.files_read {

@@ -14,7 +14,7 @@ mod warnings;
 #[cfg(test)]
 mod fuzz_tests;
 
-use crate::error::{SceneError, Warning};
+use crate::error::{Place, SceneError, Warning};
 use crate::model::{Instance, Scene};
 use loader::Loader;
 use source::Source;
@@ -83,6 +83,11 @@ pub fn load_from_memory(
 
 fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     let mut loader = Loader::new(source, options);
+    let is_gltf = matches!(extension(path).as_deref(), Some("gltf" | "glb"));
+    if options.camera.is_some() && !is_gltf {
+        let message = "only glTF files have cameras to choose from; leave the choice out";
+        return Err(SceneError::invalid(Place::file(path), message));
+    }
     match extension(path).as_deref() {
         // PG1 configures by JSON too.
         Some("json") => match pg1::is_config(&loader.read(path)?) {
