@@ -159,3 +159,21 @@ fn pictures_are_read_and_nothing_odd_is_said_of_common_files() {
         assert_eq!(found, (images, textures, warnings), "{file}: {:?}", loaded.warnings);
     }
 }
+
+#[test]
+fn the_arrow_of_the_transform_test_points_at_the_green_marker() {
+    let Some(folder) = scenes() else { return };
+    let path = folder.join("gltf/TextureTransformTest/TextureTransformTest.gltf");
+    let scene = load(path, &LoadOptions::default()).unwrap().scene;
+    // The arrow lies on the picture's diagonal from the upper left to (0.7, 0.7). The markers stand beside the quad
+    // from -0.5 to 0.5 whose u runs right and whose v runs up.
+    for (material, marker, tolerance) in
+        [("Rotation", [-0.079_05, -0.516_27], 1e-3), ("All", [-0.07, -0.25], 0.05)]
+    {
+        let of_name = scene.materials.iter().find(|m| m.name == material).unwrap();
+        let texture = scene.textures[of_name.textures.color.unwrap() as usize];
+        let [u, v] = marker.map(|x: f32| x + 0.5);
+        let [u, v] = texture.picture_from_mesh_uv.map(|row| row[0] * u + row[1] * v + row[2]);
+        assert!((u - (1.0 - v)).abs() < tolerance, "{material}: ({u}, {v}) is off the diagonal");
+    }
+}

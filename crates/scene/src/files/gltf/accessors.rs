@@ -8,7 +8,7 @@ use gltf::json::validation::Checked;
 use std::cell::Cell;
 
 /// Elements that may be taken from accessors whatever the buffers hold.
-const FREE_ELEMENTS: u64 = 1 << 24;
+const FREE_ELEMENTS: u64 = 1 << 22;
 
 /// Beyond, so many for each byte of the buffers. A byte holds at most one index, and several meshes may share it.
 const ELEMENTS_A_BYTE: u64 = 16;

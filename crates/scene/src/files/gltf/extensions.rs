@@ -20,7 +20,7 @@ const READ: [&str; 11] = [
 ];
 
 /// Not read, and the picture would be another; with what is done instead.
-const NOT_RENDERED: [(&str, &str); 13] = [
+const NOT_RENDERED: [(&str, &str); 10] = [
     ("KHR_materials_clearcoat", "surfaces have no coat"),
     ("KHR_materials_sheen", "cloth has no sheen"),
     ("KHR_materials_iridescence", "thin films have no colours"),
@@ -31,15 +31,19 @@ const NOT_RENDERED: [(&str, &str); 13] = [
     ("KHR_node_visibility", "hidden nodes are shown"),
     ("EXT_lights_image_based", "give the surroundings by other means"),
     ("EXT_lights_ies", "lights shine evenly"),
-    // What follows says more for each texture that has no other picture.
-    ("KHR_texture_basisu", "textures that also have a PNG or JPEG show it"),
-    ("EXT_texture_webp", "textures that also have a PNG or JPEG show it"),
-    ("MSFT_texture_dds", "textures that also have a PNG or JPEG show it"),
 ];
+
+/// Not read; textures that have no other picture say so themselves.
+const PICTURES: [&str; 4] =
+    ["KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"];
 
 /// Refuses what the file cannot be shown without.
 pub(super) fn check(root: &Root) -> Result<(), String> {
-    let is_known = |name: &str| READ.contains(&name) || NOT_RENDERED.iter().any(|(known, _)| *known == name);
+    let is_known = |name: &str| {
+        READ.contains(&name)
+            || PICTURES.contains(&name)
+            || NOT_RENDERED.iter().any(|(known, _)| *known == name)
+    };
     match root.extensions_required.iter().find(|name| !is_known(name)) {
         Some(name) => {
             let name: String = super::clean(name).chars().take(100).collect();

@@ -127,7 +127,10 @@ impl<'a> Meshes<'a> {
             }
         }
 
-        let mut assembly = Assembly::new(name.to_string());
+        let mut assembly = Assembly::new(match &mesh.name {
+            Some(name) => super::clean(name),
+            None => name.to_string(),
+        });
         for surface in surfaces {
             let number = surface.number;
             self.append(&mut assembly, &surface)

@@ -56,9 +56,7 @@ pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>)
     loader.scene.instances.extend(file.instances);
     loader.scene.lights.extend(file.lights);
 
-    let Some(first) = loader.scene.instances.first().map(|_| file.first_material as usize) else {
-        return Ok(());
-    };
+    let first = file.first_material as usize;
     let used = loader.scene.materials[first..].iter().zip(&file.used_materials).filter(|(_, used)| **used);
     let used: Vec<&Material> = used.map(|(material, _)| material).collect();
     let settings = &mut loader.scene.settings;

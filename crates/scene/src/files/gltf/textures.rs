@@ -61,14 +61,15 @@ impl Map {
         let name = Part::new("texture", self.texture, texture.name.as_deref());
         let Some(image) = self.image(root) else {
             let others = texture.extensions.iter().flat_map(|e| e.others.keys());
-            let kind = others.filter(|key| key.contains("texture")).map(String::as_str).collect::<Vec<_>>();
-            let message = match kind.as_slice() {
-                [] => format!("{name} has no picture; the surface is untextured"),
-                kind => format!(
-                    "{name} is there as {} only, which is not read; the surface is untextured; \
-                                 export it as PNG or JPEG",
-                    kind.join(" and ")
-                ),
+            let kinds: Vec<&str> = others.filter(|key| key.contains("texture")).map(String::as_str).collect();
+            let message = if kinds.is_empty() {
+                format!("{name} has no picture; the surface is untextured")
+            } else {
+                let kinds: String = super::clean(&kinds.join(" and ")).chars().take(100).collect();
+                format!(
+                    "{name} is there as {kinds} only, which is not read; the surface is untextured; export it as PNG \
+                     or JPEG"
+                )
             };
             loader.warnings.add(path, None, message);
             return None;

@@ -141,7 +141,7 @@ fn primitives_join_and_what_some_lack_is_filled_up() {
     let loaded = file.load();
     let mesh = &loaded.scene.meshes[0];
     // The first and the last primitive share their vertices.
-    assert_eq!((mesh.name.as_str(), mesh.positions.len()), ("mesh \"m\"", 6));
+    assert_eq!((mesh.name.as_str(), mesh.positions.len()), ("m", 6));
     assert_eq!(corners(mesh), [[0, 1, 2], [3, 4, 5], [0, 2, 1]]);
     assert_eq!(mesh.triangles.iter().map(|t| t.material).collect::<Vec<_>>(), [1, 0, 2]);
     assert_eq!(mesh.colors[..3], [[1.0; 4]; 3]);

@@ -169,3 +169,9 @@ fn a_model_is_its_meshes_alone() {
     assert!(loaded.scene.camera.is_none() && loaded.warnings.is_empty());
     assert_eq!(loaded.scene.settings, RenderSettings::default());
 }
+
+#[test]
+fn extensions_within_lights_do_no_harm() {
+    let scene = lit(json!([{"type": "point", "extensions": {"EXT_lights_ies": {"x": 1}}}]), json!({}));
+    assert_eq!(scene.map(|s| s.lights.len()), Ok(1));
+}
