@@ -16,6 +16,9 @@ const RUSTFLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing -Ccodegen-units=1";
 
+/// Named, so that build scripts are compiled without these flags.
+const PLATFORM: &str = "x86_64-unknown-linux-gnu";
+
 /// Largest file that a seed may be: small ones find more.
 const MAX_SEED: u64 = 20_000;
 
@@ -46,7 +49,7 @@ pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
 fn stage() -> anyhow::Result<PathBuf> {
     let target = root().join("fuzz/target");
     let status = Command::new("cargo")
-        .args(["build", "--release", "--locked", "--target-dir"])
+        .args(["build", "--release", "--locked", "--target", PLATFORM, "--target-dir"])
         .arg(&target)
         .env("RUSTFLAGS", RUSTFLAGS)
         .env_remove("CARGO_TARGET_DIR")
@@ -60,7 +63,7 @@ fn stage() -> anyhow::Result<PathBuf> {
     for name in TARGETS {
         fs::create_dir_all(stage.join("seeds").join(name))?;
         let program = stage.join(name);
-        fs::copy(target.join("release").join(name), &program)?;
+        fs::copy(target.join(PLATFORM).join("release").join(name), &program)?;
         let _ = Command::new("strip").arg(&program).status();
         gather_seeds(name, &stage.join("seeds").join(name))?;
     }

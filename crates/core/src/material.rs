@@ -117,6 +117,8 @@ pub struct Material {
     pub roughness: f32,
     /// Texture of the former.
     pub roughness_texture: ScalarTexture,
+    /// It is not there for rays that come from behind.
+    pub single_sided: bool,
     /// What the opacity does.
     pub alpha: AlphaUse,
     /// For [`AlphaUse::Mask`].
@@ -157,6 +159,7 @@ impl Default for Material {
             metallic_texture: ScalarTexture::NONE,
             roughness: 1.0,
             roughness_texture: ScalarTexture::NONE,
+            single_sided: false,
             alpha: AlphaUse::Ignore,
             alpha_cutoff: 0.5,
             opacity: 1.0,

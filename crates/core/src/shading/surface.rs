@@ -29,6 +29,8 @@ pub struct SurfacePoint {
     pub look: Appearance,
     /// Number of its material.
     pub material: u32,
+    /// The share of the surface that the ray sees: its opacity, or nothing of a single-sided one from behind.
+    pub seen: f32,
     /// Its primitive.
     pub id: PrimitiveId,
     /// How far off the surface new rays start.
@@ -87,14 +89,16 @@ impl SurfacePoint {
         let outward = to_world(local.outward).normalize_or(to_viewer);
         let smooth = to_world(local.smooth).normalize_or(outward);
         let front = outward.dot(to_viewer) >= 0.0;
+        let look = Appearance::new(material, &texels, &local.color);
         SurfacePoint {
             position,
             geometric_normal: if front { outward } else { -outward },
             normal: if front { smooth } else { -smooth },
             to_viewer,
             front,
-            look: Appearance::new(material, &texels, &local.color),
+            look,
             material: local.material,
+            seen: if front | !material.single_sided { look.opacity } else { 0.0 },
             id: hit.id,
             offset: OFFSET * (view.extent + hit.t),
         }

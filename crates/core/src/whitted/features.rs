@@ -57,7 +57,7 @@ pub fn pixel_features<T: Tracer>(view: &SceneView, tracer: &T, x: u32, y: u32) -
                 break;
             }
             let point = SurfacePoint::new(view, &ray, &hit);
-            if point.look.opacity <= 0.0 && path_ray.holes < MAX_HOLES {
+            if point.seen <= 0.0 && path_ray.holes < MAX_HOLES {
                 path_ray = through_hole(&point, &path_ray, Vec3::ONE, hit.t);
                 continue;
             }

@@ -85,7 +85,7 @@ pub fn radiance<T: Tracer, const W: usize>(
         path_ray = 'next: loop {
             let Some(level) = stack.top_mut() else { return };
             let point = SurfacePoint::new(view, &level.ray.ray(), &level.hit);
-            let there = point.look.opacity;
+            let there = point.seen;
             if level.next_branch == FRESH {
                 level.next_branch = 0;
                 if !point.front {

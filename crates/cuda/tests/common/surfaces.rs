@@ -90,6 +90,7 @@ fn materials() -> Vec<Material> {
     list[7].textures.opacity = channel(3, Channel::Red);
     list[7].alpha = AlphaMode::Blend;
     list[8].textures.color = Some(2);
+    list[5].single_sided = true;
     list
 }
 

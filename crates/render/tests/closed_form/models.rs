@@ -73,6 +73,26 @@ fn a_mask_has_holes_for_rays_and_for_light() {
 }
 
 #[test]
+fn a_single_sided_sheet_is_there_from_the_front_alone_but_always_casts_its_shadow() {
+    let mut scene = scene();
+    scene.settings.shadows = ShadowMode::Coloured;
+    scene.settings.depth = 0;
+    let white = matte(&mut scene, Vec3::ONE);
+    floor(&mut scene, 0.0, 2.0, white);
+    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(0.5) });
+    let red = emissive(&mut scene, vec3(1.0, 0.0, 0.0));
+    scene.materials[red as usize].single_sided = true;
+    // Textured emitters are no lights.
+    let texture = one_texel(&mut scene, [1.0; 4]);
+    scene.materials[red as usize].textures.emission = Some(texture);
+    // It faces down, 1 above the floor.
+    rectangle(&mut scene, vec3(0.1, 1.0, 0.0), X * 0.3, vec3(0.0, 0.0, 0.3), red);
+    assert_grey(probe(&scene, vec3(0.12, 3.0, 0.05), vec3(0.12, 0.0, 0.06)), 0.0, 0.0);
+    assert_grey(probe(&scene, vec3(1.0, 3.0, 0.0), vec3(1.0, 0.0, 0.01)), 0.5, 1e-6);
+    assert_near(probe(&scene, vec3(0.12, 0.1, 0.05), vec3(0.12, 1.0, 0.06)), [1.0, 0.0, 0.0], 1e-6);
+}
+
+#[test]
 fn a_blended_sheet_casts_a_shadow_of_its_opacity() {
     let mut scene = scene();
     let white = matte(&mut scene, Vec3::ONE);

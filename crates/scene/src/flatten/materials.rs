@@ -41,6 +41,7 @@ pub(super) fn compose(material: &Material, composition: Composition) -> core::Ma
         },
         kind => own_kind(kind),
     };
+    let composed = core::Material { single_sided: material.single_sided, ..composed };
     with_alpha(with_textures(composed, &material.textures), material.alpha)
 }
 

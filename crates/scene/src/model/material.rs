@@ -17,6 +17,8 @@ pub struct Material {
     pub textures: MaterialTextures,
     /// Whether there are holes in it.
     pub alpha: AlphaMode,
+    /// It is a hole for whoever sees it from behind, as in glTF. Shadows take no notice.
+    pub single_sided: bool,
 }
 
 /// Numbers of textures ([`super::Scene::textures`]); each multiplies what it is named after.
@@ -109,7 +111,13 @@ impl Material {
 
     /// A material without textures and holes.
     pub fn new(name: impl Into<String>, kind: MaterialKind) -> Material {
-        Material { name: name.into(), kind, textures: MaterialTextures::NONE, alpha: AlphaMode::Opaque }
+        Material {
+            name: name.into(),
+            kind,
+            textures: MaterialTextures::NONE,
+            alpha: AlphaMode::Opaque,
+            single_sided: false,
+        }
     }
 
     /// The material of what has none.

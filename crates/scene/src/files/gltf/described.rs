@@ -19,6 +19,7 @@ pub(super) struct Described {
     pub(super) name: String,
     pub(super) pbr: Pbr,
     pub(super) alpha: AlphaMode,
+    pub(super) double_sided: bool,
     pub(super) maps: Maps,
     /// Shown as its base colour, whatever shines on it.
     pub(super) unlit: bool,
@@ -81,7 +82,8 @@ impl Described {
             Checked::Valid(FileAlphaMode::Opaque) | Checked::Invalid => AlphaMode::Opaque,
         };
         let (pbr, maps) = Described::core(file, &mut warn);
-        let mut described = Described { name, pbr, alpha, maps, unlit: false };
+        let double_sided = file.double_sided;
+        let mut described = Described { name, pbr, alpha, double_sided, maps, unlit: false };
         if let Some(extensions) = &file.extensions {
             described.extend(extensions, &file.pbr_metallic_roughness, &mut warn);
         }

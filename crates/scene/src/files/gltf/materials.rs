@@ -51,7 +51,7 @@ fn dress(
     described: Described,
     white: &mut Option<u32>,
 ) -> Material {
-    let Described { name, mut pbr, alpha, maps, unlit } = described;
+    let Described { name, mut pbr, alpha, double_sided, maps, unlit } = described;
     let mut resolve = |map: &Option<Map>| map.as_ref().and_then(|m| m.resolve(loader, path, root, images));
     let channel = |texture: Option<u32>, channel| texture.map(|texture| TextureChannel { texture, channel });
     let color = resolve(&maps.color);
@@ -76,7 +76,9 @@ fn dress(
         // Without its texture all of the surface would shine.
         pbr.emission = Vec3::ZERO;
     }
-    Material { name, kind: MaterialKind::Pbr(pbr), textures, alpha }
+    // Bodies are left through their back.
+    let single_sided = !double_sided && pbr.transmission == 0.0;
+    Material { name, kind: MaterialKind::Pbr(pbr), textures, alpha, single_sided }
 }
 
 /// A texture of one white texel.

@@ -66,7 +66,7 @@ impl Builder<'_> {
             let textures = self.textures(way, texture, textures)?;
             numbers.insert(name.clone(), self.loader.scene.materials.len() as u32);
             names.push(name.clone());
-            self.loader.scene.materials.push(Material { name, kind, textures, alpha });
+            self.loader.scene.materials.push(Material { textures, alpha, ..Material::new(name, kind) });
         }
         Ok(MaterialNames { names, numbers })
     }
