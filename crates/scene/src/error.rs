@@ -71,7 +71,7 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.path.display())?;
+        write!(f, "{}", one_line(self.path.to_string_lossy()))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
             if let Some(column) = self.column {
@@ -88,7 +88,7 @@ impl SceneError {
     }
 
     pub(crate) fn invalid(place: Place, message: impl Into<String>) -> SceneError {
-        SceneError::Invalid { place, message: message.into(), snippet: None }
+        SceneError::Invalid { place, message: one_line(message), snippet: None }
     }
 
     /// The line of the file that the error speaks of, to be shown below its message.
@@ -112,8 +112,14 @@ pub struct Problem {
 
 impl Problem {
     pub(crate) fn new(what: impl Into<String>, message: impl Into<String>) -> Problem {
-        Problem { what: what.into(), message: message.into() }
+        Problem { what: one_line(what), message: one_line(message) }
     }
+}
+
+/// Messages quote files, which may hold anything: line ends and other control characters become blanks.
+pub(crate) fn one_line(message: impl Into<String>) -> String {
+    let message = message.into();
+    if message.contains(char::is_control) { message.replace(char::is_control, " ") } else { message }
 }
 
 /// Something odd in a file that did not stop it from being read.

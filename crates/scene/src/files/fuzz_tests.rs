@@ -96,6 +96,19 @@ fn the_unchanged_files_load() {
     assert!(run("c.json", PG1.into()));
 }
 
+/// What the fuzz targets have found (`cargo xtask fuzz`).
+#[test]
+fn what_fuzzing_found_stays_mended() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/regressions");
+    let mut names: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    names.sort();
+    assert!(!names.is_empty());
+    for path in names {
+        let name = format!("s.{}", path.extension().unwrap().to_str().unwrap());
+        run(&name, std::fs::read(&path).unwrap());
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
 

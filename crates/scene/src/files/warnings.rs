@@ -1,6 +1,6 @@
 //! Collects warnings: repeats are counted, and a file full of oddities does not flood.
 
-use crate::error::{Place, Warning};
+use crate::error::{Place, Warning, one_line};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ pub(crate) struct Warnings {
 impl Warnings {
     /// Adds a warning; an equal message about the same file is counted.
     pub(crate) fn add(&mut self, path: &Path, line: Option<u32>, message: impl Into<String>) {
-        let key = (path.to_path_buf(), message.into());
+        let key = (path.to_path_buf(), one_line(message));
         if let Some(&i) = self.index.get(&key) {
             self.list[i].count = self.list[i].count.saturating_add(1);
         } else if self.list.len() < MAX_DIFFERENT {

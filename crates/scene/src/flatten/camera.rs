@@ -11,6 +11,12 @@ use eosphor_core::math::{Vec3, elementary64, vec3};
 /// From the middle of the scene to a camera that frames it: from the front, so that open boxes show their inside.
 const TO_EYE: Vec3 = vec3(0.0, 0.0, 1.0);
 
+/// The same for scenes as flat as a table, which the front would show as a line: from above, too.
+const TO_EYE_OF_FLAT: Vec3 = vec3(0.0, 0.6, 0.8);
+
+/// Scenes this much deeper than high are flat.
+const FLAT: f32 = 4.0;
+
 /// Room around a framed scene.
 const MARGIN: f32 = 1.05;
 
@@ -78,8 +84,10 @@ fn half_width(camera: &ModelCamera, width: u32, height: u32) -> f64 {
 /// A camera with 45 degrees that sees all eight corners of the scene's box.
 fn framing(world: &Bounds, width: u32, height: u32) -> Result<Camera, SceneError> {
     let middle = if world.is_empty() { Vec3::ZERO } else { world.center() };
+    let sides = world.max - world.min;
+    let to_eye = if sides.z > sides.y * FLAT { TO_EYE_OF_FLAT } else { TO_EYE };
     let look =
-        ModelCamera { position: middle, direction: -TO_EYE, fov_x_degrees: 45.0, ..ModelCamera::default() };
+        ModelCamera { position: middle, direction: -to_eye, fov_x_degrees: 45.0, ..ModelCamera::default() };
     let mut camera = from_model(&look, width, height)?;
     let mut distance = 0.0f32;
     if !world.is_empty() {

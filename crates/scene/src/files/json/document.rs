@@ -2,7 +2,7 @@
 
 use super::fault::Fault;
 use super::tree::{Node, Step};
-use crate::error::{Place, Problem, SceneError};
+use crate::error::{Place, Problem, SceneError, one_line};
 use crate::snippet::{Snippet, line_at};
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub(super) fn error_at(path: &Path, text: &str, fault: Fault) -> SceneError {
     let column = u32::try_from(fault.at - start + 1).ok();
     SceneError::Invalid {
         place: Place { path: path.to_path_buf(), line: Some(line), column },
-        message: fault.message,
+        message: one_line(fault.message),
         snippet: Some(Box::new(Snippet::of(text, fault.at))),
     }
 }

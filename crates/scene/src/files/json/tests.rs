@@ -326,7 +326,10 @@ const WRONG_MATERIALS: &[(&str, &str)] = &[
         r#"{"pbr": {}, "textures": {"normal": {"file": §"no.png"}}}"#,
         "texture: dir/no.png: cannot read: No such file",
     ),
-    (r#"{"pbr": {}, "texture": §"s.json"}"#, "texture: dir/s.json: not a PNG, JPEG or PPM picture"),
+    (
+        r#"{"pbr": {}, "texture": §"s.json"}"#,
+        "texture: dir/s.json: this is no picture of a kind that is read: PNG, JPEG, PPM, HDR, EXR, BMP, TGA and .data",
+    ),
 ];
 
 #[test]
