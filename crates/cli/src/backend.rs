@@ -37,7 +37,16 @@ fn cpu_options(flags: &DeviceFlags) -> CpuOptions {
 
 /// Gives the thread pool that everything but tracing uses (developing, writing) the same number of threads.
 pub(crate) fn limit_threads(flags: &DeviceFlags) -> Result<(), Failure> {
-    let Some(threads) = flags.threads else { return Ok(()) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
-    pool.map_err(|error| Failure::Failed(format!("cannot start the threads: --threads {threads}: {error}")))
+    start_threads(flags.threads.map_or(0, usize::from))
+}
+
+/// Starts the threads that everything outside a backend runs on; 0 is one for each core. Where nobody does this, the first
+/// who needs them does, and can only panic where the system refuses.
+pub(crate) fn start_threads(threads: usize) -> Result<(), Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    pool.map_err(|error| {
+        Failure::Failed(format!(
+            "cannot start threads: {error}; give --threads 1, or raise the limits of memory and processes (ulimit -v, -u)"
+        ))
+    })
 }

@@ -46,3 +46,13 @@ pub(crate) fn check() -> Result<(), Failure> {
         false => Ok(()),
     }
 }
+
+/// Where the system limits the size of files (`ulimit -f`), writing fails with an error instead of ending the program,
+/// which would leave a part of a file behind.
+pub(crate) fn report_file_size_limits() {
+    #[cfg(unix)]
+    // SAFETY: no other thread runs yet, and ignoring a signal runs no code.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+    }
+}

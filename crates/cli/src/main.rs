@@ -3,6 +3,7 @@
 //! Exit codes: 0 done (or `compare`: identical), 1 the work failed (or `compare`: different), 2 wrong usage,
 //! 130 interrupted.
 
+mod allocator;
 mod arguments;
 mod backend;
 mod command_line;
@@ -21,7 +22,11 @@ use arguments::{Arguments, Command};
 use clap::Parser;
 use std::process::ExitCode;
 
+#[global_allocator]
+static ALLOCATOR: allocator::Allocator = allocator::Allocator;
+
 fn main() -> ExitCode {
+    interrupt::report_file_size_limits();
     let arguments = Arguments::parse();
     let done = match &arguments.command {
         Command::Render(flags) => commands::render(flags),

@@ -116,9 +116,16 @@ impl Problem {
     }
 }
 
-/// Messages quote files, which may hold anything: line ends and other control characters become blanks.
+/// Messages quote files, which may hold anything: line ends and other control characters become blanks, and
+/// what is endless is cut.
 pub(crate) fn one_line(message: impl Into<String>) -> String {
-    let message = message.into();
+    const MAX: usize = 2000;
+    let mut message = message.into();
+    if message.len() > MAX {
+        let end = (0..=MAX).rev().find(|&i| message.is_char_boundary(i)).unwrap_or(0);
+        message.truncate(end);
+        message.push_str("...");
+    }
     if message.contains(char::is_control) { message.replace(char::is_control, " ") } else { message }
 }
 

@@ -1,6 +1,7 @@
 //! `eosphor compare A B`.
 
 use crate::arguments::CompareFlags;
+use crate::backend::start_threads;
 use crate::failure::Failure;
 use crate::files::same_file;
 use crate::streams;
@@ -11,6 +12,7 @@ use serde::Serialize;
 use std::fmt::Write;
 
 pub(crate) fn compare(flags: &CompareFlags) -> Result<(), Failure> {
+    start_threads(0)?;
     if let Some(path) = &flags.diff {
         check_writable(path)?;
         if Format::of(path)?.is_linear() {
