@@ -51,7 +51,11 @@ fn resolve(path: &Path) -> Result<PathBuf, Error> {
     }
     let target = match fs::canonicalize(path) {
         Ok(target) => target,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(path.to_owned()),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            // Nothing is there, or a link to what is not there yet.
+            let Ok(link) = fs::read_link(path) else { return Ok(path.to_owned()) };
+            return Ok(path.parent().unwrap_or(Path::new("")).join(link));
+        }
         Err(error) => return Err(error),
     };
     let kind = fs::metadata(&target)?.file_type();
@@ -161,6 +165,12 @@ mod tests {
         write(&link, b"new");
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&file).unwrap(), b"new");
+
+        let (absent, early) = (folder.path().join("absent"), folder.path().join("early"));
+        std::os::unix::fs::symlink("absent", &early).unwrap();
+        write(&early, b"new");
+        assert!(fs::symlink_metadata(&early).unwrap().is_symlink());
+        assert_eq!(fs::read(&absent).unwrap(), b"new");
 
         let null = folder.path().join("null.png");
         std::os::unix::fs::symlink("/dev/null", &null).unwrap();

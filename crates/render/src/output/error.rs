@@ -29,7 +29,7 @@ pub enum OutputError {
         source: Error,
     },
     /// The file could not be read.
-    #[error("cannot read the picture: {}: {}", path.display(), explain(source))]
+    #[error("cannot read the picture: {}: {}", path.display(), explain_reading(source))]
     Read {
         /// The file.
         path: PathBuf,
@@ -57,6 +57,15 @@ impl OutputError {
 
     pub(crate) fn malformed(path: &Path, reason: impl ToString) -> OutputError {
         OutputError::Malformed { path: path.to_owned(), reason: reason.to_string() }
+    }
+}
+
+/// The same for a file to be read.
+fn explain_reading(error: &Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "no such file; check the path".into(),
+        ErrorKind::PermissionDenied => "permission denied; it must be readable for you".into(),
+        _ => explain(error),
     }
 }
 

@@ -81,7 +81,8 @@ fn layer(headers: &[Header]) -> Option<(&Header, Channels)> {
 fn no_colors(headers: &[Header]) -> String {
     let names = headers.iter().flat_map(|h| &h.channels.list).map(|c| c.name.to_string());
     let names: Vec<String> = names.take(16).collect();
-    format!("it has no channels R, G and B, nor Y, but {}", names.join(", "))
+    let there = if names.is_empty() { "no channels at all".into() } else { names.join(", ") };
+    format!("it has no channels R, G and B, nor Y, but {there}")
 }
 
 /// The size of a layer that can be read and whose bytes can be there.

@@ -35,6 +35,8 @@ impl Library {
     fn read_line(&mut self, loader: &mut Loader, obj: &Path, arguments: &[u8], line: u32) {
         // Longer lines are no lists of file names; trying all runs of their words would take too long.
         const MAX_WORDS: usize = 32;
+        const MAX_MISSING: u32 = 256;
+        let mut missing = 0;
         let folder = obj.parent().unwrap_or(Path::new(""));
         let mut rest = arguments;
         while !rest.is_empty() {
@@ -53,6 +55,12 @@ impl Library {
                     let message = format!("material file \"{}\" is missing", text(&unescaped(&rest[..end])));
                     loader.warnings.add(obj, Some(line), message);
                     rest = trim(&rest[end..]);
+                    missing += 1;
+                    if missing == MAX_MISSING {
+                        let message = "the rest of this mtllib line is left out: too many names are missing";
+                        loader.warnings.add(obj, Some(line), message);
+                        return;
+                    }
                 }
             }
         }
