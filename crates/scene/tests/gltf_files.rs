@@ -1,18 +1,11 @@
 //! The glTF files among the standard test scenes, where they are at hand: every one of them, as their README says.
 
+mod support;
+
 use eosphor_scene::{LoadOptions, LoadedScene, SceneData, load};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-
-/// The folder of test scenes, or `None` with a message: a clone of the repository does not hold it.
-fn scenes() -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes");
-    if !folder.is_dir() {
-        println!("skipped: {} is not there", folder.display());
-        return None;
-    }
-    Some(folder)
-}
+use std::path::Path;
+use support::scenes;
 
 /// The row of a file: its triangles with every instance, its vertices with every accessor once, its box in the world.
 type Row = (&'static str, usize, usize, [f64; 3], [f64; 3]);

@@ -1,18 +1,11 @@
 //! The PLY files among the standard test scenes, where they are at hand: as their README says.
 
+mod support;
+
 use eosphor_scene::{AlphaMode, LoadOptions, LoadedScene, NO_INDEX, SceneData, load};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-
-/// The folder of test scenes, or `None` with a message: a clone of the repository does not hold it.
-fn scenes() -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes");
-    if !folder.is_dir() {
-        println!("skipped: {} is not there", folder.display());
-        return None;
-    }
-    Some(folder)
-}
+use std::path::Path;
+use support::scenes;
 
 fn read(path: &Path) -> LoadedScene {
     load(path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
@@ -129,20 +122,4 @@ fn colors_normals_and_texture_coordinates_are_read() {
     assert!(points.warnings[0].to_string().ends_with("the file has points without faces"));
     let house = &read("house_2_ok_little_endian.ply").scene.meshes[0];
     assert_eq!((house.triangles[0].normals, house.triangles[0].uvs), ([NO_INDEX; 3], [NO_INDEX; 3]));
-}
-
-/// `cargo test --release -p eosphor-scene --test ply_files -- --ignored --nocapture`
-#[test]
-#[ignore = "a measurement"]
-fn how_long_loading_takes() {
-    let Some(folder) = scenes() else { return };
-    for file in ["dragon/dragon_vrip.ply", "bunny/bun_zipper.ply", "bunny/bunny-binary.ply"] {
-        let path = folder.join(file);
-        let best = (0..10).map(|_| {
-            let start = std::time::Instant::now();
-            let loaded = read(&path);
-            (start.elapsed(), loaded.scene.meshes.len()).0
-        });
-        println!("{file}: {:.1} ms, best of 10", best.min().unwrap_or_default().as_secs_f64() * 1e3);
-    }
 }

@@ -1,17 +1,9 @@
 //! The standard test scenes, where they are at hand: triangles and bounds as their README says.
 
-use eosphor_scene::{LoadOptions, LoadedScene, Preset, SceneData, SceneError, load};
-use std::path::PathBuf;
+mod support;
 
-/// The folder of test scenes, or `None` with a message: a clone of the repository does not hold it.
-fn scenes() -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes");
-    if !folder.is_dir() {
-        println!("skipped: {} is not there", folder.display());
-        return None;
-    }
-    Some(folder)
-}
+use eosphor_scene::{LoadOptions, LoadedScene, Preset, SceneData, SceneError, load};
+use support::scenes;
 
 fn read(path: &std::path::Path) -> Result<LoadedScene, SceneError> {
     load(path, &LoadOptions::default())
