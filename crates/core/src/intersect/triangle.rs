@@ -133,7 +133,7 @@ impl PackedTriangle {
         EdgeTest { candidate: inside & !culled, determinant }
     }
 
-    /// The second step: t, u and v again, from a point near the triangle, and conditions (b) and (c). Free of branches.
+    /// The second step: t, u and v again, from a point near the triangle, and conditions (b) and (c).
     #[inline(always)]
     pub fn confirm(&self, ray: &LocalRay, normal: Vec3, determinant: f32) -> Confirmed {
         let d = ray.direction;
@@ -152,7 +152,18 @@ impl PackedTriangle {
         // Comparisons are written so that NaN fails them.
         let beyond = (t > ray.t_min) & (t < f32::INFINITY);
         let together = apart.length_squared() <= ray.hit_tolerance_squared;
+        // A point inside the triangle that the ray passes within the tolerance lies in the padded bounds, with a margin
+        // over all rounding errors: only points on the widened edges need the test.
+        let inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0);
+        let counts = beyond & together & (inside || self.passes_bounds(ray, t));
+        debug_assert!(!(counts & inside) || self.passes_bounds(ray, t), "{self:?} {ray:?} {t}");
+        Confirmed { counts, t, u, v }
+    }
+
+    /// Condition (b).
+    #[inline(always)]
+    fn passes_bounds(&self, ray: &LocalRay, t: f32) -> bool {
         let (near, far) = ray.slab.interval(&self.bounds(ray.padding), ray.t_min);
-        Confirmed { counts: beyond & together & Slab::passes(near, far, t), t, u, v }
+        Slab::passes(near, far, t)
     }
 }
