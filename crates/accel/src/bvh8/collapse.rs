@@ -14,6 +14,7 @@ pub(super) fn collapse(bvh: &Bvh) -> Bvh8 {
         instance_root: EMPTY,
         geometries: bvh.primitives.geometries.clone(),
         instances: bvh.primitives.instances.clone(),
+        instances_extent: 0.0,
         build_seconds: 0.0,
     };
     for &root in &bvh.roots {

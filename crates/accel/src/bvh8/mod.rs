@@ -2,8 +2,10 @@
 
 mod collapse;
 mod node;
+mod trace;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
+pub use trace::Bvh8Tracer;
 
 use crate::{BuildOptions, Bvh, SceneGeometry};
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
@@ -28,6 +30,8 @@ pub struct Bvh8 {
     pub geometries: Vec<Geometry>,
     /// Placed geometries.
     pub instances: Vec<Instance>,
+    /// The largest absolute coordinate of the instances' world boxes.
+    pub instances_extent: f32,
     /// Wall time of the build.
     pub build_seconds: f64,
 }
@@ -38,6 +42,8 @@ impl Bvh8 {
         let start = Instant::now();
         let bvh = Bvh::build(scene, options);
         let mut bvh8 = collapse::collapse(&bvh);
+        let placed = scene.instances.iter().skip(1).map(|i| i.world_bounds.extent());
+        bvh8.instances_extent = placed.fold(0.0, f32::max);
         bvh8.build_seconds = start.elapsed().as_secs_f64();
         bvh8
     }

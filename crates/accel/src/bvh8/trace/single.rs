@@ -1,0 +1,364 @@
+//! One ray at a time: eight boxes or four triangles a step.
+
+use super::lanes::{RayV, TriangleV, steep_and_slack};
+use super::walk::{ANY, Found, Query, STACK};
+use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
+use crate::simd::{Float, Mask, Simd, Vec3V, cross, each, splat3};
+use eosphor_core::intersect::{LocalRay, Slab, intersect_sphere};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use std::mem::MaybeUninit;
+
+/// A ray in the space of a geometry, ready for its tree.
+struct SingleRay<S: Simd> {
+    local: LocalRay,
+    inverse: Vec3V<S::F8>,
+    near_offset: Vec3V<S::F8>,
+    far_offset: Vec3V<S::F8>,
+    t_min: S::F8,
+    /// For the triangles.
+    lanes: RayV<S::F4>,
+    /// Which of a node's planes are the near ones.
+    near_planes: [usize; 3],
+    octant: usize,
+}
+
+impl<S: Simd> SingleRay<S> {
+    #[inline(always)]
+    fn new(local: LocalRay, extent: f32) -> SingleRay<S> {
+        let (steep, t_slack) = steep_and_slack(&local, extent);
+        let i = local.slab.inverse;
+        let (x, y, z) = ((i.x < 0.0) as usize, (i.y < 0.0) as usize, (i.z < 0.0) as usize);
+        SingleRay {
+            local,
+            inverse: splat3(local.slab.inverse),
+            near_offset: splat3(local.slab.near_offset),
+            far_offset: splat3(local.slab.far_offset),
+            t_min: S::F8::splat(local.t_min),
+            lanes: RayV::splat(&local, steep, t_slack),
+            near_planes: [x, 2 + y, 4 + z],
+            octant: x | y << 1 | z << 2,
+        }
+    }
+
+    /// Where the ray enters the eight boxes, and which it enters no later than `t_max`.
+    #[inline(always)]
+    fn enter(&self, node: &Node8, t_max: S::F8) -> (S::F8, S::F8) {
+        let at = &self.near_planes;
+        let (i, n, f) = (&self.inverse, &self.near_offset, &self.far_offset);
+        let [x0, y0, z0] = each!(k => planes::<S>(node, at[k]).fma(i[k], n[k]));
+        let [x1, y1, z1] = each!(k => planes::<S>(node, at[k] ^ 1).fma(i[k], f[k]));
+        (x0.max(y0).max(z0.max(self.t_min)), x1.min(y1).min(z1.min(t_max)))
+    }
+}
+
+/// Eight planes of a node.
+#[inline(always)]
+fn planes<S: Simd>(node: &Node8, which: usize) -> S::F8 {
+    // SAFETY: there are six times eight; the numbers come from `near_planes`.
+    unsafe { S::F8::load(node.planes.as_ptr().add(which).cast()) }
+}
+
+/// Whose primitives these are, and when hits count there.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) instance: u32,
+    /// Where the world ray is in the instance's world box.
+    pub(super) world_interval: (f32, f32),
+}
+
+/// Searches the whole scene for one ray.
+///
+/// # Safety
+/// The CPU has the instruction set.
+#[inline(always)]
+pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    ray: &Ray,
+    filter: &RayFilter,
+    found: &mut Found,
+) {
+    let extent = bvh.geometries[0].extent;
+    let local = LocalRay::new(ray.origin, ray.direction, ray.t_min, extent);
+    let place = Place { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
+    // SAFETY: the root is the scene's.
+    unsafe { search_from::<S, QUERY>(bvh, bvh.roots[0], local, extent, &place, filter, found) };
+    if bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
+        // SAFETY: as above.
+        unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
+    }
+}
+
+/// Searches a part of a geometry's tree, in its space; `true` ends the whole search.
+///
+/// # Safety
+/// As for [`trace`]; `root` is a child of that tree.
+#[inline(always)]
+pub(super) unsafe fn search_from<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    root: Child,
+    local: LocalRay,
+    extent: f32,
+    place: &Place,
+    filter: &RayFilter,
+    found: &mut Found,
+) -> bool {
+    // SAFETY: the caller's.
+    unsafe { search::<S, QUERY>(bvh, root, &SingleRay::new(local, extent), place, filter, found) }
+}
+
+/// Searches a part of the tree over the instances, and theirs.
+///
+/// # Safety
+/// As for [`trace`]; `root` is a child of that tree.
+#[inline(always)]
+pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    root: Child,
+    ray: &Ray,
+    filter: &RayFilter,
+    found: &mut Found,
+) {
+    let world = LocalRay::new(ray.origin, ray.direction, ray.t_min, bvh.geometries[0].extent);
+    let world_ray = SingleRay::<S>::new(world, bvh.geometries[0].extent);
+    let mut leaves = InstanceLeaves { bvh, ray, world: &world, filter };
+    // SAFETY: the caller's.
+    unsafe { walk::<S, QUERY>(bvh, root, &world_ray, found, &mut leaves) };
+}
+
+/// What a walk does at a leaf. (A trait and not a closure, because closures cannot be made to be inlined.)
+trait VisitLeaf<S: Simd> {
+    /// `true` ends the walk.
+    ///
+    /// # Safety
+    /// The CPU has the instruction set, and the leaf is one of the tree.
+    unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool;
+}
+
+struct InstanceLeaves<'a> {
+    bvh: &'a Bvh8,
+    ray: &'a Ray,
+    world: &'a LocalRay,
+    filter: &'a RayFilter,
+}
+
+impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
+    #[inline(always)]
+    unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
+        let (bvh, ray, number) = (self.bvh, self.ray, leaf & PLACE);
+        let instance = &bvh.instances[number as usize];
+        let (near, far) = self.world.slab.interval(&instance.world_bounds, self.world.t_min);
+        if !Slab::passes(near, far, found.best.t) {
+            return false;
+        }
+        let map = &instance.object_from_world;
+        let extent = bvh.geometries[instance.geometry as usize].extent;
+        let local = LocalRay::new(map.point(ray.origin), map.direction(ray.direction), ray.t_min, extent);
+        let place = Place { instance: number, world_interval: (near, far) };
+        let root = bvh.roots[instance.geometry as usize];
+        // SAFETY: the caller's; the root is the geometry's.
+        unsafe { search::<S, QUERY>(bvh, root, &SingleRay::new(local, extent), &place, self.filter, found) }
+    }
+}
+
+struct PrimitiveLeaves<'a, S: Simd> {
+    bvh: &'a Bvh8,
+    ray: &'a SingleRay<S>,
+    place: &'a Place,
+    /// Triangles of this instance that the query leaves out.
+    skipped: [u32; 2],
+    cull_back_faces: bool,
+}
+
+impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_, S> {
+    #[inline(always)]
+    unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
+        if leaf & SPHERE != 0 {
+            return test_sphere::<QUERY>(
+                self.bvh,
+                (leaf & PLACE) as usize,
+                &self.ray.local,
+                self.place,
+                found,
+            );
+        }
+        debug_assert!(leaf & INSTANCE == 0);
+        // SAFETY: leaves name blocks that the builder made.
+        let block = unsafe { self.bvh.blocks.get_unchecked((leaf & PLACE) as usize) };
+        self.test_block::<QUERY>(block, found)
+    }
+}
+
+/// Searches the tree of a geometry; `true` ends the whole search.
+#[inline(always)]
+unsafe fn search<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    root: Child,
+    ray: &SingleRay<S>,
+    place: &Place,
+    filter: &RayFilter,
+    found: &mut Found,
+) -> bool {
+    let skipped = skipped_in(place.instance, filter);
+    let mut leaves = PrimitiveLeaves { bvh, ray, place, skipped, cull_back_faces: filter.cull_back_faces };
+    // SAFETY: the caller's.
+    unsafe { walk::<S, QUERY>(bvh, root, ray, found, &mut leaves) }
+}
+
+/// Numbers of the triangles of an instance that a query leaves out; `u32::MAX` is none.
+#[inline(always)]
+pub(super) fn skipped_in(instance: u32, filter: &RayFilter) -> [u32; 2] {
+    let (start, target) = (filter.start, filter.target);
+    [
+        if start.instance == instance { start.primitive } else { u32::MAX },
+        if target.instance == instance { target.primitive } else { u32::MAX },
+    ]
+}
+
+/// Visits the leaves that the ray enters, roughly from near to far; `true` where a leaf ended the walk. A node is left
+/// out only when the ray enters it beyond the best hit, never at equality: there a tie may wait.
+#[inline(always)]
+unsafe fn walk<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    root: Child,
+    ray: &SingleRay<S>,
+    found: &mut Found,
+    leaves: &mut impl VisitLeaf<S>,
+) -> bool {
+    let mut children = MaybeUninit::<[Child; STACK]>::uninit();
+    let mut nears = MaybeUninit::<[f32; STACK]>::uninit();
+    let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<f32>());
+    let mut count = 0usize;
+    let mut at = root;
+    if root == EMPTY {
+        return false;
+    }
+    let mut t_max = S::F8::splat(found.best.t);
+    loop {
+        if at & LEAF == 0 {
+            // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
+            unsafe {
+                let node = bvh.nodes.get_unchecked(at as usize);
+                let (near, far) = ray.enter(node, t_max);
+                let node_children = S::F8::load(node.children.as_ptr().cast());
+                debug_assert!(count + 8 <= STACK);
+                if QUERY == ANY {
+                    let entered = near.le(far).bits();
+                    S::compress8(node_children, entered, children.add(count).cast());
+                    count += entered.count_ones() as usize;
+                } else {
+                    let bits = *node.orders.get_unchecked(ray.octant);
+                    let order = S::order8(bits);
+                    let near = S::permute8(near, order);
+                    let entered = near.le(S::permute8(far, order)).bits();
+                    S::compress8(S::permute8(node_children, order), entered, children.add(count).cast());
+                    S::compress8(near, entered, nears.add(count));
+                    if entered != 0 {
+                        // The nearest is on top: on to it without asking the stack.
+                        count += entered.count_ones() as usize - 1;
+                        let lane = 31 - entered.leading_zeros();
+                        at = *node.children.get_unchecked((bits >> (3 * lane) & 7) as usize);
+                        continue;
+                    }
+                }
+            }
+        } else {
+            // SAFETY: the caller's.
+            if unsafe { leaves.visit::<QUERY>(at, found) } {
+                return true;
+            }
+            t_max = S::F8::splat(found.best.t);
+        }
+        loop {
+            if count == 0 {
+                return false;
+            }
+            count -= 1;
+            // SAFETY: below the count, the stack has been written.
+            if QUERY == ANY || unsafe { *nears.add(count) } <= found.best.t {
+                break;
+            }
+        }
+        // SAFETY: as above.
+        at = unsafe { *children.add(count) };
+    }
+}
+
+impl<S: Simd> PrimitiveLeaves<'_, S> {
+    #[inline(always)]
+    fn test_block<const QUERY: Query>(&self, block: &TriangleBlock, found: &mut Found) -> bool {
+        let (ray, place) = (&self.ray.lanes, self.place);
+        let (e1, e2) = (load3::<S>(&block.e1), load3::<S>(&block.e2));
+        let triangles = TriangleV {
+            v0: load3::<S>(&block.v0),
+            e1,
+            e2,
+            normal: cross(&e1, &e2),
+            length1: S::F4::from_array(&block.length1),
+            length2: S::F4::from_array(&block.length2),
+        };
+        let edges = triangles.test_edges(ray);
+        if !edges.candidates.any() {
+            return false;
+        }
+        // SAFETY: four numbers of 32 bits are four floats.
+        let primitives = unsafe { S::F4::load(block.primitive.as_ptr().cast()) };
+        let mut mask = triangles.in_window(ray, &edges, S::F4::splat(found.best.t));
+        mask = mask.without(primitives.same_bits(S::F4::splat(f32::from_bits(self.skipped[0]))));
+        mask = mask.without(primitives.same_bits(S::F4::splat(f32::from_bits(self.skipped[1]))));
+        if self.cull_back_faces {
+            // The front is where the ray goes against the normal; minus 0 counts as that.
+            mask = mask.without(edges.determinant.sign().same_bits(S::F4::splat(0.0)));
+        }
+        if !mask.any() {
+            return false;
+        }
+        let hits = triangles.confirm(ray, &edges, mask);
+        let mut counts = hits.counts.bits();
+        if counts == 0 {
+            return false;
+        }
+        let (t, u, v) = (hits.t.to_array(), hits.u.to_array(), hits.v.to_array());
+        while counts != 0 {
+            let lane = counts.trailing_zeros() as usize & 3;
+            counts &= counts - 1;
+            if hits.unsure.bits() >> lane & 1 == 1 {
+                let local = &self.ray.local;
+                if !block.get(lane).holds_in_double(local.origin, local.direction) {
+                    continue;
+                }
+            }
+            let (near, far) = place.world_interval;
+            let id = PrimitiveId { instance: place.instance, primitive: block.primitive[lane] };
+            if Slab::passes(near, far, t[lane])
+                && found.offer::<QUERY>(Hit { t: t[lane], u: u[lane], v: v[lane], id })
+            {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+#[inline(always)]
+fn load3<S: Simd>(v: &[[f32; 4]; 3]) -> Vec3V<S::F4> {
+    each!(k => S::F4::from_array(&v[k]))
+}
+
+#[cold]
+fn test_sphere<const QUERY: Query>(
+    bvh: &Bvh8,
+    number: usize,
+    ray: &LocalRay,
+    place: &Place,
+    found: &mut Found,
+) -> bool {
+    let id = PrimitiveId { instance: place.instance, primitive: bvh.sphere_primitives[number] };
+    let (near, far) = place.world_interval;
+    for t in intersect_sphere(ray, &bvh.spheres[number]) {
+        // Roots that are not hits are NaN.
+        if !t.is_nan() && Slab::passes(near, far, t) && found.offer::<QUERY>(Hit { t, u: 0.0, v: 0.0, id }) {
+            return true;
+        }
+    }
+    false
+}
