@@ -9,7 +9,8 @@
 //! the levels, `VARIANTS` and `BUILDS` choose from what is measured (comma-separated), `THREADS` lists thread counts.
 
 use eosphor_accel::{
-    BatchTracer, BuildOptions, Bvh8, Bvh8Tracer, Coherence, Filters, SceneGeometry, SimdLevel,
+    BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, Filters, Quality, SceneGeometry,
+    SimdLevel,
 };
 use eosphor_core::geometry::{Bounds, Geometry, Instance};
 use eosphor_core::hierarchy::Tracer;
@@ -262,7 +263,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             instances: &[world],
         };
         for build in choices("BUILDS", "medium") {
-            let options = BuildOptions::default();
+            let options = match build.parse::<Quality>() {
+                Ok(quality) => quality.options(),
+                Err(_) => BuildOptions::of(build.parse::<Builder>()?),
+            };
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
             let mut best: Option<(f64, f64, Bvh8)> = None;
             for _ in 0..repeats.min(if data.triangles.len() > 500_000 { 2 } else { 5 }) {

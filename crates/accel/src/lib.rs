@@ -14,7 +14,7 @@ mod simd_level;
 mod statistics;
 
 pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
-pub use bvh::{BuildOptions, Bvh};
+pub use bvh::{BuildOptions, Builder, Bvh, Quality};
 pub use bvh8::{Bvh8, Bvh8Tracer};
 pub use exhaustive::Exhaustive;
 pub use packed::{PackedPrimitives, SceneGeometry};
