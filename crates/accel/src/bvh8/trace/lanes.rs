@@ -1,8 +1,8 @@
 //! The ray-triangle test of `eosphor_core::intersect`, operation by operation, for lanes of rays and triangles.
 
-use crate::simd::{Float, Mask, Vec3V, along, cross, dot, each, splat3, subtract};
+use crate::simd::{Float, Mask, Vec3V, along, cross, dot, each, subtract};
 use eosphor_core::intersect::{
-    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SLAB_SLACK, SMALLEST_DIRECTION,
+    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, PADDING, SLAB_SLACK, SMALLEST_DIRECTION,
 };
 
 /// What the slab test needs of a ray a lane: as `Slab`.
@@ -31,11 +31,11 @@ pub(super) struct RayV<F> {
 }
 
 /// Cosine of the angle between ray and normal from which on the first step's `t` is trusted within [`T_SLACK`].
-const STEEP: f32 = 1.0 / 32.0;
+pub(super) const STEEP: f32 = 1.0 / 32.0;
 
 /// The first step's `t` of a steep ray has an error of some 2^-21 of the extent of geometry and ray over the cosine:
 /// below 2^-15. This is eight times that.
-const T_SLACK: f32 = 1.0 / 4096.0;
+pub(super) const T_SLACK: f32 = 1.0 / 4096.0;
 
 impl<F: Float> SlabV<F> {
     #[inline(always)]
@@ -51,16 +51,6 @@ impl<F: Float> SlabV<F> {
             inverse,
             near_offset: each!(k => offset[k].sub(slack[k])),
             far_offset: each!(k => offset[k].add(slack[k])),
-        }
-    }
-
-    /// The same ray in every lane.
-    #[inline(always)]
-    pub(super) fn splat(slab: &eosphor_core::intersect::Slab) -> SlabV<F> {
-        SlabV {
-            inverse: splat3(slab.inverse),
-            near_offset: splat3(slab.near_offset),
-            far_offset: splat3(slab.far_offset),
         }
     }
 
@@ -91,44 +81,20 @@ impl<F: Float> RayV<F> {
         let in_range = o[0].add(o[1]).add(o[2]).add(d[0].add(d[1]).add(d[2])).le(F::splat(LARGEST_NUMBER));
         let length = squared.sqrt();
         let hit_tolerance = HIT_TOLERANCE * extent;
+        let inverse_direction_squared = F::splat(1.0).div(squared);
         RayV {
             origin,
             direction,
             t_min: t_min.or_else(in_range, F::splat(f32::NAN)),
             slab: SlabV::new(&origin, &direction),
-            inverse_direction_squared: F::splat(1.0).div(squared),
+            inverse_direction_squared,
             edge_tolerance: F::splat(EDGE_TOLERANCE).mul(reach).mul(length),
             hit_tolerance_squared: hit_tolerance * hit_tolerance,
             padding: PADDING * extent,
             steep: F::splat(STEEP).mul(length),
-            t_slack: F::splat(T_SLACK).mul(reach).div(length),
+            t_slack: F::splat(T_SLACK).mul(reach).mul(length.mul(inverse_direction_squared)),
         }
     }
-
-    /// The same ray in every lane.
-    #[inline(always)]
-    pub(super) fn splat(ray: &LocalRay, steep: f32, t_slack: f32) -> RayV<F> {
-        RayV {
-            origin: splat3(ray.origin),
-            direction: splat3(ray.direction),
-            t_min: F::splat(ray.t_min),
-            slab: SlabV::splat(&ray.slab),
-            inverse_direction_squared: F::splat(ray.inverse_direction_squared),
-            edge_tolerance: F::splat(ray.edge_tolerance),
-            hit_tolerance_squared: ray.hit_tolerance_squared,
-            padding: ray.padding,
-            steep: F::splat(steep),
-            t_slack: F::splat(t_slack),
-        }
-    }
-}
-
-/// [`RayV::steep`] and [`RayV::t_slack`] of one ray in a geometry of this extent.
-#[inline(always)]
-pub(super) fn steep_and_slack(ray: &LocalRay, extent: f32) -> (f32, f32) {
-    let length = ray.direction.length_squared().sqrt();
-    let reach = extent + ray.origin.abs().max_component();
-    (STEEP * length, T_SLACK * reach / length)
 }
 
 /// A triangle a lane: as `PackedTriangle`.

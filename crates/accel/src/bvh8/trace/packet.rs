@@ -578,16 +578,8 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
                         None => (f32::NEG_INFINITY, f32::INFINITY),
                     };
                     let place = single::Place { instance: leg.instance, world_interval };
-                    let local = LocalRay::new(o, d, t_min, leg.extent);
-                    single::search_from::<S, QUERY>(
-                        bvh,
-                        at,
-                        local,
-                        leg.extent,
-                        &place,
-                        filters[lane],
-                        &mut found,
-                    );
+                    let ray = single::SingleRay::new::<S>(o, d, t_min, leg.extent);
+                    single::search::<S, QUERY>(bvh, at, &ray, &place, filters[lane], &mut found);
                 }
             }
             if QUERY == ANY {

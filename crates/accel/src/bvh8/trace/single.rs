@@ -1,53 +1,95 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
-use super::lanes::{RayV, TriangleV, steep_and_slack};
+use super::lanes::{RayV, STEEP, SlabV, T_SLACK, TriangleV};
 use super::walk::{ANY, Found, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
-use crate::simd::{Float, Mask, Simd, Vec3V, cross, each, splat3};
-use eosphor_core::intersect::{LocalRay, Slab, intersect_sphere};
+use crate::simd::{Float, Mask, Simd, Vec3V, cross, each};
+use eosphor_core::intersect::{
+    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SLAB_SLACK, SMALLEST_DIRECTION, Slab,
+    intersect_sphere,
+};
+use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use std::mem::MaybeUninit;
 
-/// A ray in the space of a geometry, ready for its tree.
-struct SingleRay<S: Simd> {
-    local: LocalRay,
-    inverse: Vec3V<S::F8>,
-    near_offset: Vec3V<S::F8>,
-    far_offset: Vec3V<S::F8>,
-    t_min: S::F8,
-    /// For the triangles.
-    lanes: RayV<S::F4>,
-    /// Which of a node's planes are the near ones.
-    near_planes: [usize; 3],
+/// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
+/// is a load away. Vectors have x, y, z and something else.
+pub(super) struct SingleRay {
+    /// And `t_min`; NaN where the ray has numbers out of range.
+    origin: [f32; 4],
+    direction: [f32; 4],
+    inverse: [f32; 4],
+    near_offset: [f32; 4],
+    far_offset: [f32; 4],
+    inverse_direction_squared: f32,
+    edge_tolerance: f32,
+    steep: f32,
+    t_slack: f32,
+    extent: f32,
     octant: usize,
 }
 
-impl<S: Simd> SingleRay<S> {
+impl SingleRay {
+    /// As `LocalRay::new`, in lanes.
     #[inline(always)]
-    fn new(local: LocalRay, extent: f32) -> SingleRay<S> {
-        let (steep, t_slack) = steep_and_slack(&local, extent);
-        let i = local.slab.inverse;
-        let (x, y, z) = ((i.x < 0.0) as usize, (i.y < 0.0) as usize, (i.z < 0.0) as usize);
+    pub(super) fn new<S: Simd>(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> SingleRay {
+        let squared = direction.length_squared();
+        let largest = origin.abs().max_component();
+        let reach = extent + largest;
+        let (o, d) = (origin.abs(), direction.abs());
+        let in_range = (o.x + o.y + o.z) + (d.x + d.y + d.z) <= LARGEST_NUMBER;
+        let t_min = if in_range { t_min } else { f32::NAN };
+        let length = squared.sqrt();
+        let inverse_direction_squared = 1.0 / squared;
+        let origin = [origin.x, origin.y, origin.z, t_min];
+        let direction = [direction.x, direction.y, direction.z, 1.0];
+        let (o, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
+        let smallest = S::F4::splat(SMALLEST_DIRECTION);
+        let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
+        let inverse = S::F4::splat(1.0).div(safe);
+        let slack = inverse.abs().mul(S::F4::splat(SLAB_SLACK * largest));
+        let offset = o.mul(inverse).negate();
         SingleRay {
-            local,
-            inverse: splat3(local.slab.inverse),
-            near_offset: splat3(local.slab.near_offset),
-            far_offset: splat3(local.slab.far_offset),
-            t_min: S::F8::splat(local.t_min),
-            lanes: RayV::splat(&local, steep, t_slack),
-            near_planes: [x, 2 + y, 4 + z],
-            octant: x | y << 1 | z << 2,
+            origin,
+            direction,
+            inverse: inverse.to_array(),
+            near_offset: offset.sub(slack).to_array(),
+            far_offset: offset.add(slack).to_array(),
+            inverse_direction_squared,
+            edge_tolerance: EDGE_TOLERANCE * reach * length,
+            steep: STEEP * length,
+            t_slack: T_SLACK * reach * (length * inverse_direction_squared),
+            extent,
+            octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
         }
     }
 
-    /// Where the ray enters the eight boxes, and which it enters no later than `t_max`.
+    /// In every lane of as many triangles.
     #[inline(always)]
-    fn enter(&self, node: &Node8, t_max: S::F8) -> (S::F8, S::F8) {
-        let at = &self.near_planes;
-        let (i, n, f) = (&self.inverse, &self.near_offset, &self.far_offset);
-        let [x0, y0, z0] = each!(k => planes::<S>(node, at[k]).fma(i[k], n[k]));
-        let [x1, y1, z1] = each!(k => planes::<S>(node, at[k] ^ 1).fma(i[k], f[k]));
-        (x0.max(y0).max(z0.max(self.t_min)), x1.min(y1).min(z1.min(t_max)))
+    fn lanes<S: Simd>(&self) -> RayV<S::F4> {
+        let hit_tolerance = HIT_TOLERANCE * self.extent;
+        RayV {
+            origin: each!(k => S::F4::splat(self.origin[k])),
+            direction: each!(k => S::F4::splat(self.direction[k])),
+            t_min: S::F4::splat(self.origin[3]),
+            slab: SlabV {
+                inverse: each!(k => S::F4::splat(self.inverse[k])),
+                near_offset: each!(k => S::F4::splat(self.near_offset[k])),
+                far_offset: each!(k => S::F4::splat(self.far_offset[k])),
+            },
+            inverse_direction_squared: S::F4::splat(self.inverse_direction_squared),
+            edge_tolerance: S::F4::splat(self.edge_tolerance),
+            hit_tolerance_squared: hit_tolerance * hit_tolerance,
+            padding: PADDING * self.extent,
+            steep: S::F4::splat(self.steep),
+            t_slack: S::F4::splat(self.t_slack),
+        }
+    }
+
+    /// For what is rare.
+    fn local(&self) -> LocalRay {
+        let (o, d) = (self.origin, self.direction);
+        LocalRay::new(vec3(o[0], o[1], o[2]), vec3(d[0], d[1], d[2]), o[3], self.extent)
     }
 }
 
@@ -78,32 +120,14 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
     found: &mut Found,
 ) {
     let extent = bvh.geometries[0].extent;
-    let local = LocalRay::new(ray.origin, ray.direction, ray.t_min, extent);
+    let local = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
     let place = Place { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
     // SAFETY: the root is the scene's.
-    unsafe { search_from::<S, QUERY>(bvh, bvh.roots[0], local, extent, &place, filter, found) };
+    unsafe { search::<S, QUERY>(bvh, bvh.roots[0], &local, &place, filter, found) };
     if bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
         // SAFETY: as above.
         unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
     }
-}
-
-/// Searches a part of a geometry's tree, in its space; `true` ends the whole search.
-///
-/// # Safety
-/// As for [`trace`]; `root` is a child of that tree.
-#[inline(always)]
-pub(super) unsafe fn search_from<S: Simd, const QUERY: Query>(
-    bvh: &Bvh8,
-    root: Child,
-    local: LocalRay,
-    extent: f32,
-    place: &Place,
-    filter: &RayFilter,
-    found: &mut Found,
-) -> bool {
-    // SAFETY: the caller's.
-    unsafe { search::<S, QUERY>(bvh, root, &SingleRay::new(local, extent), place, filter, found) }
 }
 
 /// Searches a part of the tree over the instances, and theirs.
@@ -118,8 +142,9 @@ pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
     filter: &RayFilter,
     found: &mut Found,
 ) {
-    let world = LocalRay::new(ray.origin, ray.direction, ray.t_min, bvh.geometries[0].extent);
-    let world_ray = SingleRay::<S>::new(world, bvh.geometries[0].extent);
+    let extent = bvh.geometries[0].extent;
+    let world = LocalRay::new(ray.origin, ray.direction, ray.t_min, extent);
+    let world_ray = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
     let mut leaves = InstanceLeaves { bvh, ray, world: &world, filter };
     // SAFETY: the caller's.
     unsafe { walk::<S, QUERY>(bvh, root, &world_ray, found, &mut leaves) };
@@ -152,31 +177,32 @@ impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
         }
         let map = &instance.object_from_world;
         let extent = bvh.geometries[instance.geometry as usize].extent;
-        let local = LocalRay::new(map.point(ray.origin), map.direction(ray.direction), ray.t_min, extent);
+        let local =
+            SingleRay::new::<S>(map.point(ray.origin), map.direction(ray.direction), ray.t_min, extent);
         let place = Place { instance: number, world_interval: (near, far) };
         let root = bvh.roots[instance.geometry as usize];
         // SAFETY: the caller's; the root is the geometry's.
-        unsafe { search::<S, QUERY>(bvh, root, &SingleRay::new(local, extent), &place, self.filter, found) }
+        unsafe { search::<S, QUERY>(bvh, root, &local, &place, self.filter, found) }
     }
 }
 
-struct PrimitiveLeaves<'a, S: Simd> {
+struct PrimitiveLeaves<'a> {
     bvh: &'a Bvh8,
-    ray: &'a SingleRay<S>,
+    ray: &'a SingleRay,
     place: &'a Place,
     /// Triangles of this instance that the query leaves out.
     skipped: [u32; 2],
     cull_back_faces: bool,
 }
 
-impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_, S> {
+impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
     #[inline(always)]
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
         if leaf & SPHERE != 0 {
             return test_sphere::<QUERY>(
                 self.bvh,
                 (leaf & PLACE) as usize,
-                &self.ray.local,
+                &self.ray.local(),
                 self.place,
                 found,
             );
@@ -184,16 +210,19 @@ impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_, S> {
         debug_assert!(leaf & INSTANCE == 0);
         // SAFETY: leaves name blocks that the builder made.
         let block = unsafe { self.bvh.blocks.get_unchecked((leaf & PLACE) as usize) };
-        self.test_block::<QUERY>(block, found)
+        self.test_block::<S, QUERY>(block, found)
     }
 }
 
-/// Searches the tree of a geometry; `true` ends the whole search.
+/// Searches a part of a geometry's tree, in its space; `true` ends the whole search.
+///
+/// # Safety
+/// As for [`trace`]; `root` is a child of that tree.
 #[inline(always)]
-unsafe fn search<S: Simd, const QUERY: Query>(
+pub(super) unsafe fn search<S: Simd, const QUERY: Query>(
     bvh: &Bvh8,
     root: Child,
-    ray: &SingleRay<S>,
+    ray: &SingleRay,
     place: &Place,
     filter: &RayFilter,
     found: &mut Found,
@@ -220,7 +249,7 @@ pub(super) fn skipped_in(instance: u32, filter: &RayFilter) -> [u32; 2] {
 unsafe fn walk<S: Simd, const QUERY: Query>(
     bvh: &Bvh8,
     root: Child,
-    ray: &SingleRay<S>,
+    ray: &SingleRay,
     found: &mut Found,
     leaves: &mut impl VisitLeaf<S>,
 ) -> bool {
@@ -232,13 +261,23 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
     if root == EMPTY {
         return false;
     }
+    let inverse = each!(k => S::F8::splat(ray.inverse[k]));
+    let near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
+    let far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
+    let t_min = S::F8::splat(ray.origin[3]);
+    let near_planes = each!(k => 2 * k + (ray.octant >> k & 1));
     let mut t_max = S::F8::splat(found.best.t);
     loop {
         if at & LEAF == 0 {
             // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
             unsafe {
                 let node = bvh.nodes.get_unchecked(at as usize);
-                let (near, far) = ray.enter(node, t_max);
+                let [x0, y0, z0] =
+                    each!(k => planes::<S>(node, near_planes[k]).fma(inverse[k], near_offset[k]));
+                let [x1, y1, z1] =
+                    each!(k => planes::<S>(node, near_planes[k] ^ 1).fma(inverse[k], far_offset[k]));
+                let near = x0.max(y0).max(z0.max(t_min));
+                let far = x1.min(y1).min(z1.min(t_max));
                 let node_children = S::F8::load(node.children.as_ptr().cast());
                 debug_assert!(count + 8 <= STACK);
                 if QUERY == ANY {
@@ -283,10 +322,10 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
     }
 }
 
-impl<S: Simd> PrimitiveLeaves<'_, S> {
+impl PrimitiveLeaves<'_> {
     #[inline(always)]
-    fn test_block<const QUERY: Query>(&self, block: &TriangleBlock, found: &mut Found) -> bool {
-        let (ray, place) = (&self.ray.lanes, self.place);
+    fn test_block<S: Simd, const QUERY: Query>(&self, block: &TriangleBlock, found: &mut Found) -> bool {
+        let (ray, place) = (&self.ray.lanes::<S>(), self.place);
         let (e1, e2) = (load3::<S>(&block.e1), load3::<S>(&block.e2));
         let triangles = TriangleV {
             v0: load3::<S>(&block.v0),
@@ -322,8 +361,9 @@ impl<S: Simd> PrimitiveLeaves<'_, S> {
             let lane = counts.trailing_zeros() as usize & 3;
             counts &= counts - 1;
             if hits.unsure.bits() >> lane & 1 == 1 {
-                let local = &self.ray.local;
-                if !block.get(lane).holds_in_double(local.origin, local.direction) {
+                let (o, d) = (self.ray.origin, self.ray.direction);
+                let (o, d) = (vec3(o[0], o[1], o[2]), vec3(d[0], d[1], d[2]));
+                if !block.get(lane).holds_in_double(o, d) {
                     continue;
                 }
             }
