@@ -361,6 +361,24 @@ impl Float for X8 {
     fn or_else(self, mask: X8Mask, o: Self) -> Self {
         Self(unsafe { _mm256_blendv_ps(o.0, self.0, mask.0) })
     }
+    #[inline(always)]
+    fn smallest(self, mask: X8Mask) -> f32 {
+        let all = self.or_else(mask, Self::splat(f32::INFINITY));
+        unsafe {
+            let four = _mm_min_ps(_mm256_castps256_ps128(all.0), _mm256_extractf128_ps::<1>(all.0));
+            let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)))
+        }
+    }
+    #[inline(always)]
+    fn largest(self, mask: X8Mask) -> f32 {
+        let all = self.or_else(mask, Self::splat(f32::NEG_INFINITY));
+        unsafe {
+            let four = _mm_max_ps(_mm256_castps256_ps128(all.0), _mm256_extractf128_ps::<1>(all.0));
+            let two = _mm_max_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_max_ss(two, _mm_movehdup_ps(two)))
+        }
+    }
 }
 
 impl Mask for X8Mask {
@@ -486,6 +504,18 @@ impl Float for Pair8 {
     #[inline(always)]
     fn or_else(self, mask: Pair8Mask, o: Self) -> Self {
         Self(self.0.or_else(mask.0, o.0), self.1.or_else(mask.1, o.1))
+    }
+    #[inline(always)]
+    fn smallest(self, mask: Pair8Mask) -> f32 {
+        let infinite = X8::splat(f32::INFINITY);
+        let eight = self.0.or_else(mask.0, infinite).min(self.1.or_else(mask.1, infinite));
+        eight.smallest(X8Mask::from_bits(0xff))
+    }
+    #[inline(always)]
+    fn largest(self, mask: Pair8Mask) -> f32 {
+        let infinite = X8::splat(f32::NEG_INFINITY);
+        let eight = self.0.or_else(mask.0, infinite).max(self.1.or_else(mask.1, infinite));
+        eight.largest(X8Mask::from_bits(0xff))
     }
 }
 
