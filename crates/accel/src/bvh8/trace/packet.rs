@@ -242,10 +242,18 @@ impl<S: Simd> Packet<S> {
             }
             left &= !group;
             let group = MaskOf::<S>::from_bits(group);
+            let walk = Walk::<S, QUERY, INSTANCES> {
+                packet: self,
+                bvh,
+                root,
+                leg,
+                group,
+                octant,
+                filters,
+                alone,
+            };
             // SAFETY: the caller's.
-            unsafe {
-                self.walk::<QUERY, INSTANCES>(bvh, root, leg, group, octant, filters, alone);
-            }
+            unsafe { S::run(walk) };
         }
     }
 
@@ -517,6 +525,38 @@ impl<S: Simd> Packet<S> {
         let alone = Alone::<S, QUERY, INSTANCES> { packet: self, bvh, at, leg, lanes, filters };
         // SAFETY: the caller's.
         unsafe { S::run(alone) };
+    }
+}
+
+/// The walk of a group: a function of its own, which keeps the code small.
+struct Walk<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: bool> {
+    packet: &'a mut Packet<S>,
+    bvh: &'a Bvh8,
+    root: Child,
+    leg: &'a Leg<'b, S>,
+    group: MaskOf<S>,
+    octant: usize,
+    filters: &'a [&'a RayFilter; 16],
+    alone: u32,
+}
+
+impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_, S, QUERY, INSTANCES> {
+    type Output = ();
+
+    #[inline(always)]
+    unsafe fn run<X: Simd>(self) {
+        // SAFETY: the caller's.
+        unsafe {
+            self.packet.walk::<QUERY, INSTANCES>(
+                self.bvh,
+                self.root,
+                self.leg,
+                self.group,
+                self.octant,
+                self.filters,
+                self.alone,
+            );
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::lanes::{RayV, STEEP, SlabV, T_SLACK, TriangleV};
 use super::walk::{ANY, Found, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
-use crate::simd::{Float, Mask, Simd, Vec3V, cross, each};
+use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, each};
 use eosphor_core::intersect::{
     EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SLAB_SLACK, SMALLEST_DIRECTION, Slab,
     intersect_sphere,
