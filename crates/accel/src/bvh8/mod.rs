@@ -69,4 +69,9 @@ impl Bvh8 {
         bvh8.build_seconds = start.elapsed().as_secs_f64();
         bvh8
     }
+
+    /// The largest absolute coordinate of all.
+    pub(crate) fn extent(&self) -> f32 {
+        self.instances_extent.max(self.geometries[0].extent)
+    }
 }

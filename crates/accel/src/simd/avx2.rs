@@ -72,6 +72,29 @@ pub(super) unsafe fn transpose8(rows: &[*const f32]) -> [X8; 8] {
     }
 }
 
+/// 4 columns of 8 floats into 8 rows of 4.
+#[inline(always)]
+pub(super) unsafe fn scatter8(columns: [X8; 4], rows: &[*mut f32]) {
+    let [a, b, c, d] = columns;
+    // SAFETY: see super; the rows can be written.
+    unsafe {
+        let (ab0, ab1) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
+        let (cd0, cd1) = (_mm256_unpacklo_ps(c.0, d.0), _mm256_unpackhi_ps(c.0, d.0));
+        let pairs = [
+            _mm256_shuffle_ps::<0x44>(ab0, cd0),
+            _mm256_shuffle_ps::<0xee>(ab0, cd0),
+            _mm256_shuffle_ps::<0x44>(ab1, cd1),
+            _mm256_shuffle_ps::<0xee>(ab1, cd1),
+        ];
+        let mut k = 0;
+        while k < 4 {
+            _mm_storeu_ps(rows[k], _mm256_castps256_ps128(pairs[k]));
+            _mm_storeu_ps(rows[k + 4], _mm256_extractf128_ps::<1>(pairs[k]));
+            k += 1;
+        }
+    }
+}
+
 impl Simd for Avx2 {
     type F4 = X4;
     type F8 = X8;
@@ -121,6 +144,16 @@ impl Simd for Avx2 {
             k += 1;
         }
         out
+    }
+
+    #[inline(always)]
+    unsafe fn scatter16(columns: [Pair8; 4], rows: &[*mut f32; 16]) {
+        let [a, b, c, d] = columns;
+        // SAFETY: the caller's.
+        unsafe {
+            scatter8([a.0, b.0, c.0, d.0], &rows[..8]);
+            scatter8([a.1, b.1, c.1, d.1], &rows[8..]);
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! AVX-512: 512-bit registers for packets; the rest as for AVX2, which is as fast there.
 
-use super::avx2::{Avx2, X4, X8, X8Order, transpose8};
+use super::avx2::{Avx2, X4, X8, X8Order, scatter8, transpose8};
 use super::{Float, Kernel, Mask, Simd};
 use std::arch::x86_64::*;
 
@@ -55,6 +55,22 @@ impl Simd for Avx512 {
             k += 1;
         }
         out
+    }
+
+    #[inline(always)]
+    unsafe fn scatter16(columns: [X16; 4], rows: &[*mut f32; 16]) {
+        let (mut low, mut high) = ([X8::splat(0.0); 4], [X8::splat(0.0); 4]);
+        let mut k = 0;
+        // SAFETY: see super; the rows are the caller's.
+        unsafe {
+            while k < 4 {
+                low[k] = X8(_mm512_castps512_ps256(columns[k].0));
+                high[k] = X8(_mm512_extractf32x8_ps::<1>(columns[k].0));
+                k += 1;
+            }
+            scatter8(low, &rows[..8]);
+            scatter8(high, &rows[8..]);
+        }
     }
 }
 

@@ -47,6 +47,11 @@ pub(crate) trait Simd: Copy {
     /// # Safety
     /// Each row can be read.
     unsafe fn transpose16(rows: &[*const f32; 16]) -> [Self::F16; 8];
+    /// The other way round: writes 4 vectors as 16 rows of 4 floats.
+    ///
+    /// # Safety
+    /// Each row can be written.
+    unsafe fn scatter16(columns: [Self::F16; 4], rows: &[*mut f32; 16]);
 }
 
 /// Code for any instruction set.

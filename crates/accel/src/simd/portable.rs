@@ -60,6 +60,16 @@ impl Simd for Portable {
         }
         out
     }
+
+    #[inline(always)]
+    unsafe fn scatter16(columns: [Lanes<16>; 4], rows: &[*mut f32; 16]) {
+        for (lane, row) in rows.iter().enumerate() {
+            for (k, column) in columns.iter().enumerate() {
+                // SAFETY: rows have 4 floats.
+                unsafe { row.add(k).write(column.0[lane]) };
+            }
+        }
+    }
 }
 
 /// Floats in an array.

@@ -16,17 +16,17 @@ use std::mem::MaybeUninit;
 /// is a load away. Vectors have x, y, z and something else.
 pub(super) struct SingleRay {
     /// And `t_min`; NaN where the ray has numbers out of range.
-    origin: [f32; 4],
+    pub(super) origin: [f32; 4],
     direction: [f32; 4],
-    inverse: [f32; 4],
-    near_offset: [f32; 4],
-    far_offset: [f32; 4],
+    pub(super) inverse: [f32; 4],
+    pub(super) near_offset: [f32; 4],
+    pub(super) far_offset: [f32; 4],
     inverse_direction_squared: f32,
     edge_tolerance: f32,
     steep: f32,
     t_slack: f32,
     extent: f32,
-    octant: usize,
+    pub(super) octant: usize,
 }
 
 impl SingleRay {
@@ -95,7 +95,7 @@ impl SingleRay {
 
 /// Eight planes of a node.
 #[inline(always)]
-fn planes<S: Simd>(node: &Node8, which: usize) -> S::F8 {
+pub(super) fn planes<S: Simd>(node: &Node8, which: usize) -> S::F8 {
     // SAFETY: there are six times eight; the numbers come from `near_planes`.
     unsafe { S::F8::load(node.planes.as_ptr().add(which).cast()) }
 }
@@ -107,6 +107,10 @@ pub(super) struct Place {
     /// Where the world ray is in the instance's world box.
     pub(super) world_interval: (f32, f32),
 }
+
+/// The world itself.
+pub(super) static WORLD: Place =
+    Place { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
 
 /// Searches the whole scene for one ray.
 ///
@@ -121,9 +125,8 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
 ) {
     let extent = bvh.geometries[0].extent;
     let local = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
-    let place = Place { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
     // SAFETY: the root is the scene's.
-    unsafe { search::<S, QUERY>(bvh, bvh.roots[0], &local, &place, filter, found) };
+    unsafe { search::<S, QUERY>(bvh, bvh.roots[0], &local, &WORLD, filter, found) };
     if bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
         // SAFETY: as above.
         unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
@@ -151,7 +154,7 @@ pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
 }
 
 /// What a walk does at a leaf. (A trait and not a closure, because closures cannot be made to be inlined.)
-trait VisitLeaf<S: Simd> {
+pub(super) trait VisitLeaf<S: Simd> {
     /// `true` ends the walk.
     ///
     /// # Safety
@@ -186,13 +189,14 @@ impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
     }
 }
 
-struct PrimitiveLeaves<'a> {
-    bvh: &'a Bvh8,
-    ray: &'a SingleRay,
-    place: &'a Place,
+/// Leaves of triangles and spheres.
+pub(super) struct PrimitiveLeaves<'a> {
+    pub(super) bvh: &'a Bvh8,
+    pub(super) ray: &'a SingleRay,
+    pub(super) place: &'a Place,
     /// Triangles of this instance that the query leaves out.
-    skipped: [u32; 2],
-    cull_back_faces: bool,
+    pub(super) skipped: [u32; 2],
+    pub(super) cull_back_faces: bool,
 }
 
 impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {

@@ -1,0 +1,89 @@
+//! What suits the rays of a chunk.
+
+use eosphor_core::math::Vec3;
+use eosphor_core::ray::Ray;
+
+/// Ways to trace a chunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// Packets of neighbours.
+    Packets,
+    /// Packets of neighbours that go into one octant.
+    SortedPackets,
+    /// A stream of single rays.
+    Stream,
+}
+
+/// Rays of a packet.
+const GROUP: usize = 16;
+/// Groups that are looked at, spread over the chunk.
+const SAMPLES: usize = 8;
+/// Directions of a coherent group differ by no more than this in a component.
+const NARROW: f32 = 0.25;
+/// Neighbours start close together if the distance is no more than this times the scene's extent, in the middle.
+const CLOSE: f32 = 0.04;
+
+/// Looks at some rays of a chunk and chooses.
+#[inline(always)]
+pub(super) fn choose(rays: &[Ray], extent: f32) -> Way {
+    if rays.len() < GROUP {
+        return Way::Stream;
+    }
+    let groups = rays.len() / GROUP;
+    let step = (groups / SAMPLES).max(1);
+    let (mut seen, mut coherent, mut close) = (0, 0, 0);
+    let mut k = 0;
+    while k < groups && seen < SAMPLES {
+        let group = &rays[k * GROUP..][..GROUP];
+        let (direction, origin) = (spread(group, |r| r.direction), spread(group, |r| r.origin));
+        // NaN is neither narrow nor close.
+        let is_close = origin <= CLOSE * extent;
+        coherent += ((direction <= NARROW) & is_close) as usize;
+        close += is_close as usize;
+        seen += 1;
+        k += step;
+    }
+    if 4 * coherent >= 3 * seen {
+        Way::Packets
+    } else if 2 * close >= seen {
+        Way::SortedPackets
+    } else {
+        Way::Stream
+    }
+}
+
+/// The largest difference in a component.
+#[inline(always)]
+fn spread(rays: &[Ray], of: impl Fn(&Ray) -> Vec3) -> f32 {
+    let first = of(&rays[0]);
+    let (mut low, mut high) = (first, first);
+    for ray in rays {
+        (low, high) = (low.min(of(ray)), high.max(of(ray)));
+    }
+    (high - low).max_component()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor_core::math::vec3;
+
+    fn rays(count: usize, of: impl Fn(f32) -> (Vec3, Vec3)) -> Vec<Ray> {
+        let ray = |k: usize| {
+            let (origin, direction) = of(k as f32);
+            Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
+        };
+        (0..count).map(ray).collect()
+    }
+
+    #[test]
+    fn camera_rays_go_in_packets_scattered_ones_alone() {
+        let camera = rays(4096, |k| (Vec3::ZERO, vec3((k % 64.0) / 200.0 - 0.16, k / 40960.0, 1.0)));
+        assert_eq!(choose(&camera, 1.0), Way::Packets);
+        let bounce = rays(4096, |k| (vec3(k / 4096.0, 0.0, 0.0), vec3((k * 7.7).sin(), (k * 3.1).cos(), 0.3)));
+        assert_eq!(choose(&bounce, 1.0), Way::SortedPackets);
+        let anywhere =
+            rays(4096, |k| (vec3((k * 1.3).sin(), 0.0, 0.0), vec3((k * 7.7).sin(), (k * 3.1).cos(), 0.3)));
+        assert_eq!(choose(&anywhere, 1.0), Way::Stream);
+    }
+}
