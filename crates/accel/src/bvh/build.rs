@@ -28,17 +28,17 @@ pub(super) struct Item {
 
 /// A tree: the root is node 0, children stand in pairs, leaves name ranges of the two orders.
 #[derive(Clone, Debug)]
-pub(super) struct Tree {
-    pub(super) nodes: Vec<BvhNode>,
-    pub(super) triangle_order: Vec<u32>,
-    pub(super) sphere_order: Vec<u32>,
+pub(crate) struct Tree {
+    pub(crate) nodes: Vec<BvhNode>,
+    pub(crate) triangle_order: Vec<u32>,
+    pub(crate) sphere_order: Vec<u32>,
 }
 
 /// Subtrees with more items than this are built by threads of their own.
 const PARALLEL_ITEMS: usize = 4096;
 
 /// Builds over primitives with these padded bounds: `triangle_count` triangles, then spheres.
-pub(super) fn build_tree(bounds: &[Bounds], triangle_count: u32, options: &BuildOptions) -> Tree {
+pub(crate) fn build_tree(bounds: &[Bounds], triangle_count: u32, options: &BuildOptions) -> Tree {
     let mut items: Vec<Item> =
         (0..).zip(bounds).map(|(index, bounds)| Item { bounds: *bounds, index }).collect();
     if items.is_empty() {

@@ -4,6 +4,7 @@ mod build;
 mod sah;
 
 pub use build::BuildOptions;
+pub(crate) use build::build_tree;
 
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::Bounds;
