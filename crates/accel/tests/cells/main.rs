@@ -27,8 +27,8 @@ impl Structures {
         let (octree, grid, kdtree) =
             (OctreeOptions::default(), GridOptions::default(), KdTreeOptions::default());
         let octree_fine =
-            OctreeOptions { max_leaf_primitives: 1, max_depth: 7, only_if_cheaper: false, ..octree };
-        let grid_fine = GridOptions { density: 200.0, max_duplication: 500.0, ..grid };
+            OctreeOptions { max_leaf_primitives: 1, max_depth: 6, only_if_cheaper: false, ..octree };
+        let grid_fine = GridOptions { density: 100.0, max_duplication: 200.0, ..grid };
         let kdtree_fine =
             KdTreeOptions { traversal_cost: 0.01, patience: 5, max_depth: 40, empty_bonus: 0.8, ..kdtree };
         Structures {
@@ -86,7 +86,7 @@ fn check_one(name: &str, tracer: &impl Tracer, ray: &Ray, filter: &RayFilter, al
 fn chain(tracer: &impl Tracer, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
     let mut hits: Vec<Hit> = Vec::new();
     let mut after = Hit::miss(f32::NEG_INFINITY);
-    while hits.len() < 40 {
+    while hits.len() < 8 {
         let hit = tracer.next_hit(ray, filter, &after);
         if hit.is_miss() {
             assert_eq!(hit.t.to_bits(), ray.t_max.to_bits(), "a miss says t_max");
@@ -103,7 +103,7 @@ fn cases(count: u32) -> ProptestConfig {
 }
 
 proptest! {
-    #![proptest_config(cases(250))]
+    #![proptest_config(cases(32))]
 
     #[test]
     fn structures_agree(seed in any::<u64>(), kind in 0..KINDS.len(), culling in any::<bool>()) {
@@ -113,7 +113,7 @@ proptest! {
         let world = World::new(triangles, spheres);
         let structures = Structures::new(&world);
         let filter = RayFilter { cull_back_faces: culling, ..RayFilter::ALL };
-        for _ in 0..60 {
+        for _ in 0..24 {
             structures.check_ends(&worlds::ray(&world, &mut random, 1.0, Vec3::ZERO), &filter);
         }
     }
@@ -130,7 +130,7 @@ proptest! {
             world.add_instance(geometry, map);
         }
         let structures = Structures::new(&world);
-        for k in 0..40 {
+        for k in 0..16 {
             let mut ray = worlds::ray(&world, &mut random, 1.0, Vec3::ZERO);
             // Aimed at placed corners.
             if let (Some(t), true) = (triangles.first(), k % 2 == 0) {
@@ -151,14 +151,14 @@ proptest! {
         let mut random = Random(seed);
         let scale = 10f32.powi(scale);
         let offset = if offset == 0.0 { Vec3::ZERO } else { random.in_cube() * 10f32.powf(offset) };
-        let (triangles, spheres) = primitives(KINDS[kind], 50, &mut random);
+        let (triangles, spheres) = primitives(KINDS[kind], 30, &mut random);
         let put = |p: Vec3| p * scale + offset;
         let world = World::new(
             triangles.iter().map(|t| t.map(put)).collect(),
             spheres.iter().map(|s| Sphere { center: put(s.center), radius: s.radius * scale }).collect(),
         );
         let structures = Structures::new(&world);
-        for _ in 0..40 {
+        for _ in 0..12 {
             structures.check_ends(&worlds::ray(&world, &mut random, scale, offset), &RayFilter::ALL);
         }
     }
@@ -206,7 +206,7 @@ proptest! {
             spheres.iter().map(|s| Sphere { center: s.center * size, radius: s.radius * size }).collect(),
         );
         let structures = Structures::new(&world);
-        for _ in 0..20 {
+        for _ in 0..8 {
             let ray = worlds::ray(&world, &mut random, size, Vec3::ZERO);
             let away = ray.direction * -10f32.powf(far * random.unit() as f32);
             structures.check(&Ray { origin: ray.origin + away, ..ray }, &RayFilter::ALL);
