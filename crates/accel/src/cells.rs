@@ -60,6 +60,23 @@ impl InstanceTree {
     }
 }
 
+/// Brings triangles into the order in which cells name them first, so that what is tested together lies together.
+pub(crate) fn order_by_first_use(primitives: &mut PackedPrimitives, references: &mut [u32]) {
+    // Cells of one geometry follow those of another, so each geometry keeps its range: cells name all its triangles.
+    let mut new_numbers = vec![u32::MAX; primitives.triangles.len()];
+    let mut triangles = Vec::with_capacity(primitives.triangles.len());
+    for reference in references.iter_mut().filter(|r| **r & SPHERE_REFERENCE == 0) {
+        let new_number = &mut new_numbers[*reference as usize];
+        if *new_number == u32::MAX {
+            *new_number = triangles.len() as u32;
+            triangles.push(primitives.triangles[*reference as usize]);
+        }
+        *reference = *new_number;
+    }
+    assert_eq!(triangles.len(), primitives.triangles.len(), "every triangle is in a cell");
+    primitives.triangles = triangles;
+}
+
 /// Bytes of the packed primitives.
 pub(crate) fn primitive_bytes(p: &PackedPrimitives) -> usize {
     size_of_val(&p.triangles[..]) + size_of_val(&p.spheres[..]) + size_of_val(&p.sphere_primitives[..])

@@ -18,7 +18,7 @@ pub struct Grid {
     pub starts: Vec<u32>,
     /// What cells hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     pub references: Vec<u32>,
-    /// Primitives, in the scene's order.
+    /// Primitives; triangles in the order in which cells name them first.
     pub primitives: PackedPrimitives,
     /// Wall time of the build.
     pub build_seconds: f64,
@@ -42,6 +42,7 @@ impl Grid {
             grid.roots.push(build::build_grid(&items, options, &mut grid.starts, &mut grid.references));
         }
         grid.starts.push(grid.references.len() as u32);
+        cells::order_by_first_use(&mut grid.primitives, &mut grid.references);
         grid.build_seconds = start.elapsed().as_secs_f64();
         grid
     }

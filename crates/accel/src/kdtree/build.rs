@@ -23,8 +23,8 @@ pub struct KdTreeOptions {
 impl Default for KdTreeOptions {
     fn default() -> KdTreeOptions {
         KdTreeOptions {
-            traversal_cost: 1.0,
-            empty_bonus: 0.3,
+            traversal_cost: 1.5,
+            empty_bonus: 0.2,
             patience: 1,
             max_depth: 0,
             max_duplication: 16.0,

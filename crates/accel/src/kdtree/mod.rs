@@ -21,7 +21,7 @@ pub struct KdTree {
     pub roots: Vec<KdRoot>,
     /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     pub references: Vec<u32>,
-    /// Primitives, in the scene's order.
+    /// Primitives; triangles in the order in which leaves name them first.
     pub primitives: PackedPrimitives,
     /// Wall time of the build.
     pub build_seconds: f64,
@@ -49,6 +49,7 @@ impl KdTree {
             tree.roots.push(KdRoot { bounds: cells::bounds_of(&items), node: tree.nodes.len() as u32 });
             build::build_tree(items, options, &mut tree.nodes, &mut tree.references);
         }
+        cells::order_by_first_use(&mut tree.primitives, &mut tree.references);
         tree.build_seconds = start.elapsed().as_secs_f64();
         tree
     }

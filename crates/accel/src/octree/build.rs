@@ -19,6 +19,8 @@ pub enum Overlap {
     /// tests, and it is what PG1 does. It may lose hits of rays that lie in a triangle's plane within rounding and pass
     /// through its bounds beside it: by the definition of a hit such a ray can count as meeting the plane there.
     Triangle,
+    /// The triangle reaches into the cell, nothing padded: exactly as PG1 does, for statistics. It loses hits.
+    UnpaddedTriangle,
 }
 
 /// How an octree is built.
@@ -50,9 +52,9 @@ impl Default for OctreeOptions {
 }
 
 impl OctreeOptions {
-    /// As PG1 builds its own, for statistics beside those that it publishes.
+    /// Exactly as PG1 builds its own, for statistics beside those that it publishes. Not for pictures.
     pub fn pg1() -> OctreeOptions {
-        OctreeOptions { overlap: Overlap::Triangle, only_if_cheaper: false, ..OctreeOptions::default() }
+        OctreeOptions { overlap: Overlap::UnpaddedTriangle, only_if_cheaper: false, ..OctreeOptions::default() }
     }
 }
 
@@ -83,7 +85,14 @@ impl Builder<'_> {
         items: Vec<Item>,
         options: &'a OctreeOptions,
     ) -> Builder<'a> {
-        Builder { options, primitives, items, padding: (PADDING * geometry.extent) as f64 }
+        let mut builder = Builder { options, primitives, items, padding: (PADDING * geometry.extent) as f64 };
+        if options.overlap == Overlap::UnpaddedTriangle {
+            builder.padding = 0.0;
+            for item in builder.items.iter_mut().filter(|item| item.reference & SPHERE_REFERENCE == 0) {
+                item.bounds = primitives.triangles[item.reference as usize].bounds(0.0);
+            }
+        }
+        builder
     }
 
     /// Appends to the arrays.

@@ -23,7 +23,7 @@ pub struct Octree {
     pub roots: Vec<OctreeRoot>,
     /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     pub references: Vec<u32>,
-    /// Primitives, in the scene's order.
+    /// Primitives; triangles in the order in which leaves name them first.
     pub primitives: PackedPrimitives,
     /// Wall time of the build.
     pub build_seconds: f64,
@@ -52,6 +52,7 @@ impl Octree {
                 .build(&mut tree.nodes, &mut tree.references);
             tree.roots.push(root);
         }
+        cells::order_by_first_use(&mut tree.primitives, &mut tree.references);
         tree.build_seconds = start.elapsed().as_secs_f64();
         tree
     }
