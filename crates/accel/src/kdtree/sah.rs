@@ -100,9 +100,7 @@ impl Search<'_> {
     /// Equally spaced planes.
     fn binned(&mut self, items: &[Item]) {
         let (low, size) = (self.bounds.min, self.bounds.max - self.bounds.min);
-        let bin = |x: f32, axis: usize| {
-            (((x - low[axis]) / size[axis] * BINS as f32) as usize).min(BINS - 1)
-        };
+        let bin = |x: f32, axis: usize| (((x - low[axis]) / size[axis] * BINS as f32) as usize).min(BINS - 1);
         let count = |chunk: &[Item]| {
             let mut counts = Counts { starts: [[0; BINS]; 3], ends: [[0; BINS]; 3] };
             for item in chunk {

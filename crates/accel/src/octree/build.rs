@@ -54,7 +54,11 @@ impl Default for OctreeOptions {
 impl OctreeOptions {
     /// Exactly as PG1 builds its own, for statistics beside those that it publishes. Not for pictures.
     pub fn pg1() -> OctreeOptions {
-        OctreeOptions { overlap: Overlap::UnpaddedTriangle, only_if_cheaper: false, ..OctreeOptions::default() }
+        OctreeOptions {
+            overlap: Overlap::UnpaddedTriangle,
+            only_if_cheaper: false,
+            ..OctreeOptions::default()
+        }
     }
 }
 
@@ -99,11 +103,8 @@ impl Builder<'_> {
     pub(super) fn build(self, nodes: &mut Vec<OctreeNode>, references: &mut Vec<u32>) -> OctreeRoot {
         let bounds = root_cell(&bounds_of(&self.items));
         let root = OctreeRoot { bounds, node: nodes.len() as u32 };
-        let max_depth = if can_be_cut(&bounds) {
-            self.options.max_depth.min(MAX_OCTREE_DEPTH as u32)
-        } else {
-            0
-        };
+        let max_depth =
+            if can_be_cut(&bounds) { self.options.max_depth.min(MAX_OCTREE_DEPTH as u32) } else { 0 };
         let allowed = self.items.len() as f64 * self.options.max_duplication as f64 + 65_536.0;
         nodes.push(EMPTY);
         let all = (0..self.items.len() as u32).collect();
@@ -111,10 +112,8 @@ impl Builder<'_> {
         let (mut depth, mut in_leaves) = (0, 0);
         while !level.is_empty() {
             let may_divide = depth < max_depth;
-            let divided: Vec<_> = level
-                .par_iter()
-                .map(|open| if may_divide { self.divide(open) } else { None })
-                .collect();
+            let divided: Vec<_> =
+                level.par_iter().map(|open| if may_divide { self.divide(open) } else { None }).collect();
             let in_children = |d: &Option<[Vec<u32>; 8]>| d.iter().flatten().map(Vec::len).sum::<usize>();
             let total = in_leaves + divided.iter().map(in_children).sum::<usize>();
             let too_many = total as f64 > allowed;

@@ -20,15 +20,8 @@ pub(crate) enum Kind {
     Mixed,
 }
 
-pub(crate) const KINDS: [Kind; 7] = [
-    Kind::Soup,
-    Kind::OnPlanes,
-    Kind::Flat,
-    Kind::Slivers,
-    Kind::Coincident,
-    Kind::SpheresOnly,
-    Kind::Mixed,
-];
+pub(crate) const KINDS: [Kind; 7] =
+    [Kind::Soup, Kind::OnPlanes, Kind::Flat, Kind::Slivers, Kind::Coincident, Kind::SpheresOnly, Kind::Mixed];
 
 /// Of a kind, about `count` primitives in the cube from -1 to 1.
 pub(crate) fn primitives(kind: Kind, count: usize, random: &mut Random) -> (Vec<[Vec3; 3]>, Vec<Sphere>) {

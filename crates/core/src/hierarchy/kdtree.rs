@@ -126,8 +126,7 @@ impl<C: Work> SearchScene for KdTreeTracer<'_, C> {
                 let (axis, plane) = ((node.kind & 3) as usize, f32::from_bits(node.plane_or_first));
                 let (earliest, latest) = (cells.earliest(axis, plane), cells.latest(axis, plane));
                 let (lower, upper) = (number + 1, node.upper_or_count());
-                let (first, second) =
-                    if cells.inverse[axis] < 0.0 { (upper, lower) } else { (lower, upper) };
+                let (first, second) = if cells.inverse[axis] < 0.0 { (upper, lower) } else { (lower, upper) };
                 // Unknown planes, NaN, rule out neither side: max and min pass them over.
                 if latest < enter {
                     number = second;

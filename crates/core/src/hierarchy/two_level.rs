@@ -1,8 +1,8 @@
 //! What all structures share: the world first, then what instances place, and the three queries over both.
 
+use super::Work;
 use super::bvh::{BvhNode, VisitLeaf, walk};
 use super::candidates::{Any, Closest, Next, Placement, PrimitivesView, Search, item};
-use super::Work;
 use crate::intersect::{LocalRay, Slab};
 use crate::ray::{Hit, Ray, RayFilter};
 

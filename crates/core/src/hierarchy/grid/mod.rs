@@ -117,7 +117,14 @@ struct Axis {
 impl Axis {
     /// From the cell that the ray is in at `enter`; also the cell's number along the axis.
     #[inline(always)]
-    fn new(root: &GridRoot, cells: &CellRay, ray: &LocalRay, enter: f32, axis: usize, stride: u32) -> (Axis, u32) {
+    fn new(
+        root: &GridRoot,
+        cells: &CellRay,
+        ray: &LocalRay,
+        enter: f32,
+        axis: usize,
+        stride: u32,
+    ) -> (Axis, u32) {
         let (inverse, count) = (cells.inverse[axis], root.cells[axis]);
         // The slab test's own idea of the direction, which has no zeros.
         let position = fma(enter, 1.0 / inverse, ray.origin[axis]);

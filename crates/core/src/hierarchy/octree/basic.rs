@@ -15,7 +15,7 @@ use crate::ray::{Hit, Ray, RayFilter};
 const CORNER_ROUNDING: f32 = 1.0 / 524_288.0;
 
 /// Traverses an [`OctreeView`] without order: the boxes of all children are tested, all leaves that the ray hits are
-/// searched, and hits do not end the search (but where any hit will do).
+/// searched, and no hit ends the search, not even where any hit will do.
 #[derive(Clone, Copy, Debug)]
 pub struct OctreeTracer<'a, C> {
     /// The tree.
@@ -99,6 +99,7 @@ impl<C: Work> SearchScene for OctreeTracer<'_, C> {
         };
         let mut room = Stack::<Frame, MAX_OCTREE_DEPTH>::room();
         let mut stack = Stack::new(&mut room);
+        let mut ends = false;
         let (mut number, mut corner) = (root.node, bounds.min);
         let mut half = (bounds.max - bounds.min) * 0.5;
         loop {
@@ -108,11 +109,15 @@ impl<C: Work> SearchScene for OctreeTracer<'_, C> {
                 frame.octants = self.octants_hit(node, &frame, ray, margin, t_max);
                 // SAFETY: one frame a level of inner nodes, and builders keep trees at most MAX_OCTREE_DEPTH deep.
                 unsafe { stack.push(frame) };
-            } else if references.search(node.first, node.octants_or_count, search) {
-                return true;
+            } else {
+                let mut k = node.first;
+                while k < node.first + node.octants_or_count {
+                    ends |= references.search(k, 1, search);
+                    k += 1;
+                }
             }
             loop {
-                let Some(frame) = stack.top_mut() else { return false };
+                let Some(frame) = stack.top_mut() else { return ends };
                 if frame.octants == 0 {
                     stack.pop();
                     continue;
