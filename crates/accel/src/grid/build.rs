@@ -84,8 +84,8 @@ fn resolution(bounds: &Bounds, count: usize, density: f64, options: &GridOptions
     }
     [0, 1, 2].map(|axis| {
         let cells = size[axis] / edge;
-        // NaN, of a box without size, makes one cell.
-        if flat[axis] || !(cells > 1.0) { 1 } else { (cells as u32).min(MAX_GRID_CELLS) }
+        // NaN, of a box without size, casts to 0.
+        if flat[axis] { 1 } else { (cells as u32).clamp(1, MAX_GRID_CELLS) }
     })
 }
 
