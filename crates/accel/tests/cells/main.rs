@@ -4,7 +4,7 @@
 mod support;
 mod worlds;
 
-use eosphor_accel::{Exhaustive, Grid, GridOptions, KdTree, KdTreeOptions, Octree, OctreeOptions};
+use eosphor_accel::{Exhaustive, Grid, GridOptions, KdTree, KdTreeOptions, Octree, OctreeOptions, Overlap};
 use eosphor_core::geometry::Sphere;
 use eosphor_core::hierarchy::{CountWork, IgnoreWork, Tracer};
 use eosphor_core::math::{Affine, Vec3, vec3};
@@ -252,7 +252,7 @@ fn thousands_of_equal_primitives_end_in_bounded_memory() {
     }
     let structures = Structures::new(&world);
     let mut random = Random(4);
-    for _ in 0..20 {
+    for _ in 0..5 {
         structures.check(&worlds::ray(&world, &mut random, 1.0, Vec3::ZERO), &RayFilter::ALL);
     }
 }
@@ -343,4 +343,74 @@ fn ordered_walks_stop_at_the_first_hit() {
     for work in [&parametric.work, &grid.work, &kdtree.work] {
         assert!((1..40).contains(&tests(work)), "{}", tests(work));
     }
+}
+
+/// Five walls whose corners are corners of cells, and two tessellated balls.
+fn cornell_box() -> World {
+    let mut triangles = Vec::new();
+    let mut quad = |a: Vec3, b: Vec3, c: Vec3, d: Vec3| triangles.extend([[a, b, c], [a, c, d]]);
+    let corner = |k: u32| {
+        let pick = |bit: u32, low: f32, high: f32| if k & bit == 0 { low } else { high };
+        vec3(pick(4, -1.0, 1.0), pick(2, 0.0, 2.0), pick(1, -1.0, 1.0))
+    };
+    for [a, b, c, d] in [[0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [0, 2, 3, 1], [4, 5, 7, 6]] {
+        quad(corner(a), corner(b), corner(c), corner(d));
+    }
+    let (rings, sectors) = (10, 16);
+    for center in [vec3(-0.4, 0.3, -0.3), vec3(0.45, 0.3, 0.25)] {
+        let at = |ring: usize, sector: usize| {
+            let theta = std::f32::consts::PI * ring as f32 / rings as f32;
+            let phi = std::f32::consts::TAU * (sector % sectors) as f32 / sectors as f32;
+            center + vec3(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()) * 0.3
+        };
+        for (i, j) in (0..rings).flat_map(|i| (0..sectors).map(move |j| (i, j))) {
+            quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+        }
+    }
+    World::new(triangles, vec![])
+}
+
+#[test]
+fn every_camera_and_shadow_ray_of_a_cornell_box_agrees() {
+    let world = cornell_box();
+    let structures = Structures::new(&world);
+    let reference = structures.exhaustive.tracer(IgnoreWork);
+    let same = |name: &str, tracer: &dyn Fn(&Ray) -> Hit, ray: &Ray, expected: &Hit| {
+        let bits = |h: &Hit| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.id);
+        let hit = tracer(ray);
+        assert_eq!(bits(&hit), bits(expected), "{name}: {hit:?} instead of {expected:?} for {ray:?}");
+    };
+    let all = RayFilter::ALL;
+    let (octree, fine) = (&structures.octrees[0], &structures.octrees[1]);
+    let (grid, kdtree) = (&structures.grids[0], &structures.kdtrees[0]);
+    for (x, y) in (0..100).flat_map(|y| (0..100).map(move |x| (x, y))) {
+        let at = |k: i32| (k as f32 - 49.5) * (0.31 / 50.0);
+        let camera = ray(vec3(0.0, 1.0, 4.42), vec3(at(x), at(y), -1.0).normalize());
+        let first = reference.closest_hit(&camera, &all);
+        let point = camera.origin.along(camera.direction, first.t.min(10.0));
+        let to_light = (vec3(0.1, 1.98, 0.1) - point).normalize();
+        for r in [camera, ray(point, to_light)] {
+            let expected = reference.closest_hit(&r, &all);
+            same("octree", &|r| octree.tracer(IgnoreWork).closest_hit(r, &all), &r, &expected);
+            for octree in [octree, fine] {
+                let tracer = octree.parametric_tracer(IgnoreWork);
+                same("parametric", &|r| tracer.closest_hit(r, &all), &r, &expected);
+            }
+            same("grid", &|r| grid.tracer(IgnoreWork).closest_hit(r, &all), &r, &expected);
+            same("kdtree", &|r| kdtree.tracer(IgnoreWork).closest_hit(r, &all), &r, &expected);
+        }
+    }
+}
+
+#[test]
+fn a_padded_separating_axis_test_saves_references() {
+    let mut random = Random(21);
+    let world = World::new(primitives(Kind::Soup, 3000, &mut random).0, vec![]);
+    let build = |overlap| {
+        let options = OctreeOptions { overlap, only_if_cheaper: false, max_depth: 5, ..Default::default() };
+        Octree::build(&world.geometry(), &options).statistics().references
+    };
+    let [bounds, triangle, unpadded] =
+        [Overlap::Bounds, Overlap::Triangle, Overlap::UnpaddedTriangle].map(build);
+    assert!(bounds > triangle && triangle >= unpadded && unpadded >= 3000, "{bounds} {triangle} {unpadded}");
 }

@@ -134,49 +134,49 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
         loop {
             let node = item(tree.nodes, number);
             self.work.nodes(1);
-            let mut frame = if node.is_inner() {
-                let passed = octants_passed(&(middle - slack), &(middle + slack), enter, leave);
-                let octants = passed & mirrored(node.octants_or_count & 0xFF, mirror);
-                Some(Frame { node: number, octants: octants | depth << 8, middle, enter, leave })
+            // A leaf has nothing left to visit.
+            let mut frame = Frame { node: number, octants: 0, middle, enter, leave };
+            let (mut earliest, mut latest) = (middle - slack, middle + slack);
+            if node.is_inner() {
+                let passed = octants_passed(&earliest, &latest, enter, leave);
+                frame.octants = passed & mirrored(node.octants_or_count & 0xFF, mirror) | depth << 8;
             } else if references.search(node.first, node.octants_or_count, search) {
                 return true;
-            } else {
-                stack.pop()
-            };
+            }
             // The next octant that the ray enters in time.
             loop {
-                let Some(f) = &mut frame else { return false };
-                if f.octants & 0xFF == 0 {
-                    frame = stack.pop();
-                    continue;
+                if frame.octants & 0xFF == 0 {
+                    let Some(above) = stack.pop() else { return false };
+                    frame = above;
+                    (earliest, latest) = (frame.middle - slack, frame.middle + slack);
                 }
-                let octant = f.octants.trailing_zeros();
-                f.octants &= f.octants - 1;
-                let (e, l) = (f.middle - slack, f.middle + slack);
-                let is_second = (octant & 4 != 0, octant & 2 != 0, octant & 1 != 0);
+                let octant = frame.octants.trailing_zeros();
+                frame.octants &= frame.octants - 1;
+                let (x, y, z) = (octant & 4 != 0, octant & 2 != 0, octant & 1 != 0);
                 // Unknown planes, NaN, change nothing.
-                enter = if is_second.0 { max(e.x, f.enter) } else { f.enter };
-                leave = if is_second.0 { f.leave } else { min(l.x, f.leave) };
-                enter = if is_second.1 { max(e.y, enter) } else { enter };
-                leave = if is_second.1 { leave } else { min(l.y, leave) };
-                enter = if is_second.2 { max(e.z, enter) } else { enter };
-                leave = if is_second.2 { leave } else { min(l.z, leave) };
+                (enter, leave) = (frame.enter, frame.leave);
+                (enter, leave) =
+                    if x { (max(earliest.x, enter), leave) } else { (enter, min(latest.x, leave)) };
+                (enter, leave) =
+                    if y { (max(earliest.y, enter), leave) } else { (enter, min(latest.y, leave)) };
+                (enter, leave) =
+                    if z { (max(earliest.z, enter), leave) } else { (enter, min(latest.z, leave)) };
                 if !in_time(enter, search.t_max()) {
                     continue;
                 }
-                depth = (f.octants >> 8) + 1;
+                depth = (frame.octants >> 8) + 1;
                 // A power of two, so the product is exact.
                 let step = quarter * f32::from_bits((128 - depth) << 23);
                 let towards = |second: bool, middle: f32, step: f32| {
                     if second { middle + step } else { middle - step }
                 };
-                middle.x = towards(is_second.0, f.middle.x, step.x);
-                middle.y = towards(is_second.1, f.middle.y, step.y);
-                middle.z = towards(is_second.2, f.middle.z, step.z);
-                number = item(tree.nodes, f.node).child(octant ^ mirror);
-                if f.octants & 0xFF != 0 {
+                middle.x = towards(x, frame.middle.x, step.x);
+                middle.y = towards(y, frame.middle.y, step.y);
+                middle.z = towards(z, frame.middle.z, step.z);
+                number = item(tree.nodes, frame.node).child(octant ^ mirror);
+                if frame.octants & 0xFF != 0 {
                     // SAFETY: one frame a level of inner nodes, and builders keep trees at most MAX_OCTREE_DEPTH deep.
-                    unsafe { stack.push(*f) };
+                    unsafe { stack.push(frame) };
                 }
                 break;
             }
