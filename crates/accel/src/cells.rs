@@ -1,6 +1,6 @@
 //! What the structures that divide space share: primitives with their bounds, and the tree over the instances.
 
-use crate::bvh::{BuildOptions, build_tree};
+use crate::bvh::{BuildOptions, Purpose, instance_tree};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::{Bounds, Geometry};
 use eosphor_core::hierarchy::{BvhNode, InstanceTreeView, SPHERE_REFERENCE};
@@ -45,10 +45,8 @@ pub(crate) struct InstanceTree {
 
 impl InstanceTree {
     pub(crate) fn build(scene: &SceneGeometry) -> InstanceTree {
-        let bounds: Vec<Bounds> = scene.instances.iter().skip(1).map(|i| i.world_bounds).collect();
-        // To the tree, instances are what triangles are to others.
-        let tree = build_tree(&bounds, bounds.len() as u32, &BuildOptions::default());
-        InstanceTree { nodes: tree.nodes, order: tree.triangle_order.iter().map(|i| i + 1).collect() }
+        let tree = instance_tree(scene, &BuildOptions::default(), Purpose::Two);
+        InstanceTree { nodes: tree.nodes, order: tree.order.iter().map(|i| i + 1).collect() }
     }
 
     pub(crate) fn view(&self) -> InstanceTreeView<'_> {

@@ -3,7 +3,9 @@
 //! Everything is built over a [`SceneGeometry`] and answers `eosphor-core`'s queries
 //! ([`eosphor_core::hierarchy::Tracer`]) with the canonical hit: every structure gives the same answers, bit for bit.
 
+mod batch;
 mod bvh;
+pub mod bvh8;
 mod cells;
 mod exhaustive;
 mod grid;
@@ -11,13 +13,18 @@ mod kdtree;
 mod octree;
 mod packed;
 mod packet;
+mod simd;
+mod simd_level;
 mod statistics;
 
-pub use bvh::{BuildOptions, Bvh};
+pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
+pub use bvh::{BuildOptions, Builder, Bvh, Quality};
+pub use bvh8::{Bvh8, Bvh8Tracer};
 pub use exhaustive::Exhaustive;
 pub use grid::{Grid, GridOptions};
 pub use kdtree::{KdTree, KdTreeOptions};
 pub use octree::{Octree, OctreeOptions, Overlap};
 pub use packed::{PackedPrimitives, SceneGeometry};
 pub use packet::PacketTracer;
+pub use simd_level::SimdLevel;
 pub use statistics::HierarchyStatistics;

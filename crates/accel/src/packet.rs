@@ -21,7 +21,8 @@ struct Packet<const W: usize> {
     shared: LocalRay,
     direction: [[f32; W]; 3],
     inverse: [[f32; W]; 3],
-    offset: [[f32; W]; 3],
+    near_offset: [[f32; W]; 3],
+    far_offset: [[f32; W]; 3],
     inverse_direction_squared: [f32; W],
     edge_tolerance: [f32; W],
     t_max: [f32; W],
@@ -34,7 +35,8 @@ impl<const W: usize> Packet<W> {
             shared: LocalRay::new(batch.origin, vec3(0.0, 0.0, 1.0), 0.0, extent),
             direction: [batch.x, batch.y, batch.z],
             inverse: [[0.0; W]; 3],
-            offset: [[0.0; W]; 3],
+            near_offset: [[0.0; W]; 3],
+            far_offset: [[0.0; W]; 3],
             inverse_direction_squared: [0.0; W],
             edge_tolerance: [0.0; W],
             t_max: batch.t_max,
@@ -45,13 +47,26 @@ impl<const W: usize> Packet<W> {
             packet.inverse[0][lane] = ray.slab.inverse.x;
             packet.inverse[1][lane] = ray.slab.inverse.y;
             packet.inverse[2][lane] = ray.slab.inverse.z;
-            packet.offset[0][lane] = ray.slab.offset.x;
-            packet.offset[1][lane] = ray.slab.offset.y;
-            packet.offset[2][lane] = ray.slab.offset.z;
+            packet.near_offset[0][lane] = ray.slab.near_offset.x;
+            packet.far_offset[0][lane] = ray.slab.far_offset.x;
+            packet.near_offset[1][lane] = ray.slab.near_offset.y;
+            packet.far_offset[1][lane] = ray.slab.far_offset.y;
+            packet.near_offset[2][lane] = ray.slab.near_offset.z;
+            packet.far_offset[2][lane] = ray.slab.far_offset.z;
             packet.inverse_direction_squared[lane] = ray.inverse_direction_squared;
             packet.edge_tolerance[lane] = ray.edge_tolerance;
         }
         packet
+    }
+
+    #[inline(always)]
+    fn slab(&self, lane: usize) -> Slab {
+        let pick = |v: &[[f32; W]; 3]| vec3(v[0][lane], v[1][lane], v[2][lane]);
+        Slab {
+            inverse: pick(&self.inverse),
+            near_offset: pick(&self.near_offset),
+            far_offset: pick(&self.far_offset),
+        }
     }
 
     /// One lane's ray.
@@ -60,7 +75,7 @@ impl<const W: usize> Packet<W> {
         let pick = |v: &[[f32; W]; 3]| vec3(v[0][lane], v[1][lane], v[2][lane]);
         LocalRay {
             direction: pick(&self.direction),
-            slab: Slab { inverse: pick(&self.inverse), offset: pick(&self.offset) },
+            slab: self.slab(lane),
             inverse_direction_squared: self.inverse_direction_squared[lane],
             edge_tolerance: self.edge_tolerance[lane],
             ..self.shared
@@ -73,9 +88,7 @@ impl<const W: usize> Packet<W> {
         let bounds = node.bounds();
         let mut any = 0;
         for lane in 0..W {
-            let pick = |v: &[[f32; W]; 3]| vec3(v[0][lane], v[1][lane], v[2][lane]);
-            let slab = Slab { inverse: pick(&self.inverse), offset: pick(&self.offset) };
-            let (near, far) = slab.interval(&bounds, 0.0);
+            let (near, far) = self.slab(lane).interval(&bounds, 0.0);
             any |= Slab::passes(near, far, self.t_max[lane]) as u32 & searching[lane];
         }
         any != 0
@@ -85,21 +98,34 @@ impl<const W: usize> Packet<W> {
     #[inline(always)]
     fn hide_behind(&self, triangle: &PackedTriangle, cull_back_faces: bool, searching: &mut [u32; W]) {
         let normal = triangle.normal();
-        let (mut candidate, mut determinant) = ([0u32; W], [0.0; W]);
+        let (mut candidate, mut determinant, mut clear) = ([0u32; W], [0.0; W], [0u32; W]);
         let mut any = 0;
         for lane in 0..W {
             let edges = triangle.test_edges(&self.lane(lane), normal, cull_back_faces);
             determinant[lane] = edges.determinant;
             candidate[lane] = edges.candidate as u32 & searching[lane];
+            clear[lane] = edges.clear as u32;
             any |= candidate[lane];
         }
         if any == 0 {
             return;
         }
+        let mut unsure = 0;
         for lane in 0..W {
             let hit = triangle.confirm(&self.lane(lane), normal, determinant[lane]);
             let hides = (hit.counts & (hit.t <= self.t_max[lane])) as u32 & candidate[lane];
-            searching[lane] &= !hides;
+            candidate[lane] = hides;
+            searching[lane] &= !(hides & clear[lane]);
+            unsure |= hides & !clear[lane];
+        }
+        if unsure & 1 != 0 {
+            for lane in 0..W {
+                if candidate[lane] & !clear[lane] & 1 != 0 {
+                    let ray = self.lane(lane);
+                    let hides = triangle.holds_in_double(ray.origin, ray.direction) as u32;
+                    searching[lane] &= !hides;
+                }
+            }
         }
     }
 }

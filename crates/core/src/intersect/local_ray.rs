@@ -11,7 +11,7 @@ pub struct LocalRay {
     pub origin: Vec3,
     /// Any length but 0.
     pub direction: Vec3,
-    /// Hits must lie beyond this.
+    /// Hits must lie beyond this. NaN where the ray has numbers beyond [`LARGEST_NUMBER`]: nothing is a hit then.
     pub t_min: f32,
     /// For boxes.
     pub slab: Slab,
@@ -25,17 +25,23 @@ pub struct LocalRay {
     pub padding: f32,
 }
 
+/// Rays with larger numbers, infinities or NaN hit nothing: products of smaller ones stay finite.
+pub const LARGEST_NUMBER: f32 = 1e18;
+
 impl LocalRay {
     /// For a geometry of the given extent ([`crate::geometry::Geometry::extent`]).
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> LocalRay {
         let squared = direction.length_squared();
+        let (o, d) = (origin.abs(), direction.abs());
+        // The sum is NaN where one of them is.
+        let in_range = (o.x + o.y + o.z) + (d.x + d.y + d.z) <= LARGEST_NUMBER;
         let reach = extent + origin.abs().max_component();
         let hit_tolerance = HIT_TOLERANCE * extent;
         LocalRay {
             origin,
             direction,
-            t_min,
+            t_min: if in_range { t_min } else { f32::NAN },
             slab: Slab::new(origin, direction),
             inverse_direction_squared: 1.0 / squared,
             edge_tolerance: EDGE_TOLERANCE * reach * sqrt(squared),

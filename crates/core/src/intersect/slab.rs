@@ -8,15 +8,19 @@ use crate::math::{Vec3, fma, max, min, vec3};
 pub struct Slab {
     /// One over the direction, finite.
     pub inverse: Vec3,
-    /// Minus the origin over the direction.
-    pub offset: Vec3,
+    /// Minus the origin over the direction, less the slack: for the planes that the ray meets first.
+    pub near_offset: Vec3,
+    /// The same plus the slack: for the planes on the far side.
+    pub far_offset: Vec3,
 }
 
 /// Directions smaller than this in a component are taken as this, so that no infinity meets a zero.
-const SMALLEST_DIRECTION: f32 = 1e-18;
+pub const SMALLEST_DIRECTION: f32 = 1e-18;
 
-/// Distances come out of the slab test with errors of a few units in the last place: the far side is moved out by 8.
-const WIDEN: f32 = 1.0 + 8.0 / 16_777_216.0;
+/// Boxes count as larger by this times the largest coordinate of the ray's origin: over the rounding errors that the
+/// origin brings into distances (those of the box are covered by its padding). It is taken into the offsets, so it
+/// costs nothing in the test.
+pub const SLAB_SLACK: f32 = 1.0 / 2_097_152.0;
 
 impl Slab {
     /// For a ray from `origin` along `direction` (any length).
@@ -24,25 +28,28 @@ impl Slab {
     pub fn new(origin: Vec3, direction: Vec3) -> Slab {
         let safe = |d: f32| if d.abs() > SMALLEST_DIRECTION { d } else { SMALLEST_DIRECTION.copysign(d) };
         let inverse = vec3(1.0 / safe(direction.x), 1.0 / safe(direction.y), 1.0 / safe(direction.z));
-        Slab { inverse, offset: -(origin * inverse) }
+        let offset = -(origin * inverse);
+        let slack = inverse.abs() * (SLAB_SLACK * origin.abs().max_component());
+        Slab { inverse, near_offset: offset - slack, far_offset: offset + slack }
     }
 
     /// Where the ray, from `t_min` on, enters and leaves the box. The entry grows and the exit shrinks with a smaller
     /// box, for every ray and whatever the rounding: the product and sum are rounded once, which is monotone.
     #[inline(always)]
     pub fn interval(&self, bounds: &Bounds, t_min: f32) -> (f32, f32) {
-        let (i, o) = (self.inverse, self.offset);
-        let (x0, x1) = (fma(bounds.min.x, i.x, o.x), fma(bounds.max.x, i.x, o.x));
-        let (y0, y1) = (fma(bounds.min.y, i.y, o.y), fma(bounds.max.y, i.y, o.y));
-        let (z0, z1) = (fma(bounds.min.z, i.z, o.z), fma(bounds.max.z, i.z, o.z));
-        let near = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), t_min));
-        let far = min(min(max(x0, x1), max(y0, y1)), max(z0, z1));
+        let (i, n, f) = (self.inverse, self.near_offset, self.far_offset);
+        let (b, e) = (bounds.min, bounds.max);
+        let (x0, x1) = if i.x < 0.0 { (e.x, b.x) } else { (b.x, e.x) };
+        let (y0, y1) = if i.y < 0.0 { (e.y, b.y) } else { (b.y, e.y) };
+        let (z0, z1) = if i.z < 0.0 { (e.z, b.z) } else { (b.z, e.z) };
+        let near = max(max(fma(x0, i.x, n.x), fma(y0, i.y, n.y)), max(fma(z0, i.z, n.z), t_min));
+        let far = min(min(fma(x1, i.x, f.x), fma(y1, i.y, f.y)), fma(z1, i.z, f.z));
         (near, far)
     }
 
     /// Whether an interval is open and starts no later than `t_max`.
     #[inline(always)]
     pub fn passes(near: f32, far: f32, t_max: f32) -> bool {
-        near <= min(far, t_max) * WIDEN
+        near <= min(far, t_max)
     }
 }

@@ -3,7 +3,7 @@
 //! Everything below [`render_tile_with`] is `inline(always)`, so it takes on the features of the function that it ends up
 //! in. `cargo xtask fma` disassembles the binary and fails where AVX2 or AVX-512 code calls a library fma.
 
-use super::options::SimdLevel;
+use super::SimdLevel;
 use super::tile::Tile;
 use crate::{Hierarchy, RayStatistics};
 use eosphor_accel::PacketTracer;

@@ -3,7 +3,7 @@
 //! It serves every backend. By the picture contract its camera rays hit what those of a GPU hit, bit for bit.
 
 use super::super::{BackendError, check_rows};
-use super::options::SimdLevel;
+use super::SimdLevel;
 use super::tile::{Tile, Tiling};
 use crate::{CameraWork, FeatureRows, Hierarchy};
 use eosphor_core::hierarchy::{CountWork, Tracer};

@@ -5,8 +5,9 @@ mod features;
 mod options;
 mod tile;
 
+pub use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
-pub use options::{CpuOptions, SimdLevel};
+pub use options::CpuOptions;
 
 use super::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,

@@ -1,0 +1,108 @@
+//! Queries for many rays at a time.
+
+use eosphor_core::hierarchy::Tracer;
+use eosphor_core::ray::{Hit, Ray, RayFilter};
+
+/// What is known about the rays of a batch. It changes the speed, never the answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Coherence {
+    /// Nothing: the tracer looks at the rays and chooses.
+    #[default]
+    Auto,
+    /// Neighbours in the batch start close together and go nearly the same way: rays from the camera in the order of
+    /// small blocks of pixels, rays towards one light.
+    Coherent,
+    /// Rays go anywhere.
+    Incoherent,
+}
+
+/// What the rays of a batch leave out.
+#[derive(Clone, Copy, Debug)]
+pub enum Filters<'a> {
+    /// All rays the same.
+    Shared(&'a RayFilter),
+    /// Each ray its own; as many as rays.
+    Each(&'a [RayFilter]),
+}
+
+impl<'a> Filters<'a> {
+    /// Of one ray.
+    #[inline(always)]
+    pub fn of(&self, ray: usize) -> &'a RayFilter {
+        match self {
+            Filters::Shared(filter) => filter,
+            Filters::Each(filters) => &filters[ray],
+        }
+    }
+
+    /// Panics where there are not as many as rays.
+    #[inline(always)]
+    pub(crate) fn check(&self, rays: usize) {
+        if let Filters::Each(filters) = self {
+            assert_eq!(filters.len(), rays, "one filter for each ray");
+        }
+    }
+}
+
+/// Answers queries for many rays at a time, each bit for bit as [`Tracer`] answers it.
+pub trait BatchTracer: Tracer {
+    /// [`Tracer::closest_hit`] for each ray; `hits` are as many as rays, and overwritten.
+    ///
+    /// # Panics
+    /// Where slices differ in length. So do the others.
+    fn closest_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]);
+
+    /// [`Tracer::occluded`] for each ray.
+    fn occluded_rays(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hidden: &mut [bool]);
+
+    /// [`Tracer::next_hit`] for each ray: `hits` hold the hits to go on from, and are replaced by those that follow.
+    fn next_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]);
+}
+
+/// Any [`Tracer`], one ray after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct OneByOne<T>(pub T);
+
+impl<T: Tracer> Tracer for OneByOne<T> {
+    #[inline(always)]
+    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+        self.0.closest_hit(ray, filter)
+    }
+    #[inline(always)]
+    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        self.0.occluded(ray, filter)
+    }
+    #[inline(always)]
+    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+        self.0.next_hit(ray, filter, after)
+    }
+}
+
+impl<T: Tracer> BatchTracer for OneByOne<T> {
+    #[inline(always)]
+    fn closest_hits(&self, rays: &[Ray], filters: Filters, _: Coherence, hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        filters.check(rays.len());
+        for (k, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            *hit = self.0.closest_hit(ray, filters.of(k));
+        }
+    }
+
+    #[inline(always)]
+    fn occluded_rays(&self, rays: &[Ray], filters: Filters, _: Coherence, hidden: &mut [bool]) {
+        assert_eq!(rays.len(), hidden.len(), "one answer for each ray");
+        filters.check(rays.len());
+        for (k, (ray, hidden)) in rays.iter().zip(hidden).enumerate() {
+            *hidden = self.0.occluded(ray, filters.of(k));
+        }
+    }
+
+    #[inline(always)]
+    fn next_hits(&self, rays: &[Ray], filters: Filters, _: Coherence, hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        filters.check(rays.len());
+        for (k, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            *hit = self.0.next_hit(ray, filters.of(k), hit);
+        }
+    }
+}

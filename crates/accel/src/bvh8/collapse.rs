@@ -1,0 +1,121 @@
+//! Which nodes of a tree with two children a node become nodes with eight: the cut of least cost, found by dynamic
+//! programming (Ylitie et al. 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", section
+//! 3.1; here leaves are left as they are).
+
+use super::{Child, EMPTY, LEAF};
+use crate::bvh::Tree;
+use eosphor_core::hierarchy::BvhNode;
+
+/// Children of a wide node.
+const WIDTH: usize = 8;
+
+/// Of nodes that vanish between a wide node and its children.
+const INSIDE: Child = EMPTY - 1;
+
+/// A tree, and what becomes of its nodes.
+pub(super) struct Cut {
+    pub(super) tree: Tree,
+    /// For each node of the tree, what it is as a child, counted from 0 in this tree; [`INSIDE`] if it vanishes.
+    pub(super) children: Vec<Child>,
+    /// For each wide node, the node of the tree that it stands for.
+    pub(super) wide: Vec<u32>,
+    /// The tree's leaves.
+    pub(super) leaves: Vec<u32>,
+}
+
+/// Costs of representing what is below a node by at most 1, 2, … 8 nodes.
+type Costs = [f32; WIDTH];
+
+impl Cut {
+    /// Of least cost, where visiting a wide node costs as much as a leaf does.
+    pub(super) fn best(tree: Tree) -> Cut {
+        let costs = costs(&tree.nodes);
+        Cut::by(tree, &costs)
+    }
+
+    /// Goes down from the root and gives each node its share of the eight places. Parents stand before their children.
+    fn by(tree: Tree, costs: &[Costs]) -> Cut {
+        let nodes = &tree.nodes;
+        // How many places a node has, less one.
+        let mut places = vec![0u8; nodes.len()];
+        let mut children = vec![INSIDE; nodes.len()];
+        let (mut wide, mut leaves) = (Vec::new(), Vec::new());
+        for (at, node) in nodes.iter().enumerate() {
+            if !node.is_inner() {
+                children[at] = LEAF | leaves.len() as Child;
+                leaves.push(at as u32);
+                continue;
+            }
+            let mut k = places[at] as usize % WIDTH;
+            if k == 0 || costs[at][k] == costs[at][0] {
+                children[at] = wide.len() as Child;
+                wide.push(at as u32);
+                k = WIDTH - 1;
+            }
+            let (left, right) = (&costs[node.first as usize], &costs[node.first as usize + 1]);
+            let mut best = (f32::INFINITY, 0);
+            for j in 0..k {
+                let cost = left[j] + right[k - 1 - j];
+                if cost < best.0 {
+                    best = (cost, j);
+                }
+            }
+            places[node.first as usize] = best.1 as u8;
+            places[node.first as usize + 1] = (k - 1 - best.1) as u8;
+        }
+        Cut { tree, children, wide, leaves }
+    }
+
+    /// The children of a wide node: nodes of the tree, from left to right, and how many.
+    #[inline(always)]
+    pub(super) fn children_of(&self, wide: u32) -> ([u32; WIDTH], usize) {
+        let nodes = &self.tree.nodes;
+        let (mut found, mut count) = ([0; WIDTH], 0);
+        let first = nodes[wide as usize].first;
+        let mut pending = [0; WIDTH];
+        pending[..2].copy_from_slice(&[first + 1, first]);
+        let mut left = 2;
+        while left > 0 {
+            left -= 1;
+            let at = pending[left % WIDTH];
+            if self.children[at as usize] == INSIDE {
+                let first = nodes[at as usize].first;
+                pending[left % WIDTH] = first + 1;
+                pending[(left + 1) % WIDTH] = first;
+                left += 2;
+            } else {
+                found[count % WIDTH] = at;
+                count += 1;
+            }
+        }
+        (found, count)
+    }
+}
+
+/// From the leaves up: children stand behind their parents.
+fn costs(nodes: &[BvhNode]) -> Vec<Costs> {
+    let mut costs = vec![[0.0; WIDTH]; nodes.len()];
+    for at in (0..nodes.len()).rev() {
+        let node = &nodes[at];
+        // Not a number where boxes are infinite: any cut will do there.
+        let area = node.bounds().half_area().min(f32::MAX / 1e9);
+        if !node.is_inner() {
+            costs[at] = [area; WIDTH];
+            continue;
+        }
+        let (left, right) = (costs[node.first as usize], costs[node.first as usize + 1]);
+        let mut own = [f32::INFINITY; WIDTH];
+        for k in 1..WIDTH {
+            for j in 0..k {
+                let cost = left[j] + right[k - 1 - j];
+                own[k] = if cost < own[k] { cost } else { own[k] };
+            }
+        }
+        own[0] = area + own[WIDTH - 1];
+        for k in 1..WIDTH {
+            own[k] = if own[0] < own[k] { own[0] } else { own[k] };
+        }
+        costs[at] = own;
+    }
+    costs
+}

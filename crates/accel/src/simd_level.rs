@@ -1,0 +1,77 @@
+//! Instruction sets that traversals and the renderer are compiled for.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Instruction sets that code is compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+pub enum SimdLevel {
+    /// Whatever the target guarantees (SSE2 on x86-64). Fused multiply-adds are library calls: slow, and equal.
+    Baseline,
+    /// AVX2 and FMA.
+    Avx2,
+    /// AVX-512 F, BW, DQ and VL.
+    Avx512,
+}
+
+impl SimdLevel {
+    /// All, lowest first.
+    pub const ALL: [SimdLevel; 3] = [SimdLevel::Baseline, SimdLevel::Avx2, SimdLevel::Avx512];
+
+    /// Whether this CPU has it.
+    pub fn is_available(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("fma")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("lzcnt");
+            match self {
+                SimdLevel::Baseline => true,
+                SimdLevel::Avx2 => avx2,
+                SimdLevel::Avx512 => {
+                    avx2 && is_x86_feature_detected!("avx512f")
+                        && is_x86_feature_detected!("avx512bw")
+                        && is_x86_feature_detected!("avx512dq")
+                        && is_x86_feature_detected!("avx512vl")
+                }
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            self == SimdLevel::Baseline
+        }
+    }
+
+    /// What this CPU has, lowest first.
+    pub fn available() -> impl Iterator<Item = SimdLevel> {
+        SimdLevel::ALL.into_iter().filter(|l| l.is_available())
+    }
+
+    /// The highest that this CPU has.
+    pub fn best() -> SimdLevel {
+        SimdLevel::available().last().unwrap_or(SimdLevel::Baseline)
+    }
+}
+
+impl fmt::Display for SimdLevel {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            SimdLevel::Baseline => "baseline",
+            SimdLevel::Avx2 => "avx2",
+            SimdLevel::Avx512 => "avx512",
+        })
+    }
+}
+
+impl FromStr for SimdLevel {
+    type Err = String;
+    fn from_str(s: &str) -> Result<SimdLevel, String> {
+        SimdLevel::ALL.into_iter().find(|l| l.to_string() == s).ok_or_else(|| {
+            let names: Vec<String> = SimdLevel::ALL.iter().map(SimdLevel::to_string).collect();
+            format!("unknown SIMD level '{s}': choose one of {}", names.join(", "))
+        })
+    }
+}
