@@ -27,7 +27,9 @@ impl Exhaustive {
         let primitives = (p.triangles.len() + p.spheres.len()) as u64;
         HierarchyStatistics {
             structure: "none",
+            builder: "none",
             primitives,
+            references: primitives,
             sah_cost: primitives as f64,
             bytes: (size_of_val(&p.triangles[..]) + size_of_val(&p.spheres[..])) as u64,
             ..HierarchyStatistics::default()

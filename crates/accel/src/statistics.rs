@@ -9,12 +9,18 @@ use eosphor_core::hierarchy::BvhNode;
 pub struct HierarchyStatistics {
     /// Name of the structure.
     pub structure: &'static str,
+    /// Name of the builder.
+    pub builder: &'static str,
     /// Primitives inside; instances count as one each in their tree.
     pub primitives: u64,
+    /// How often leaves name primitives: more than there are where cells share them.
+    pub references: u64,
     /// Nodes, leaves included.
     pub nodes: u64,
     /// Leaves.
     pub leaves: u64,
+    /// Leaves that hold nothing.
+    pub empty_leaves: u64,
     /// Mean depth of the leaves; a root has depth 0.
     pub mean_leaf_depth: f64,
     /// Largest depth of a leaf.
@@ -37,6 +43,7 @@ impl HierarchyStatistics {
         let p = &bvh.primitives;
         let mut s = HierarchyStatistics {
             structure: "bvh",
+            builder: "sah-binned",
             build_seconds: bvh.build_seconds,
             bytes: (size_of_val(&bvh.nodes[..])
                 + size_of_val(&p.triangles[..])
@@ -62,11 +69,13 @@ impl HierarchyStatistics {
                 }
                 s.leaves += 1;
                 s.primitives += count as u64;
+                s.empty_leaves += (count == 0) as u64;
                 depth_sum += depth as u64;
                 s.max_leaf_depth = s.max_leaf_depth.max(depth);
                 s.max_leaf_primitives = s.max_leaf_primitives.max(count);
             }
         }
+        s.references = s.primitives;
         s.mean_leaf_depth = depth_sum as f64 / s.leaves.max(1) as f64;
         s.mean_leaf_primitives = s.primitives as f64 / s.leaves.max(1) as f64;
         s

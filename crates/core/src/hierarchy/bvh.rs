@@ -1,6 +1,7 @@
 //! Bounding volume hierarchy with two children a node: the nodes, and the scalar traversal.
 
-use super::candidates::{Any, Closest, Next, Placement, PrimitivesView, Search, item};
+use super::candidates::{Any, Placement, PrimitivesView, Search, item};
+use super::two_level::{InstanceTreeView, SearchScene, answer_queries};
 use super::{Stack, Tracer, Work};
 use crate::geometry::Bounds;
 use crate::intersect::{LocalRay, Slab};
@@ -74,7 +75,7 @@ type Entry = (u32, f32);
 
 /// What a walk does at a leaf. (A trait and not a closure, because closures cannot be made to be inlined, and what is
 /// not inlined is compiled without the SIMD features of its caller.)
-trait VisitLeaf {
+pub(super) trait VisitLeaf {
     /// `true` ends the walk.
     fn visit(&mut self, leaf: &BvhNode, search: &mut impl Search) -> bool;
 }
@@ -101,49 +102,7 @@ impl<C: Work> VisitLeaf for PrimitiveLeaves<'_, '_, C> {
     }
 }
 
-/// Leaves of instances.
-struct InstanceLeaves<'a, 't, C> {
-    tracer: &'a BvhTracer<'t, C>,
-    ray: &'a Ray,
-    slab: Slab,
-    filter: &'a RayFilter,
-}
-
-impl<C: Work> VisitLeaf for InstanceLeaves<'_, '_, C> {
-    #[inline(always)]
-    fn visit(&mut self, leaf: &BvhNode, search: &mut impl Search) -> bool {
-        let view = &self.tracer.bvh;
-        let mut k = leaf.first;
-        while k < leaf.first + (leaf.count & !BvhNode::SPHERES) {
-            let number = *item(view.instance_order, k);
-            if let Some((placement, local)) =
-                view.primitives.enter_instance(number, self.ray, &self.slab, search.t_max())
-            {
-                let geometry = item(view.primitives.instances, number).geometry;
-                if self.tracer.search_tree(geometry, &local, &placement, self.filter, search) {
-                    return true;
-                }
-            }
-            k += 1;
-        }
-        false
-    }
-}
-
 impl<C: Work> BvhTracer<'_, C> {
-    #[inline(always)]
-    fn search(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
-        let view = &self.bvh;
-        let world_extent = item(view.primitives.geometries, 0).extent;
-        let world_ray = LocalRay::new(ray.origin, ray.direction, ray.t_min, world_extent);
-        if self.search_tree(0, &world_ray, &Placement::WORLD, filter, search) {
-            return;
-        }
-        if view.primitives.instances.len() > 1 {
-            self.search_instances(ray, filter, search);
-        }
-    }
-
     /// [`Tracer::occluded`] by what instances place, the world itself left out.
     #[inline(always)]
     pub fn occluded_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
@@ -153,17 +112,16 @@ impl<C: Work> BvhTracer<'_, C> {
         }
         search.found
     }
+}
 
+impl<C: Work> SearchScene for BvhTracer<'_, C> {
     #[inline(always)]
-    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
-        let slab = Slab::new(ray.origin, ray.direction);
-        let mut visitor = InstanceLeaves { tracer: self, ray, slab, filter };
-        self.walk(self.bvh.instance_root, &slab, ray.t_min, search, &mut visitor);
+    fn primitives(&self) -> &PrimitivesView<'_> {
+        &self.bvh.primitives
     }
 
-    /// Searches the tree of one geometry; `true` ends the search.
     #[inline(always)]
-    fn search_tree(
+    fn search_geometry(
         &self,
         geometry: u32,
         ray: &LocalRay,
@@ -171,88 +129,76 @@ impl<C: Work> BvhTracer<'_, C> {
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {
-        let mut visitor = PrimitiveLeaves { tracer: self, ray, placement, filter };
-        self.walk(*item(self.bvh.roots, geometry), &ray.slab, ray.t_min, search, &mut visitor)
+        let mut leaves = PrimitiveLeaves { tracer: self, ray, placement, filter };
+        let root = *item(self.bvh.roots, geometry);
+        walk(self.bvh.nodes, root, &ray.slab, ray.t_min, &self.work, search, &mut leaves)
     }
 
-    /// Visits the leaves that the ray enters, the nearer child first. A node is left out only when the ray enters it
-    /// beyond the best hit, never at equality: there a tie may wait. `true` if a leaf ended the walk.
     #[inline(always)]
-    fn walk<S: Search>(
-        &self,
-        root: u32,
-        slab: &Slab,
-        t_min: f32,
-        search: &mut S,
-        leaves: &mut impl VisitLeaf,
-    ) -> bool {
-        let nodes = self.bvh.nodes;
-        let mut node = item(nodes, root);
-        self.work.nodes(1);
-        let (near, far) = slab.interval(&node.bounds(), t_min);
-        if !Slab::passes(near, far, search.t_max()) {
-            return false;
-        }
-        let mut room = Stack::<Entry, MAX_BVH_DEPTH>::room();
-        let mut stack = Stack::new(&mut room);
-        loop {
-            if node.is_inner() {
-                let (first, second) = (item(nodes, node.first), item(nodes, node.first + 1));
-                self.work.nodes(2);
-                let (near0, far0) = slab.interval(&first.bounds(), t_min);
-                let (near1, far1) = slab.interval(&second.bounds(), t_min);
-                let t_max = search.t_max();
-                let (enters0, enters1) = (Slab::passes(near0, far0, t_max), Slab::passes(near1, far1, t_max));
-                if enters0 & enters1 {
-                    let first_is_nearer = near0 <= near1;
-                    let farther = if first_is_nearer { (node.first + 1, near1) } else { (node.first, near0) };
-                    // SAFETY: a walk puts aside one node a level, and builders keep trees below MAX_BVH_DEPTH levels.
-                    unsafe { stack.push(farther) };
-                    node = if first_is_nearer { first } else { second };
-                    continue;
-                } else if enters0 {
-                    node = first;
-                    continue;
-                } else if enters1 {
-                    node = second;
-                    continue;
-                }
-            } else if leaves.visit(node, search) {
-                return true;
-            }
-            loop {
-                match stack.pop() {
-                    None => return false,
-                    Some((index, near)) if Slab::passes(near, f32::INFINITY, search.t_max()) => {
-                        node = item(nodes, index);
-                        break;
-                    }
-                    Some(_) => {}
-                }
-            }
-        }
+    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
+        let view = &self.bvh;
+        let tree =
+            InstanceTreeView { nodes: view.nodes, root: view.instance_root, order: view.instance_order };
+        tree.search(self, &self.work, ray, filter, search)
     }
 }
 
-impl<C: Work> Tracer for BvhTracer<'_, C> {
-    #[inline(always)]
-    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
-        let mut search = Closest { best: Hit::miss(ray.t_max) };
-        self.search(ray, filter, &mut search);
-        search.best
-    }
+answer_queries!(BvhTracer);
 
-    #[inline(always)]
-    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        let mut search = Any { t_max: ray.t_max, found: false };
-        self.search(ray, filter, &mut search);
-        search.found
+/// Visits the leaves that the ray enters, the nearer child first. A node is left out only when the ray enters it
+/// beyond the best hit, never at equality: there a tie may wait. `true` if a leaf ended the walk.
+#[inline(always)]
+pub(super) fn walk<S: Search>(
+    nodes: &[BvhNode],
+    root: u32,
+    slab: &Slab,
+    t_min: f32,
+    work: &impl Work,
+    search: &mut S,
+    leaves: &mut impl VisitLeaf,
+) -> bool {
+    let mut node = item(nodes, root);
+    work.nodes(1);
+    let (near, far) = slab.interval(&node.bounds(), t_min);
+    if !Slab::passes(near, far, search.t_max()) {
+        return false;
     }
-
-    #[inline(always)]
-    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        let mut search = Next { after: *after, best: Hit::miss(ray.t_max) };
-        self.search(ray, filter, &mut search);
-        search.best
+    let mut room = Stack::<Entry, MAX_BVH_DEPTH>::room();
+    let mut stack = Stack::new(&mut room);
+    loop {
+        if node.is_inner() {
+            let (first, second) = (item(nodes, node.first), item(nodes, node.first + 1));
+            work.nodes(2);
+            let (near0, far0) = slab.interval(&first.bounds(), t_min);
+            let (near1, far1) = slab.interval(&second.bounds(), t_min);
+            let t_max = search.t_max();
+            let (enters0, enters1) = (Slab::passes(near0, far0, t_max), Slab::passes(near1, far1, t_max));
+            if enters0 & enters1 {
+                let first_is_nearer = near0 <= near1;
+                let farther = if first_is_nearer { (node.first + 1, near1) } else { (node.first, near0) };
+                // SAFETY: a walk puts aside one node a level, and builders keep trees below MAX_BVH_DEPTH levels.
+                unsafe { stack.push(farther) };
+                node = if first_is_nearer { first } else { second };
+                continue;
+            } else if enters0 {
+                node = first;
+                continue;
+            } else if enters1 {
+                node = second;
+                continue;
+            }
+        } else if leaves.visit(node, search) {
+            return true;
+        }
+        loop {
+            match stack.pop() {
+                None => return false,
+                Some((index, near)) if Slab::passes(near, f32::INFINITY, search.t_max()) => {
+                    node = item(nodes, index);
+                    break;
+                }
+                Some(_) => {}
+            }
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! No hierarchy: every primitive is tested. The reference for all others.
 
-use super::candidates::{Any, Closest, Next, Placement, PrimitivesView, Search, item};
+use super::candidates::{Placement, PrimitivesView, Search, item};
+use super::two_level::{SearchScene, answer_queries};
 use super::{Tracer, Work};
 use crate::intersect::{LocalRay, Slab};
 use crate::ray::{Hit, Ray, RayFilter};
@@ -14,28 +15,10 @@ pub struct ExhaustiveTracer<'a, C> {
     pub work: C,
 }
 
-impl<C: Work> ExhaustiveTracer<'_, C> {
+impl<C: Work> SearchScene for ExhaustiveTracer<'_, C> {
     #[inline(always)]
-    fn search(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
-        let world_extent = item(self.primitives.geometries, 0).extent;
-        let world_ray = LocalRay::new(ray.origin, ray.direction, ray.t_min, world_extent);
-        if self.search_geometry(0, &world_ray, &Placement::WORLD, filter, search) {
-            return;
-        }
-        let slab = Slab::new(ray.origin, ray.direction);
-        let mut number = 1;
-        while number < self.primitives.instances.len() as u32 {
-            self.work.nodes(1);
-            if let Some((placement, local)) =
-                self.primitives.enter_instance(number, ray, &slab, search.t_max())
-            {
-                let geometry = item(self.primitives.instances, number).geometry;
-                if self.search_geometry(geometry, &local, &placement, filter, search) {
-                    return;
-                }
-            }
-            number += 1;
-        }
+    fn primitives(&self) -> &PrimitivesView<'_> {
+        &self.primitives
     }
 
     #[inline(always)]
@@ -52,27 +35,20 @@ impl<C: Work> ExhaustiveTracer<'_, C> {
         self.primitives.search_triangles(g.first_triangle, g.triangle_count, ray, placement, filter, search)
             || self.primitives.search_spheres(g.first_sphere, g.sphere_count, ray, placement, search)
     }
-}
-
-impl<C: Work> Tracer for ExhaustiveTracer<'_, C> {
-    #[inline(always)]
-    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
-        let mut search = Closest { best: Hit::miss(ray.t_max) };
-        self.search(ray, filter, &mut search);
-        search.best
-    }
 
     #[inline(always)]
-    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        let mut search = Any { t_max: ray.t_max, found: false };
-        self.search(ray, filter, &mut search);
-        search.found
-    }
-
-    #[inline(always)]
-    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        let mut search = Next { after: *after, best: Hit::miss(ray.t_max) };
-        self.search(ray, filter, &mut search);
-        search.best
+    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
+        let slab = Slab::new(ray.origin, ray.direction);
+        let mut number = 1;
+        while number < self.primitives.instances.len() as u32 {
+            self.work.nodes(1);
+            if self.search_instance(number, ray, &slab, filter, search) {
+                return true;
+            }
+            number += 1;
+        }
+        false
     }
 }
+
+answer_queries!(ExhaustiveTracer);

@@ -2,15 +2,28 @@
 
 mod bvh;
 mod candidates;
+mod cell_ray;
 mod exhaustive;
+mod grid;
+mod kdtree;
+mod octree;
+mod references;
 mod stack;
 mod tracer;
+mod two_level;
 mod work;
 
 pub use bvh::{BvhNode, BvhTracer, BvhView, MAX_BVH_DEPTH};
 pub use candidates::PrimitivesView;
 pub(crate) use candidates::item;
 pub use exhaustive::ExhaustiveTracer;
+pub use grid::{GridRoot, GridTracer, GridView, MAX_GRID_CELLS};
+pub use kdtree::{KdNode, KdRoot, KdTreeTracer, KdTreeView, MAX_KD_DEPTH};
+pub use octree::{
+    MAX_OCTREE_DEPTH, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
+};
+pub use references::SPHERE_REFERENCE;
 pub use stack::Stack;
 pub use tracer::{ShadowBatch, Tracer};
+pub use two_level::InstanceTreeView;
 pub use work::{CountWork, IgnoreWork, Work};

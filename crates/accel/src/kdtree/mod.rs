@@ -1,0 +1,109 @@
+//! kd-tree, built by the surface area heuristic.
+
+mod build;
+mod sah;
+
+pub use build::KdTreeOptions;
+
+use crate::cells::{self, InstanceTree, LeafCounts};
+use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
+use eosphor_core::geometry::Bounds;
+use eosphor_core::hierarchy::{KdNode, KdRoot, KdTreeTracer, KdTreeView, Work};
+use eosphor_core::material::NONE;
+use std::time::Instant;
+
+/// A kd-tree over every geometry and a tree over the instances, in the arrays that devices read.
+#[derive(Clone, Debug)]
+pub struct KdTree {
+    /// Nodes of all trees.
+    pub nodes: Vec<KdNode>,
+    /// For each geometry, its tree.
+    pub roots: Vec<KdRoot>,
+    /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
+    pub references: Vec<u32>,
+    /// Primitives; triangles in the order in which leaves name them first.
+    pub primitives: PackedPrimitives,
+    /// Wall time of the build.
+    pub build_seconds: f64,
+    instances: InstanceTree,
+}
+
+impl KdTree {
+    /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
+    pub fn build(scene: &SceneGeometry, options: &KdTreeOptions) -> KdTree {
+        let start = Instant::now();
+        let mut tree = KdTree {
+            nodes: Vec::new(),
+            roots: Vec::new(),
+            references: Vec::new(),
+            primitives: PackedPrimitives::new(scene),
+            build_seconds: 0.0,
+            instances: InstanceTree::build(scene),
+        };
+        for geometry in scene.geometries {
+            let items = cells::items(&tree.primitives, geometry);
+            if items.is_empty() {
+                tree.roots.push(KdRoot { bounds: Bounds::EMPTY, node: NONE });
+                continue;
+            }
+            tree.roots.push(KdRoot { bounds: cells::bounds_of(&items), node: tree.nodes.len() as u32 });
+            build::build_tree(items, options, &mut tree.nodes, &mut tree.references);
+        }
+        cells::order_by_first_use(&mut tree.primitives, &mut tree.references);
+        tree.build_seconds = start.elapsed().as_secs_f64();
+        tree
+    }
+
+    /// Borrowed, for traversals and devices.
+    pub fn view(&self) -> KdTreeView<'_> {
+        KdTreeView {
+            nodes: &self.nodes,
+            roots: &self.roots,
+            references: &self.references,
+            instances: self.instances.view(),
+            primitives: self.primitives.view(),
+        }
+    }
+
+    /// The traversal.
+    pub fn tracer<C: Work>(&self, work: C) -> KdTreeTracer<'_, C> {
+        KdTreeTracer { tree: self.view(), work }
+    }
+
+    /// The trees of all geometries in numbers; that over the instances counts in the bytes alone.
+    pub fn statistics(&self) -> HierarchyStatistics {
+        let p = &self.primitives;
+        let mut s = HierarchyStatistics {
+            structure: "kdtree",
+            builder: "sah",
+            primitives: (p.triangles.len() + p.spheres.len()) as u64,
+            bytes: (size_of_val(&self.nodes[..])
+                + size_of_val(&self.references[..])
+                + self.instances.bytes()
+                + cells::primitive_bytes(p)) as u64,
+            build_seconds: self.build_seconds,
+            ..HierarchyStatistics::default()
+        };
+        let mut leaves = LeafCounts::default();
+        for (number, root) in self.roots.iter().enumerate().filter(|(_, root)| root.node != NONE) {
+            let root_area = if number == 0 { root.bounds.half_area() as f64 } else { f64::INFINITY };
+            let mut pending = vec![(root.node, 0u32, root.bounds)];
+            while let Some((at, depth, bounds)) = pending.pop() {
+                let node = &self.nodes[at as usize];
+                let share = bounds.half_area() as f64 / root_area.max(f64::MIN_POSITIVE);
+                if node.is_leaf() {
+                    leaves.add(&mut s, depth, node.upper_or_count(), share);
+                    continue;
+                }
+                s.nodes += 1;
+                s.sah_cost += share;
+                let axis = (node.kind & 3) as usize;
+                let (lower, upper) = sah::cut(&bounds, axis, f32::from_bits(node.plane_or_first));
+                pending.push((node.upper_or_count(), depth + 1, upper));
+                pending.push((at + 1, depth + 1, lower));
+            }
+        }
+        leaves.finish(&mut s);
+        s
+    }
+}

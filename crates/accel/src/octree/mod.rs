@@ -1,0 +1,116 @@
+//! Octree, with PG1's settings as defaults.
+
+mod build;
+mod overlap;
+
+pub use build::{OctreeOptions, Overlap};
+
+use crate::cells::{self, InstanceTree, LeafCounts};
+use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
+use eosphor_core::geometry::Bounds;
+use eosphor_core::hierarchy::{
+    OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView, Work,
+};
+use eosphor_core::material::NONE;
+use std::time::Instant;
+
+/// An octree over every geometry and a tree over the instances, in the arrays that devices read.
+#[derive(Clone, Debug)]
+pub struct Octree {
+    /// Nodes of all trees.
+    pub nodes: Vec<OctreeNode>,
+    /// For each geometry, its tree.
+    pub roots: Vec<OctreeRoot>,
+    /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
+    pub references: Vec<u32>,
+    /// Primitives; triangles in the order in which leaves name them first.
+    pub primitives: PackedPrimitives,
+    /// Wall time of the build.
+    pub build_seconds: f64,
+    instances: InstanceTree,
+}
+
+impl Octree {
+    /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
+    pub fn build(scene: &SceneGeometry, options: &OctreeOptions) -> Octree {
+        let start = Instant::now();
+        let mut tree = Octree {
+            nodes: Vec::new(),
+            roots: Vec::new(),
+            references: Vec::new(),
+            primitives: PackedPrimitives::new(scene),
+            build_seconds: 0.0,
+            instances: InstanceTree::build(scene),
+        };
+        for geometry in scene.geometries {
+            let items = cells::items(&tree.primitives, geometry);
+            if items.is_empty() {
+                tree.roots.push(OctreeRoot { bounds: Bounds::EMPTY, node: NONE });
+                continue;
+            }
+            let root = build::Builder::new(&tree.primitives, geometry, items, options)
+                .build(&mut tree.nodes, &mut tree.references);
+            tree.roots.push(root);
+        }
+        cells::order_by_first_use(&mut tree.primitives, &mut tree.references);
+        tree.build_seconds = start.elapsed().as_secs_f64();
+        tree
+    }
+
+    /// Borrowed, for traversals and devices.
+    pub fn view(&self) -> OctreeView<'_> {
+        OctreeView {
+            nodes: &self.nodes,
+            roots: &self.roots,
+            references: &self.references,
+            instances: self.instances.view(),
+            primitives: self.primitives.view(),
+        }
+    }
+
+    /// The traversal that visits every octant that a ray hits.
+    pub fn tracer<C: Work>(&self, work: C) -> OctreeTracer<'_, C> {
+        OctreeTracer { tree: self.view(), work }
+    }
+
+    /// The traversal in the parameters of the ray, front to back.
+    pub fn parametric_tracer<C: Work>(&self, work: C) -> OctreeParametricTracer<'_, C> {
+        OctreeParametricTracer { tree: self.view(), work }
+    }
+
+    /// The trees of all geometries in numbers; that over the instances counts in the bytes alone. Octants that hold
+    /// nothing have no node and are not counted.
+    pub fn statistics(&self) -> HierarchyStatistics {
+        let p = &self.primitives;
+        let mut s = HierarchyStatistics {
+            structure: "octree",
+            builder: "halving",
+            primitives: (p.triangles.len() + p.spheres.len()) as u64,
+            bytes: (size_of_val(&self.nodes[..])
+                + size_of_val(&self.references[..])
+                + self.instances.bytes()
+                + cells::primitive_bytes(p)) as u64,
+            build_seconds: self.build_seconds,
+            ..HierarchyStatistics::default()
+        };
+        let mut leaves = LeafCounts::default();
+        for (number, root) in self.roots.iter().enumerate().filter(|(_, root)| root.node != NONE) {
+            let mut pending = vec![(root.node, 0u32)];
+            while let Some((at, depth)) = pending.pop() {
+                let node = &self.nodes[at as usize];
+                // Half the size is a quarter of the surface.
+                let share = if number == 0 { 0.25f64.powi(depth as i32) } else { 0.0 };
+                if node.is_inner() {
+                    s.nodes += 1;
+                    s.sah_cost += share;
+                    let children = (node.octants_or_count & 0xFF).count_ones();
+                    pending.extend((node.first..node.first + children).map(|child| (child, depth + 1)));
+                } else {
+                    leaves.add(&mut s, depth, node.octants_or_count, share);
+                }
+            }
+        }
+        leaves.finish(&mut s);
+        s
+    }
+}

@@ -1,0 +1,160 @@
+//! What all structures share: the world first, then what instances place, and the three queries over both.
+
+use super::Work;
+use super::bvh::{BvhNode, VisitLeaf, walk};
+use super::candidates::{Any, Closest, Next, Placement, PrimitivesView, Search, item};
+use crate::intersect::{LocalRay, Slab};
+use crate::ray::{Hit, Ray, RayFilter};
+
+/// A tree over the instances but the world.
+#[derive(Clone, Copy, Debug)]
+pub struct InstanceTreeView<'a> {
+    /// Its nodes, perhaps among others.
+    pub nodes: &'a [BvhNode],
+    /// Number of the root.
+    pub root: u32,
+    /// Numbers of instances, in the order of the leaves.
+    pub order: &'a [u32],
+}
+
+/// A structure that can search one geometry in its own space, and find the instances that a ray meets. All queries
+/// follow from that.
+pub(super) trait SearchScene {
+    /// What is searched.
+    fn primitives(&self) -> &PrimitivesView<'_>;
+
+    /// Offers all hits in a geometry that can still matter; `true` ends the search.
+    fn search_geometry(
+        &self,
+        geometry: u32,
+        ray: &LocalRay,
+        placement: &Placement,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool;
+
+    /// Offers all hits in what instances place; `true` ends the search.
+    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool;
+
+    /// Searches what one instance places, if the ray meets its box; `true` ends the search.
+    #[inline(always)]
+    fn search_instance(
+        &self,
+        number: u32,
+        ray: &Ray,
+        slab: &Slab,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
+        let primitives = self.primitives();
+        match primitives.enter_instance(number, ray, slab, search.t_max()) {
+            Some((placement, local)) => {
+                let geometry = item(primitives.instances, number).geometry;
+                self.search_geometry(geometry, &local, &placement, filter, search)
+            }
+            None => false,
+        }
+    }
+
+    /// Searches everything.
+    #[inline(always)]
+    fn search(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
+        let primitives = self.primitives();
+        let world_extent = item(primitives.geometries, 0).extent;
+        let world_ray = LocalRay::new(ray.origin, ray.direction, ray.t_min, world_extent);
+        if self.search_geometry(0, &world_ray, &Placement::WORLD, filter, search) {
+            return;
+        }
+        if primitives.instances.len() > 1 {
+            self.search_instances(ray, filter, search);
+        }
+    }
+
+    /// [`super::Tracer::closest_hit`].
+    #[inline(always)]
+    fn find_closest(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+        let mut search = Closest { best: Hit::miss(ray.t_max) };
+        self.search(ray, filter, &mut search);
+        search.best
+    }
+
+    /// [`super::Tracer::occluded`].
+    #[inline(always)]
+    fn find_any(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        let mut search = Any { t_max: ray.t_max, found: false };
+        self.search(ray, filter, &mut search);
+        search.found
+    }
+
+    /// [`super::Tracer::next_hit`].
+    #[inline(always)]
+    fn find_next(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+        let mut search = Next { after: *after, best: Hit::miss(ray.t_max) };
+        self.search(ray, filter, &mut search);
+        search.best
+    }
+}
+
+/// Makes a `Name<'_, C: Work>` that is a [`SearchScene`] a `Tracer`.
+macro_rules! answer_queries {
+    ($tracer:ident) => {
+        impl<C: Work> Tracer for $tracer<'_, C> {
+            #[inline(always)]
+            fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+                self.find_closest(ray, filter)
+            }
+
+            #[inline(always)]
+            fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
+                self.find_any(ray, filter)
+            }
+
+            #[inline(always)]
+            fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+                self.find_next(ray, filter, after)
+            }
+        }
+    };
+}
+pub(super) use answer_queries;
+
+/// Leaves of instances.
+struct InstanceLeaves<'a, T> {
+    scene: &'a T,
+    order: &'a [u32],
+    ray: &'a Ray,
+    slab: Slab,
+    filter: &'a RayFilter,
+}
+
+impl<T: SearchScene> VisitLeaf for InstanceLeaves<'_, T> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: &BvhNode, search: &mut impl Search) -> bool {
+        let mut k = leaf.first;
+        while k < leaf.first + (leaf.count & !BvhNode::SPHERES) {
+            let number = *item(self.order, k);
+            if self.scene.search_instance(number, self.ray, &self.slab, self.filter, search) {
+                return true;
+            }
+            k += 1;
+        }
+        false
+    }
+}
+
+impl InstanceTreeView<'_> {
+    /// [`SearchScene::search_instances`] by a walk through this tree.
+    #[inline(always)]
+    pub(super) fn search(
+        &self,
+        scene: &impl SearchScene,
+        work: &impl Work,
+        ray: &Ray,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
+        let slab = Slab::new(ray.origin, ray.direction);
+        let mut leaves = InstanceLeaves { scene, order: self.order, ray, slab, filter };
+        walk(self.nodes, self.root, &slab, ray.t_min, work, search, &mut leaves)
+    }
+}
