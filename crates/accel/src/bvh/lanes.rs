@@ -33,6 +33,13 @@ impl Box4 {
         Box4 { low: self.low.max(o.low), high: self.high.min(o.high) }
     }
 
+    /// Whether it is not inside out.
+    #[inline(always)]
+    pub(super) fn holds_something(self) -> bool {
+        let (l, h) = (self.low.array(), self.high.array());
+        (l[0] <= h[0]) & (l[1] <= h[1]) & (l[2] <= h[2])
+    }
+
     /// Half the surface area of a box that holds something.
     #[inline(always)]
     pub(super) fn half_area(self) -> f32 {

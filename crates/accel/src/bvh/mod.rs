@@ -1,6 +1,7 @@
 //! Bounding volume hierarchy with two children a node.
 
 mod binned;
+mod clip;
 mod cost;
 mod lanes;
 mod morton;
@@ -8,6 +9,7 @@ mod options;
 mod pack;
 mod policy;
 mod reference;
+mod spatial;
 mod split;
 mod sweep;
 mod top_down;
@@ -169,6 +171,9 @@ pub(crate) fn geometry_tree(
     let spheres: Vec<Bounds> = spheres.iter().map(|s| sphere_bounds(s, padding)).collect();
     let policy = Policy::new(options, purpose, triangles.len(), spheres.len());
     let (references, extent) = reference::make_references(triangles, padding, &spheres);
+    if options.builder == Builder::Spatial && !references.is_empty() {
+        return spatial::build(references, &extent, &policy, triangles, padding).join();
+    }
     build_tree(references, &extent, options, &policy)
 }
 
