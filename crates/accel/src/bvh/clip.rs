@@ -33,12 +33,55 @@ fn grown(b: Box4, margin: f32) -> Box4 {
     Box4 { low: b.low.minus(m), high: b.high.plus(m) }
 }
 
-/// Point on an edge from p to q where a coordinate runs from `p_at` to `q_at` and is `plane`.
-#[inline(always)]
-fn between(p: Lanes, q: Lanes, p_at: f32, inverse: f32, plane: f32) -> Lanes {
-    // Rounding must not leave the edge.
-    let f = ((plane - p_at) * inverse).max(0.0).min(1.0);
-    p.plus(q.minus(p).times(Lanes::splat(f)))
+/// The outline of a triangle, to be cut across one axis. Free of branches: which corners lie where cannot be foreseen.
+struct Outline {
+    corners: [Lanes; 3],
+    /// Each corner to the next.
+    edges: [Lanes; 3],
+    /// The axis' coordinates of the corners.
+    at: [f32; 3],
+    /// One over the edges' extents along the axis.
+    inverse: Lanes,
+}
+
+impl Outline {
+    #[inline(always)]
+    fn new(triangle: &[Vec3; 3], axis: usize) -> Outline {
+        let [a, b, c] = corners(triangle);
+        let at = triangle.map(|v| v[axis]);
+        let along = Lanes::new(at[1] - at[0], at[2] - at[1], at[0] - at[2], 1.0);
+        Outline {
+            corners: [a, b, c],
+            edges: [b.minus(a), c.minus(b), a.minus(c)],
+            at,
+            inverse: Lanes::splat(1.0).over(along),
+        }
+    }
+
+    /// The box around the points of the outline on a plane.
+    #[inline(always)]
+    fn crossing(&self, plane: f32) -> Box4 {
+        let from = Lanes::new(plane - self.at[0], plane - self.at[1], plane - self.at[2], 0.0);
+        // Rounding must not leave the edge.
+        let f = from.times(self.inverse).max(Lanes::splat(0.0)).min(Lanes::splat(1.0)).array();
+        let below = self.at.map(|x| x < plane);
+        let mut b = Box4::empty();
+        for i in 0..3 {
+            let x = self.corners[i].plus(self.edges[i].times(Lanes::splat(f[i])));
+            b = b.including(x.nan_if(below[i] == below[(i + 1) % 3]));
+        }
+        b
+    }
+
+    /// The box around the corners from one plane to another.
+    #[inline(always)]
+    fn corners_between(&self, low: f32, high: f32) -> Box4 {
+        let mut b = Box4::empty();
+        for i in 0..3 {
+            b = b.including(self.corners[i].nan_if(!((self.at[i] >= low) & (self.at[i] <= high))));
+        }
+        b
+    }
 }
 
 /// Boxes of what lies below and above a plane, out of a reference's box. A side with nothing is inside out.
@@ -50,23 +93,11 @@ pub(super) fn cut(
     plane: f32,
     margin: f32,
 ) -> [Box4; 2] {
-    let points = corners(triangle);
-    let mut sides = [Box4::empty(); 2];
-    for i in 0..3 {
-        let (p, q) = (points[i], points[(i + 1) % 3]);
-        let (p_at, q_at) = (triangle[i][axis], triangle[(i + 1) % 3][axis]);
-        if p_at <= plane {
-            sides[0] = sides[0].including(p);
-        }
-        if p_at >= plane {
-            sides[1] = sides[1].including(p);
-        }
-        if (p_at < plane) != (q_at < plane) {
-            let x = between(p, q, p_at, 1.0 / (q_at - p_at), plane);
-            sides = sides.map(|s| s.including(x));
-        }
-    }
-    sides.map(|s| grown(s, margin).intersection(whole.box4()))
+    let outline = Outline::new(triangle, axis);
+    let crossing = outline.crossing(plane);
+    let sides =
+        [outline.corners_between(f32::NEG_INFINITY, plane), outline.corners_between(plane, f32::INFINITY)];
+    sides.map(|s| grown(s.union(crossing), margin).intersection(whole.box4()))
 }
 
 /// Equal slices of a range of one axis.
@@ -94,38 +125,18 @@ impl Slices {
         margin: f32,
         slices: &mut [Box4; N],
     ) {
-        let points = corners(triangle);
-        let mut parts = [Box4::empty(); N];
-        let at = triangle.map(|v| v[self.axis]);
-        // Slices of the corners, one more than their number; 0 is below all.
-        let slice = at.map(|x| (((x - self.base) * self.scale + 1.0).max(0.0) as usize).min(N + 1));
-        for i in 0..3 {
-            let j = (i + 1) % 3;
-            if slice[i] > first && slice[i] <= last + 1 {
-                let part = &mut parts[(slice[i] - 1) % N];
-                *part = part.including(points[i]);
-            }
-            let (low, high) = if slice[i] <= slice[j] { (i, j) } else { (j, i) };
-            if slice[low] == slice[high] {
-                continue;
-            }
-            let inverse = 1.0 / (at[high] - at[low]);
-            // Plane k lies between slices k - 1 and k.
-            for k in slice[low].max(first)..=(slice[high] - 1).min(last + 1) {
-                let x = between(points[low], points[high], at[low], inverse, self.plane(k));
-                if k > first {
-                    parts[(k - 1) % N] = parts[(k - 1) % N].including(x);
-                }
-                if k <= last {
-                    parts[k % N] = parts[k % N].including(x);
-                }
-            }
-        }
+        let outline = Outline::new(triangle, self.axis);
+        // Corners beyond the first and last slice were cut off before, or reach out by less than the margin.
+        let mut low = self.plane(first);
+        let mut entry = outline.crossing(low);
         for k in first..=last {
-            let part = grown(parts[k % N], margin).intersection(whole.box4());
-            if part.holds_something() {
-                slices[k % N] = slices[k % N].union(part);
-            }
+            let high = self.plane(k + 1);
+            let exit = outline.crossing(high);
+            let part = outline.corners_between(low, high).union(entry).union(exit);
+            let part = grown(part, margin).intersection(whole.box4());
+            let slice = &mut slices[k % N];
+            *slice = slice.union(part.nothing_if(!part.holds_something()));
+            (low, entry) = (high, exit);
         }
     }
 }

@@ -9,6 +9,7 @@ mod options;
 mod pack;
 mod policy;
 mod reference;
+mod refit;
 mod spatial;
 mod split;
 mod sweep;
@@ -18,6 +19,8 @@ mod tree;
 pub use options::{BuildOptions, Builder, Quality};
 pub(crate) use pack::{fill_in_parallel, pack};
 pub(crate) use policy::Purpose;
+pub use refit::RefitError;
+pub(crate) use refit::{check, union};
 pub(crate) use tree::Tree;
 
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};

@@ -89,13 +89,6 @@ impl Extent {
     pub(super) fn union(self, o: Extent) -> Extent {
         Extent { bounds: self.bounds.union(o.bounds), centers2: self.centers2.union(o.centers2) }
     }
-
-    pub(super) fn of(references: &[Reference]) -> Extent {
-        references.iter().fold(Extent::empty(), |mut e, r| {
-            e.add(r);
-            e
-        })
-    }
 }
 
 /// References are made, binned and moved in parallel in chunks of this many. Boxes and counts merge exactly and in

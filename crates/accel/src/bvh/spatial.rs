@@ -15,8 +15,12 @@ use std::ops::Range;
 const SLICES: usize = 16;
 
 /// Cuts are tried where the two sides of the best split without cuts overlap in more than this share of the root's
-/// area.
-const LEAST_OVERLAP: f32 = 1e-5;
+/// area. (Stich et al. take 1e-5; ten times that changes the costs of bunny and sponza by less than 0.1 % and saves a
+/// fourth of the time.)
+const LEAST_OVERLAP: f32 = 1e-4;
+
+/// The same, as a share of the node's own area.
+const LEAST_SHARE: f32 = 0.05;
 
 /// A cut must be better than the best split without by this factor, since it costs memory.
 const WORTH: f32 = 0.99;
@@ -107,7 +111,8 @@ impl Spatial<'_> {
         }
         let bounds = extent.bounds.bounds(0.0);
         let [(left, l), (right, r)] = self.apply(room, &choice);
-        let (left, right) = rayon::join(|| self.build(left, &l, depth + 1), || self.build(right, &r, depth + 1));
+        let (left, right) =
+            rayon::join(|| self.build(left, &l, depth + 1), || self.build(right, &r, depth + 1));
         Piece::Split(bounds, Box::new([left, right]))
     }
 
@@ -158,7 +163,9 @@ impl Spatial<'_> {
         let spare = room.from.len() - count;
         let mut cut = None;
         if spare > 0 && !few && split.is_none_or(|s| self.overlaps(&s, &scratch.bins)) {
-            cut = self.best_cut(references, extent, spare, &mut scratch.slices).filter(|c| c.cost < cost * WORTH);
+            cut = self
+                .best_cut(references, extent, spare, &mut scratch.slices)
+                .filter(|c| c.cost < cost * WORTH);
             cost = cut.map_or(cost, |c| c.cost);
         }
         if fit != Fit::TooMany {
@@ -180,7 +187,8 @@ impl Spatial<'_> {
     /// Whether the two sides of a split between bins share enough.
     fn overlaps(&self, split: &Split, bins: &Bins) -> bool {
         let [left, right] = bins.sides(split);
-        left.intersection(right).half_area_or_zero() > self.root_area * LEAST_OVERLAP
+        let area = left.intersection(right).half_area_or_zero();
+        area > self.root_area * LEAST_OVERLAP && area > left.union(right).half_area() * LEAST_SHARE
     }
 
     fn best_cut(
@@ -373,11 +381,7 @@ impl Scratch {
 
 impl SliceBins {
     fn empty() -> SliceBins {
-        SliceBins {
-            boxes: [[Box4::empty(); SLICES]; 3],
-            begin: [[0; SLICES]; 3],
-            end: [[0; SLICES]; 3],
-        }
+        SliceBins { boxes: [[Box4::empty(); SLICES]; 3], begin: [[0; SLICES]; 3], end: [[0; SLICES]; 3] }
     }
 
     fn clear(&mut self) {

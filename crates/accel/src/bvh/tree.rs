@@ -62,13 +62,6 @@ impl Tree {
 }
 
 impl Piece {
-    pub(super) fn bounds(&self) -> Bounds {
-        match self {
-            Piece::Whole(tree) => tree.nodes[0].bounds(),
-            Piece::Split(bounds, _) => *bounds,
-        }
-    }
-
     /// Joins the pieces: a depth-first walk over them, each piece's nodes together.
     pub(super) fn join(self) -> Tree {
         let piece = match self {

@@ -3,6 +3,7 @@
 mod collapse;
 mod emit;
 mod node;
+mod refit;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 
