@@ -3,6 +3,7 @@
 use super::binned::{self, Bins};
 use super::clip::{self, PART_PADDING, Slices};
 use super::lanes::{Box4, Lanes};
+use super::memory::filled;
 use super::policy::{Fit, Policy};
 use super::reference::{CHUNK, Extent, Reference};
 use super::split::{MOST_RANKED, Split};
@@ -26,7 +27,7 @@ const LEAST_SHARE: f32 = 0.05;
 const WORTH: f32 = 0.99;
 
 /// Room for references, as a multiple of the primitives.
-pub(super) const BUDGET: f64 = 1.3;
+const BUDGET: f64 = 1.3;
 
 pub(super) struct Spatial<'a> {
     policy: &'a Policy,
@@ -70,6 +71,11 @@ struct Room<'a> {
     to: &'a mut [Reference],
 }
 
+/// Room that building over so many primitives takes.
+pub(super) fn room(primitives: usize) -> usize {
+    (primitives as f64 * BUDGET) as usize
+}
+
 /// Builds over references to triangles, and maybe other primitives after them, which are not cut.
 pub(super) fn build(
     references: Vec<Reference>,
@@ -81,10 +87,10 @@ pub(super) fn build(
     let spatial =
         Spatial { policy, triangles, margin: padding * PART_PADDING, root_area: extent.bounds.half_area() };
     let used = references.len();
-    let room = (used as f64 * BUDGET) as usize;
+    let room = room(used);
     let mut from = references;
     from.resize(room, Reference::NONE);
-    let mut to = vec![Reference::NONE; room];
+    let mut to = filled(Reference::NONE, room);
     spatial.build(Room { from: &mut from, used: 0..used, to: &mut to }, extent, 0)
 }
 

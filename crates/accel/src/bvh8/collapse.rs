@@ -3,7 +3,7 @@
 //! 3.1; here leaves are left as they are).
 
 use super::{Child, EMPTY, LEAF};
-use crate::bvh::Tree;
+use crate::bvh::{Tree, filled};
 use eosphor_core::hierarchy::BvhNode;
 
 /// Children of a wide node.
@@ -37,8 +37,8 @@ impl Cut {
     fn by(tree: Tree, costs: &[Costs]) -> Cut {
         let nodes = &tree.nodes;
         // How many places a node has, less one.
-        let mut places = vec![0u8; nodes.len()];
-        let mut children = vec![INSIDE; nodes.len()];
+        let mut places = filled(0u8, nodes.len());
+        let mut children = filled(INSIDE, nodes.len());
         let (mut wide, mut leaves) = (Vec::new(), Vec::new());
         for (at, node) in nodes.iter().enumerate() {
             if !node.is_inner() {
@@ -94,7 +94,7 @@ impl Cut {
 
 /// From the leaves up: children stand behind their parents.
 fn costs(nodes: &[BvhNode]) -> Vec<Costs> {
-    let mut costs = vec![[0.0; WIDTH]; nodes.len()];
+    let mut costs = filled([0.0; WIDTH], nodes.len());
     for at in (0..nodes.len()).rev() {
         let node = &nodes[at];
         // Not a number where boxes are infinite: any cut will do there.

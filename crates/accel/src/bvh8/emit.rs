@@ -2,7 +2,7 @@
 
 use super::collapse::Cut;
 use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
-use crate::bvh::fill_in_parallel;
+use crate::bvh::{AHEAD, fill_in_parallel, prefetch};
 use crate::{SceneGeometry, SimdLevel};
 use eosphor_core::geometry::Geometry;
 use eosphor_core::hierarchy::BvhNode;
@@ -102,6 +102,9 @@ impl Cut {
             let node = &self.tree.nodes[at as usize];
             let block = place.write(TriangleBlock::EMPTY);
             let order = &self.tree.order[node.first as usize..][..node.count as usize];
+            for &next in self.tree.order.iter().skip(node.first as usize + AHEAD).take(order.len()) {
+                prefetch(vertices, next as usize);
+            }
             for (lane, &primitive) in order.iter().enumerate() {
                 block.set(lane % 4, &PackedTriangle::new(vertices[primitive as usize], primitive));
             }

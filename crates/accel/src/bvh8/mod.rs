@@ -7,7 +7,7 @@ mod refit;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 
-use crate::bvh::{Purpose, geometry_tree, instance_tree};
+use crate::bvh::{Purpose, geometry_tree, instance_tree, room_for};
 use crate::{BuildOptions, SceneGeometry};
 use collapse::Cut;
 use emit::Contents;
@@ -47,8 +47,8 @@ impl Bvh8 {
         let nodes = cuts.iter().map(|c| c.wide.len()).sum::<usize>() + instances.wide.len();
         assert!(nodes < LEAF as usize, "more nodes than can be numbered");
         let mut bvh8 = Bvh8 {
-            nodes: Vec::with_capacity(nodes),
-            blocks: Vec::with_capacity(cuts.iter().map(Cut::block_count).sum()),
+            nodes: room_for(nodes),
+            blocks: room_for(cuts.iter().map(Cut::block_count).sum()),
             spheres: Vec::with_capacity(scene.spheres.len()),
             sphere_primitives: Vec::with_capacity(scene.spheres.len()),
             roots: Vec::with_capacity(cuts.len()),
