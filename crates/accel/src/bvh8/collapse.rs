@@ -103,12 +103,24 @@ fn costs(nodes: &[BvhNode]) -> Vec<Costs> {
             costs[at] = [area; WIDTH];
             continue;
         }
-        let (left, right) = (costs[node.first as usize], costs[node.first as usize + 1]);
+        let pair = node.first as usize;
+        let (left, right) = (costs[pair], costs[pair + 1]);
         let mut own = [f32::INFINITY; WIDTH];
-        for k in 1..WIDTH {
-            for j in 0..k {
-                let cost = left[j] + right[k - 1 - j];
-                own[k] = if cost < own[k] { cost } else { own[k] };
+        // What a leaf costs does not fall with its places, so it gets one.
+        if !nodes[pair].is_inner() {
+            for k in 1..WIDTH {
+                own[k] = left[0] + right[k - 1];
+            }
+        } else if !nodes[pair + 1].is_inner() {
+            for k in 1..WIDTH {
+                own[k] = left[k - 1] + right[0];
+            }
+        } else {
+            for k in 1..WIDTH {
+                for j in 0..k {
+                    let cost = left[j] + right[k - 1 - j];
+                    own[k] = if cost < own[k] { cost } else { own[k] };
+                }
             }
         }
         own[0] = area + own[WIDTH - 1];
