@@ -166,12 +166,12 @@ fn hits_are_the_same_through_every_builder() {
     }
     worlds.push(placed);
     for (number, world) in worlds.iter().enumerate() {
-        let rays = rays(world, 1500, 10 + number as u64);
+        let rays = rays(world, 1000, 10 + number as u64);
         for options in all_options() {
             let name = format!("world {number}, {}", options.builder);
             assert_same_hits(world, &Bvh::build(&world.geometry(), &options), &rays, &name);
             let small = BuildOptions { max_leaf_primitives: 1, traversal_cost: 0.1, ..options };
-            assert_same_hits(world, &Bvh::build(&world.geometry(), &small), &rays[..500], &name);
+            assert_same_hits(world, &Bvh::build(&world.geometry(), &small), &rays[..300], &name);
         }
     }
 }

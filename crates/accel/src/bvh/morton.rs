@@ -59,10 +59,10 @@ fn codes(references: &[Reference], centers2: &Box4) -> Vec<Key> {
 const DIGIT: u32 = 10;
 
 /// Radix sort: by the highest digit for all, then each of those groups by the two others, lowest first.
-fn sort(keys: &mut Vec<Key>) {
+fn sort(keys: &mut [Key]) {
     let mut other = filled(0, keys.len());
     let starts = scatter(keys, &mut other, 32 + 2 * DIGIT);
-    let (mut rest, mut room) = (&mut other[..], &mut keys[..]);
+    let (mut rest, mut room) = (&mut other[..], &mut *keys);
     let mut groups = Vec::new();
     for pair in starts.windows(2).filter(|p| p[1] > p[0]) {
         let (group, others) = rest.split_at_mut(pair[1] - pair[0]);

@@ -109,7 +109,6 @@ impl Spatial<'_> {
             return Piece::Whole(tree);
         }
         let choice = self.choose(&room, extent, depth, &mut scratch);
-        drop(scratch);
         if let Choice::Leaf { spheres } = choice {
             let mut tree = Tree::with_root(room.used.len());
             tree.set_leaf(0, extent.bounds, &room.from[room.used.clone()], spheres);
