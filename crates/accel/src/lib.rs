@@ -18,7 +18,7 @@ mod simd_level;
 mod statistics;
 
 pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
-pub use bvh::{BuildOptions, Builder, Bvh, Quality};
+pub use bvh::{BuildOptions, Builder, Bvh, Quality, RefitError};
 pub use bvh8::{Bvh8, Bvh8Tracer};
 pub use exhaustive::Exhaustive;
 pub use grid::{Grid, GridOptions};

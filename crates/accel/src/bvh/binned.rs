@@ -14,6 +14,8 @@ const MOST_BINS: usize = 32;
 pub(super) struct Bins {
     boxes: [[Box4; MOST_BINS]; 3],
     counts: [[u32; MOST_BINS]; 3],
+    /// How many of each axis are in use.
+    used: usize,
 }
 
 /// From twice a centre to its bin.
@@ -49,16 +51,25 @@ impl BinMap {
 
 impl Bins {
     pub(super) fn empty() -> Bins {
-        Bins { boxes: [[Box4::empty(); MOST_BINS]; 3], counts: [[0; MOST_BINS]; 3] }
+        Bins { boxes: [[Box4::empty(); MOST_BINS]; 3], counts: [[0; MOST_BINS]; 3], used: MOST_BINS }
     }
 
     /// Empties the first `count` bins of each axis.
     #[inline(always)]
     fn clear(&mut self, count: usize) {
+        self.used = count;
         for axis in 0..3 {
             self.boxes[axis][..count].fill(Box4::empty());
             self.counts[axis][..count].fill(0);
         }
+    }
+
+    /// The boxes of both sides of a split between these bins.
+    pub(super) fn sides(&self, split: &Split) -> [Box4; 2] {
+        let Rule::Below { axis, limit, .. } = split.rule else { return [Box4::empty(); 2] };
+        let (left, right) = self.boxes[axis].split_at(limit as usize);
+        let join = |boxes: &[Box4]| boxes.iter().fold(Box4::empty(), |all, b| all.union(*b));
+        [join(left), join(&right[..self.used - limit as usize])]
     }
 
     #[inline(always)]

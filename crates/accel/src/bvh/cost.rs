@@ -9,7 +9,13 @@ impl Bvh {
     /// primitive. 0 where that box has no area.
     pub fn sah_cost(&self) -> f64 {
         let Some(&root) = self.roots.first() else { return 0.0 };
-        let area = |n: &BvhNode| f64::from(n.bounds().half_area());
+        // In double precision, and finite whatever the boxes.
+        let area = |n: &BvhNode| {
+            let size =
+                |axis: usize| f64::from(n.max[axis].min(f32::MAX)) - f64::from(n.min[axis].max(f32::MIN));
+            let [x, y, z] = [0, 1, 2].map(size);
+            x * y + y * z + z * x
+        };
         let root_area = area(&self.nodes[root as usize]);
         if root_area <= 0.0 {
             return 0.0;

@@ -33,6 +33,19 @@ impl Box4 {
         Box4 { low: self.low.max(o.low), high: self.high.min(o.high) }
     }
 
+    /// A box that adds nothing to others, if `yes`.
+    #[inline(always)]
+    pub(super) fn nothing_if(self, yes: bool) -> Box4 {
+        Box4 { low: self.low.nan_if(yes), high: self.high.nan_if(yes) }
+    }
+
+    /// Whether it is not inside out.
+    #[inline(always)]
+    pub(super) fn holds_something(self) -> bool {
+        let (l, h) = (self.low.array(), self.high.array());
+        (l[0] <= h[0]) & (l[1] <= h[1]) & (l[2] <= h[2])
+    }
+
     /// Half the surface area of a box that holds something.
     #[inline(always)]
     pub(super) fn half_area(self) -> f32 {
@@ -113,6 +126,10 @@ mod imp {
         pub(in super::super) fn times(self, o: Lanes) -> Lanes {
             Lanes(sse2!(_mm_mul_ps(self.0, o.0)))
         }
+        #[inline(always)]
+        pub(in super::super) fn over(self, o: Lanes) -> Lanes {
+            Lanes(sse2!(_mm_div_ps(self.0, o.0)))
+        }
         /// The fourth lane becomes 0.
         #[inline(always)]
         pub(in super::super) fn xyz0(self) -> Lanes {
@@ -182,6 +199,10 @@ mod imp {
         #[inline(always)]
         pub(in super::super) fn times(self, o: Lanes) -> Lanes {
             self.zip(o, |a, b| a * b)
+        }
+        #[inline(always)]
+        pub(in super::super) fn over(self, o: Lanes) -> Lanes {
+            self.zip(o, |a, b| a / b)
         }
         /// The fourth lane becomes 0.
         #[inline(always)]

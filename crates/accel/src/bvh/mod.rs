@@ -1,21 +1,28 @@
 //! Bounding volume hierarchy with two children a node.
 
 mod binned;
+mod clip;
 mod cost;
 mod lanes;
+mod memory;
 mod morton;
 mod options;
 mod pack;
 mod policy;
 mod reference;
+mod refit;
+mod spatial;
 mod split;
 mod sweep;
 mod top_down;
 mod tree;
 
+pub(crate) use memory::{filled, room_for};
 pub use options::{BuildOptions, Builder, Quality};
-pub(crate) use pack::{fill_in_parallel, pack};
+pub(crate) use pack::{AHEAD, fill_in_parallel, pack, prefetch};
 pub(crate) use policy::Purpose;
+pub use refit::RefitError;
+pub(crate) use refit::{check, union};
 pub(crate) use tree::Tree;
 
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
@@ -168,7 +175,12 @@ pub(crate) fn geometry_tree(
     let spheres = &scene.spheres[geometry.first_sphere as usize..][..geometry.sphere_count as usize];
     let spheres: Vec<Bounds> = spheres.iter().map(|s| sphere_bounds(s, padding)).collect();
     let policy = Policy::new(options, purpose, triangles.len(), spheres.len());
-    let (references, extent) = reference::make_references(triangles, padding, &spheres);
+    let room =
+        if options.builder == Builder::Spatial { spatial::room(triangles.len() + spheres.len()) } else { 0 };
+    let (references, extent) = reference::make_references(triangles, padding, &spheres, room);
+    if options.builder == Builder::Spatial && !references.is_empty() {
+        return spatial::build(references, &extent, &policy, triangles, padding).join();
+    }
     build_tree(references, &extent, options, &policy)
 }
 
@@ -181,7 +193,7 @@ pub(crate) fn instance_tree(scene: &SceneGeometry, options: &BuildOptions, purpo
     }
     // There is nothing to clip.
     let builder = if options.builder == Builder::Spatial { Builder::Binned } else { options.builder };
-    let (references, extent) = reference::make_references(&[], 0.0, &bounds);
+    let (references, extent) = reference::make_references(&[], 0.0, &bounds, 0);
     build_tree(references, &extent, &BuildOptions { builder, ..*options }, &policy)
 }
 
@@ -197,7 +209,7 @@ fn build_tree(
     let piece = match options.builder {
         Builder::Morton => morton::build(&references, extent, policy),
         builder => {
-            let mut room = vec![Reference::NONE; references.len()];
+            let mut room = filled(Reference::NONE, references.len());
             top_down::TopDown { builder, policy }.build(&mut references, &mut room, extent, 0)
         }
     };

@@ -5,10 +5,16 @@ use super::lanes::{Box4, Lanes};
 use super::policy::{Fit, Policy};
 use super::reference::{CHUNK, Extent, Reference};
 use super::tree::{PIECE_ITEMS, Piece, Tree};
+use super::{AHEAD, filled, prefetch};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Bits of a code on each axis; three times this in all.
 const AXIS_BITS: u32 = 10;
+
+/// Sets of at most so many are split so that blocks of four are full: a sixth less memory and a tenth less time, for
+/// 4 % more cost.
+const FEW: usize = 16;
 
 /// Code and place of a reference: ordered by code, and then as they were.
 type Key = u64;
@@ -17,7 +23,7 @@ type Key = u64;
 pub(super) fn build(references: &[Reference], extent: &Extent, policy: &Policy) -> Piece {
     let mut keys = codes(references, &extent.centers2);
     sort(&mut keys);
-    Morton { references, policy }.build(&keys, 0).0
+    Morton { references, keys: &keys, policy }.build(0..keys.len(), 0).0
 }
 
 /// Spreads ten bits three places apart.
@@ -36,7 +42,7 @@ fn codes(references: &[Reference], centers2: &Box4) -> Vec<Key> {
     let (base, scale) =
         (centers2.low.xyz0(), Lanes::new(scale(size[0]), scale(size[1]), scale(size[2]), 0.0));
     let last = Lanes::splat(cells - 1.0);
-    let mut keys = vec![0; references.len()];
+    let mut keys = filled(0, references.len());
     keys.par_chunks_mut(CHUNK).zip(references.par_chunks(CHUNK)).enumerate().for_each(
         |(chunk, (keys, references))| {
             for ((key, r), at) in keys.iter_mut().zip(references).zip((chunk * CHUNK) as u64..) {
@@ -53,10 +59,10 @@ fn codes(references: &[Reference], centers2: &Box4) -> Vec<Key> {
 const DIGIT: u32 = 10;
 
 /// Radix sort: by the highest digit for all, then each of those groups by the two others, lowest first.
-fn sort(keys: &mut Vec<Key>) {
-    let mut other = vec![0; keys.len()];
+fn sort(keys: &mut [Key]) {
+    let mut other = filled(0, keys.len());
     let starts = scatter(keys, &mut other, 32 + 2 * DIGIT);
-    let (mut rest, mut room) = (&mut other[..], &mut keys[..]);
+    let (mut rest, mut room) = (&mut other[..], &mut *keys);
     let mut groups = Vec::new();
     for pair in starts.windows(2).filter(|p| p[1] > p[0]) {
         let (group, others) = rest.split_at_mut(pair[1] - pair[0]);
@@ -99,64 +105,91 @@ fn scatter(from: &[Key], to: &mut [Key], shift: u32) -> Vec<usize> {
 
 struct Morton<'a> {
     references: &'a [Reference],
+    keys: &'a [Key],
     policy: &'a Policy,
 }
 
 impl Morton<'_> {
-    fn build(&self, keys: &[Key], depth: usize) -> (Piece, Box4) {
-        if keys.len() <= PIECE_ITEMS {
-            let mut tree = Tree::with_root(keys.len());
-            let bounds = self.build_piece(keys, depth, &mut tree, 0);
+    fn build(&self, range: Range<usize>, depth: usize) -> (Piece, Box4) {
+        if range.len() <= PIECE_ITEMS {
+            let mut tree = Tree::with_root(range.len());
+            let bounds = self.build_piece(range, depth, &mut tree, 0);
             return (Piece::Whole(tree), bounds);
         }
-        let (left, right) = keys.split_at(split(keys));
-        let ((left, a), (right, b)) =
-            rayon::join(|| self.build(left, depth + 1), || self.build(right, depth + 1));
+        let middle = range.start + self.split(&self.keys[range.clone()]);
+        let ((left, a), (right, b)) = rayon::join(
+            || self.build(range.start..middle, depth + 1),
+            || self.build(middle..range.end, depth + 1),
+        );
         let bounds = a.union(b);
         (Piece::Split(bounds.bounds(0.0), Box::new([left, right])), bounds)
     }
 
     /// Codes end the recursion after 30 levels, halving of equal ones after at most 29 more.
-    fn build_piece(&self, keys: &[Key], depth: usize, tree: &mut Tree, at: usize) -> Box4 {
-        let count = keys.len();
+    fn build_piece(&self, range: Range<usize>, depth: usize, tree: &mut Tree, at: usize) -> Box4 {
         let most = self.policy.max_leaf[0].max(self.policy.max_leaf[1]) as usize;
-        let mut parted = None;
-        if count <= most || self.policy.must_stop(depth) {
-            let leaf: Vec<Reference>;
-            let mut few = [Reference::NONE; 4];
-            let references = if count <= 4 {
-                for (place, key) in few.iter_mut().zip(keys) {
-                    *place = self.at(*key);
-                }
-                &few[..count]
-            } else {
-                leaf = keys.iter().map(|k| self.at(*k)).collect();
-                &leaf[..]
-            };
-            match self.policy.fit(references, depth) {
-                Fit::Leaf { spheres } => {
-                    let bounds = references.iter().fold(Box4::empty(), |b, r| b.union(r.box4()));
-                    tree.set_leaf(at, bounds, references, spheres);
-                    return bounds;
-                }
-                Fit::Mixed => {
-                    let (triangles, spheres): (Vec<Key>, Vec<Key>) =
-                        keys.iter().partition(|k| self.at(**k).index() < self.policy.triangle_count);
-                    parted = Some((triangles, spheres));
-                }
-                Fit::TooMany => {}
-            }
+        if range.len() <= most || self.policy.must_stop(depth) {
+            return self.build_leaves(&self.keys[range.clone()], range.end, depth, tree, at);
         }
         let pair = tree.set_inner(at, Box4::empty());
-        let (left, right) = match &parted {
-            Some((triangles, spheres)) => (&triangles[..], &spheres[..]),
-            None => keys.split_at(split(keys)),
-        };
-        let a = self.build_piece(left, depth + 1, tree, pair);
-        let b = self.build_piece(right, depth + 1, tree, pair + 1);
+        let middle = range.start + self.split(&self.keys[range.clone()]);
+        let a = self.build_piece(range.start..middle, depth + 1, tree, pair);
+        let b = self.build_piece(middle..range.end, depth + 1, tree, pair + 1);
         let bounds = a.union(b);
         tree.set_bounds(at, bounds);
         bounds
+    }
+
+    /// A leaf of few references, or several where these are of both kinds, or kinds with smaller leaves. `end` is where
+    /// the next leaf begins.
+    #[inline(always)]
+    fn build_leaves(&self, keys: &[Key], end: usize, depth: usize, tree: &mut Tree, at: usize) -> Box4 {
+        for next in self.keys.iter().skip(end + AHEAD).take(keys.len()) {
+            prefetch(self.references, *next as u32 as usize);
+        }
+        if keys.len() <= 4 {
+            let mut few = [Reference::NONE; 4];
+            for (place, key) in few.iter_mut().zip(keys) {
+                *place = self.at(*key);
+            }
+            return self.build_few(&few[..keys.len()], depth, tree, at);
+        }
+        let many: Vec<Reference> = keys.iter().map(|k| self.at(*k)).collect();
+        self.build_few(&many, depth, tree, at)
+    }
+
+    fn build_few(&self, references: &[Reference], depth: usize, tree: &mut Tree, at: usize) -> Box4 {
+        let fit = self.policy.fit(references, depth);
+        if let Fit::Leaf { spheres } = fit {
+            let bounds = references.iter().fold(Box4::empty(), |b, r| b.union(r.box4()));
+            tree.set_leaf(at, bounds, references, spheres);
+            return bounds;
+        }
+        let (left, right): (Vec<Reference>, Vec<Reference>) = if fit == Fit::Mixed {
+            references.iter().partition(|r| r.index() < self.policy.triangle_count)
+        } else {
+            let (left, right) = references.split_at(references.len() / 2);
+            (left.to_vec(), right.to_vec())
+        };
+        let pair = tree.set_inner(at, Box4::empty());
+        let a = self.build_few(&left, depth + 1, tree, pair);
+        let b = self.build_few(&right, depth + 1, tree, pair + 1);
+        let bounds = a.union(b);
+        tree.set_bounds(at, bounds);
+        bounds
+    }
+
+    /// Where to split. Few references are split so that blocks are full, as near to where the code changes as that
+    /// allows.
+    #[inline(always)]
+    fn split(&self, keys: &[Key]) -> usize {
+        let place = split(keys);
+        if !self.policy.always_leaf || keys.len() > FEW {
+            return place;
+        }
+        let block = self.policy.max_leaf[0] as usize;
+        let whole = (place + block / 2) / block * block;
+        whole.clamp(block, (keys.len() - 1) / block * block)
     }
 
     #[inline(always)]
@@ -175,7 +208,8 @@ fn split(keys: &[Key]) -> usize {
     let bit = 31 - (first ^ last).leading_zeros();
     // All codes share the bits above: those with the bit set come last.
     let limit = u64::from(last >> bit << bit) << 32;
-    if keys.len() <= 16 {
+    if keys.len() <= FEW {
+        // Counting needs no branches.
         return keys.iter().map(|k| usize::from(*k < limit)).sum();
     }
     keys.partition_point(|k| *k < limit)

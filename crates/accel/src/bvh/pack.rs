@@ -26,6 +26,28 @@ pub(crate) unsafe fn fill_in_parallel<T: Send>(
     unsafe { items.set_len(items.len() + count) };
 }
 
+/// Asks for an item that will be read soon: primitives lie in another order in memory than in a tree, and half of the
+/// time of packing them would be waiting.
+#[inline(always)]
+pub(crate) fn prefetch<T>(items: &[T], at: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(item) = items.get(at) {
+        use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let first = std::ptr::from_ref(item).cast::<i8>();
+        // SAFETY: prefetching has no effect but on caches, and both addresses lie in the item.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(first);
+            // It may end in the next cache line.
+            _mm_prefetch::<_MM_HINT_T0>(first.add(size_of::<T>() - 1));
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (items, at);
+}
+
+/// How many primitives ahead they are asked for.
+pub(crate) const AHEAD: usize = 16;
+
 /// Appends triangles with these numbers, whose vertices are given for all numbers.
 pub(crate) fn pack(packed: &mut Vec<PackedTriangle>, vertices: &[[Vec3; 3]], order: &[u32]) {
     let level = SimdLevel::best();
@@ -52,7 +74,10 @@ fn fill_avx2(room: &mut [MaybeUninit<PackedTriangle>], vertices: &[[Vec3; 3]], o
 
 #[inline(always)]
 fn fill(room: &mut [MaybeUninit<PackedTriangle>], vertices: &[[Vec3; 3]], order: &[u32]) {
-    for (place, &primitive) in room.iter_mut().zip(order) {
+    for (k, (place, &primitive)) in room.iter_mut().zip(order).enumerate() {
+        if let Some(&next) = order.get(k + AHEAD) {
+            prefetch(vertices, next as usize);
+        }
         place.write(PackedTriangle::new(vertices[primitive as usize], primitive));
     }
 }

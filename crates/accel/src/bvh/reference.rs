@@ -1,6 +1,7 @@
 //! Primitives on their way into a tree.
 
 use super::lanes::{Box4, Lanes};
+use super::memory::room_for;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::math::Vec3;
@@ -89,29 +90,24 @@ impl Extent {
     pub(super) fn union(self, o: Extent) -> Extent {
         Extent { bounds: self.bounds.union(o.bounds), centers2: self.centers2.union(o.centers2) }
     }
-
-    pub(super) fn of(references: &[Reference]) -> Extent {
-        references.iter().fold(Extent::empty(), |mut e, r| {
-            e.add(r);
-            e
-        })
-    }
 }
 
 /// References are made, binned and moved in parallel in chunks of this many. Boxes and counts merge exactly and in
 /// order, so the result does not depend on threads.
 pub(super) const CHUNK: usize = 1 << 14;
 
-/// References to triangles and then to other primitives, which `others` gives the padded bounds of.
+/// References to triangles and then to other primitives, which `others` gives the padded bounds of, with `room` for so
+/// many in all.
 pub(super) fn make_references(
     triangles: &[[Vec3; 3]],
     padding: f32,
     others: &[Bounds],
+    room: usize,
 ) -> (Vec<Reference>, Extent) {
     let count = triangles.len() + others.len();
-    let mut references: Vec<Reference> = Vec::with_capacity(count);
-    let room = &mut references.spare_capacity_mut()[..count];
-    let (triangle_room, other_room) = room.split_at_mut(triangles.len());
+    let mut references: Vec<Reference> = room_for(room.max(count));
+    let spare = &mut references.spare_capacity_mut()[..count];
+    let (triangle_room, other_room) = spare.split_at_mut(triangles.len());
     let of_triangles = triangle_room
         .par_chunks_mut(CHUNK)
         .zip(triangles.par_chunks(CHUNK))

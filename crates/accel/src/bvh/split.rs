@@ -1,6 +1,7 @@
 //! Two children out of one set of references.
 
 use super::lanes::Box4;
+use super::policy::Policy;
 use super::reference::{CHUNK, Extent, Reference};
 use rayon::prelude::*;
 
@@ -31,29 +32,42 @@ pub(super) enum Rule {
 }
 
 impl Split {
+    /// A leaf holds primitives of one kind.
+    pub(super) fn by_kind(references: &[Reference], policy: &Policy) -> Split {
+        let count = policy.triangle_count;
+        let left_count = references.iter().filter(|r| r.index() < count).count();
+        Split { rule: Rule::Triangles { count }, left_count, cost: f32::INFINITY }
+    }
+
     /// Any halves.
     pub(super) fn halves(count: usize) -> Split {
         Split { rule: Rule::First, left_count: count / 2, cost: f32::INFINITY }
     }
 
-    /// Moves references from `from` to `to`, the left ones first, and otherwise in their order. Returns what is known
+    /// Moves references to the two sides, which have exactly the room for them, in their order. Returns what is known
     /// about the two sets.
     #[inline(always)]
-    pub(super) fn apply(&self, from: &[Reference], to: &mut [Reference]) -> [Extent; 2] {
+    pub(super) fn apply(
+        &self,
+        from: &[Reference],
+        left: &mut [Reference],
+        right: &mut [Reference],
+    ) -> [Extent; 2] {
         let left_count = self.left_count;
+        let to = (left, right);
         match self.rule {
             Rule::Below { axis, base, scale, limit } => {
-                distribute(from, to, left_count, |_, r| (r.center2_on(axis) - base) * scale < limit)
+                distribute(from, to, |_, r| (r.center2_on(axis) - base) * scale < limit)
             }
-            Rule::UpTo { axis, center2, index } => distribute(from, to, left_count, |_, r| {
+            Rule::UpTo { axis, center2, index } => distribute(from, to, |_, r| {
                 let c = r.center2_on(axis);
                 (c < center2) | ((c == center2) & (r.index() <= index))
             }),
             Rule::Ranks(ranks) => {
-                distribute(from, to, left_count, |k, _| usize::from(ranks[k % MOST_RANKED]) < left_count)
+                distribute(from, to, |k, _| usize::from(ranks[k % MOST_RANKED]) < left_count)
             }
-            Rule::First => distribute(from, to, left_count, |k, _| k < left_count),
-            Rule::Triangles { count } => distribute(from, to, left_count, |_, r| r.index() < count),
+            Rule::First => distribute(from, to, |k, _| k < left_count),
+            Rule::Triangles { count } => distribute(from, to, |_, r| r.index() < count),
         }
     }
 }
@@ -61,11 +75,9 @@ impl Split {
 #[inline(always)]
 fn distribute(
     from: &[Reference],
-    to: &mut [Reference],
-    left_count: usize,
+    (left, right): (&mut [Reference], &mut [Reference]),
     goes_left: impl Fn(usize, &Reference) -> bool + Sync,
 ) -> [Extent; 2] {
-    let (left, right) = to.split_at_mut(left_count);
     if from.len() <= 4 * CHUNK {
         return move_chunk(from, 0, left, right, goes_left);
     }

@@ -44,8 +44,8 @@ impl TopDown<'_> {
                 Piece::Whole(tree)
             }
             Choice::Inner(split) => {
-                let extents = split.apply(from, to);
                 let (left_from, right_from) = to.split_at_mut(split.left_count);
+                let extents = split.apply(from, left_from, right_from);
                 let (left_to, right_to) = from.split_at_mut(split.left_count);
                 let (left, right) = rayon::join(
                     || self.build(left_from, left_to, &extents[0], depth + 1),
@@ -70,9 +70,9 @@ impl TopDown<'_> {
         match self.choose(from, extent, depth, bins) {
             Choice::Leaf { spheres } => tree.set_leaf(at, extent.bounds, from, spheres),
             Choice::Inner(split) => {
-                let extents = split.apply(from, to);
                 let pair = tree.set_inner(at, extent.bounds);
                 let (left_from, right_from) = to.split_at_mut(split.left_count);
+                let extents = split.apply(from, left_from, right_from);
                 let (left_to, right_to) = from.split_at_mut(split.left_count);
                 self.build_piece(left_from, left_to, &extents[0], depth + 1, tree, pair, bins);
                 self.build_piece(right_from, right_to, &extents[1], depth + 1, tree, pair + 1, bins);
@@ -91,7 +91,7 @@ impl TopDown<'_> {
             return Choice::Leaf { spheres };
         }
         if fit == Fit::Mixed && policy.must_stop(depth) {
-            return Choice::Inner(by_kind(references, policy));
+            return Choice::Inner(Split::by_kind(references, policy));
         }
         let split =
             if policy.must_halve(count, depth) { None } else { self.best_split(references, extent, bins) };
@@ -101,7 +101,7 @@ impl TopDown<'_> {
             if split_cost >= area * policy.tests(count as u32) {
                 return match fit {
                     Fit::Leaf { spheres } => Choice::Leaf { spheres },
-                    _ => Choice::Inner(by_kind(references, policy)),
+                    _ => Choice::Inner(Split::by_kind(references, policy)),
                 };
             }
         }
@@ -119,13 +119,6 @@ impl TopDown<'_> {
             _ => binned::best_split(references, extent, self.policy, bins),
         }
     }
-}
-
-/// A leaf holds primitives of one kind.
-fn by_kind(references: &[Reference], policy: &Policy) -> Split {
-    let count = policy.triangle_count;
-    let left_count = references.iter().filter(|r| r.index() < count).count();
-    Split { rule: Rule::Triangles { count }, left_count, cost: f32::INFINITY }
 }
 
 /// At the middle of the longest side of the box around the centres; `None` where that is a point.

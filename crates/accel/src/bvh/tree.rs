@@ -1,6 +1,7 @@
 //! Trees while they are built: in pieces, so that threads do not have to agree on anything.
 
 use super::lanes::Box4;
+use super::memory::filled;
 use super::reference::Reference;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::BvhNode;
@@ -62,13 +63,6 @@ impl Tree {
 }
 
 impl Piece {
-    pub(super) fn bounds(&self) -> Bounds {
-        match self {
-            Piece::Whole(tree) => tree.nodes[0].bounds(),
-            Piece::Split(bounds, _) => *bounds,
-        }
-    }
-
     /// Joins the pieces: a depth-first walk over them, each piece's nodes together.
     pub(super) fn join(self) -> Tree {
         let piece = match self {
@@ -77,7 +71,7 @@ impl Piece {
         };
         let mut plan = Plan { top: vec![(0, BvhNode::EMPTY)], parts: Vec::new(), nodes: 1, order: 0 };
         plan.add(piece, 0);
-        let mut tree = Tree { nodes: vec![BvhNode::EMPTY; plan.nodes], order: vec![0; plan.order] };
+        let mut tree = Tree { nodes: filled(BvhNode::EMPTY, plan.nodes), order: filled(0, plan.order) };
         for (at, node) in &plan.top {
             tree.nodes[*at] = *node;
         }

@@ -3,7 +3,7 @@
 //! 3.1; here leaves are left as they are).
 
 use super::{Child, EMPTY, LEAF};
-use crate::bvh::Tree;
+use crate::bvh::{Tree, filled};
 use eosphor_core::hierarchy::BvhNode;
 
 /// Children of a wide node.
@@ -37,8 +37,8 @@ impl Cut {
     fn by(tree: Tree, costs: &[Costs]) -> Cut {
         let nodes = &tree.nodes;
         // How many places a node has, less one.
-        let mut places = vec![0u8; nodes.len()];
-        let mut children = vec![INSIDE; nodes.len()];
+        let mut places = filled(0u8, nodes.len());
+        let mut children = filled(INSIDE, nodes.len());
         let (mut wide, mut leaves) = (Vec::new(), Vec::new());
         for (at, node) in nodes.iter().enumerate() {
             if !node.is_inner() {
@@ -94,7 +94,7 @@ impl Cut {
 
 /// From the leaves up: children stand behind their parents.
 fn costs(nodes: &[BvhNode]) -> Vec<Costs> {
-    let mut costs = vec![[0.0; WIDTH]; nodes.len()];
+    let mut costs = filled([0.0; WIDTH], nodes.len());
     for at in (0..nodes.len()).rev() {
         let node = &nodes[at];
         // Not a number where boxes are infinite: any cut will do there.
@@ -103,12 +103,24 @@ fn costs(nodes: &[BvhNode]) -> Vec<Costs> {
             costs[at] = [area; WIDTH];
             continue;
         }
-        let (left, right) = (costs[node.first as usize], costs[node.first as usize + 1]);
+        let pair = node.first as usize;
+        let (left, right) = (costs[pair], costs[pair + 1]);
         let mut own = [f32::INFINITY; WIDTH];
-        for k in 1..WIDTH {
-            for j in 0..k {
-                let cost = left[j] + right[k - 1 - j];
-                own[k] = if cost < own[k] { cost } else { own[k] };
+        // What a leaf costs does not fall with its places, so it gets one.
+        if !nodes[pair].is_inner() {
+            for k in 1..WIDTH {
+                own[k] = left[0] + right[k - 1];
+            }
+        } else if !nodes[pair + 1].is_inner() {
+            for k in 1..WIDTH {
+                own[k] = left[k - 1] + right[0];
+            }
+        } else {
+            for k in 1..WIDTH {
+                for j in 0..k {
+                    let cost = left[j] + right[k - 1 - j];
+                    own[k] = if cost < own[k] { cost } else { own[k] };
+                }
             }
         }
         own[0] = area + own[WIDTH - 1];

@@ -2,7 +2,7 @@
 
 use super::collapse::Cut;
 use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
-use crate::bvh::fill_in_parallel;
+use crate::bvh::{AHEAD, fill_in_parallel, prefetch};
 use crate::{SceneGeometry, SimdLevel};
 use eosphor_core::geometry::Geometry;
 use eosphor_core::hierarchy::BvhNode;
@@ -37,12 +37,14 @@ impl Cut {
         if let Contents::Primitives(geometry) = contents {
             self.emit_blocks(&scene.triangles[geometry.first_triangle as usize..], &mut out.blocks);
         }
-        // SAFETY: `fill` goes through all places.
+        let level = SimdLevel::best();
+        // SAFETY: `fill_nodes` goes through all places.
         unsafe {
-            fill_in_parallel(&mut out.nodes, self.wide.len(), |first, room| {
-                for (place, &wide) in room.iter_mut().zip(&self.wide[first..]) {
-                    place.write(self.node(wide, base));
-                }
+            fill_in_parallel(&mut out.nodes, self.wide.len(), |first, room| match level {
+                // SAFETY: the CPU has these features.
+                #[cfg(target_arch = "x86_64")]
+                SimdLevel::Avx2 | SimdLevel::Avx512 => self.fill_nodes_avx2(first, room, base),
+                _ => self.fill_nodes(first, room, base),
             });
         }
         let root = self.children[0];
@@ -102,12 +104,30 @@ impl Cut {
             let node = &self.tree.nodes[at as usize];
             let block = place.write(TriangleBlock::EMPTY);
             let order = &self.tree.order[node.first as usize..][..node.count as usize];
+            for &next in self.tree.order.iter().skip(node.first as usize + AHEAD).take(order.len()) {
+                prefetch(vertices, next as usize);
+            }
             for (lane, &primitive) in order.iter().enumerate() {
                 block.set(lane % 4, &PackedTriangle::new(vertices[primitive as usize], primitive));
             }
         }
     }
 
+    /// [`Cut::fill_nodes`], eight children at a time.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn fill_nodes_avx2(&self, first: usize, room: &mut [MaybeUninit<Node8>], base: Child) {
+        self.fill_nodes(first, room, base);
+    }
+
+    #[inline(always)]
+    fn fill_nodes(&self, first: usize, room: &mut [MaybeUninit<Node8>], base: Child) {
+        for (place, &wide) in room.iter_mut().zip(&self.wide[first..]) {
+            place.write(self.node(wide, base));
+        }
+    }
+
+    #[inline(always)]
     fn node(&self, wide: u32, base: Child) -> Node8 {
         let (children, count) = self.children_of(wide);
         let mut node = Node8::EMPTY;
@@ -130,34 +150,49 @@ const FAR: f32 = 1e37;
 
 /// The orders in which rays of each octant should meet the children, by the middles of their boxes along the diagonal
 /// of the octant.
+#[inline(always)]
 pub(super) fn orders(node: &Node8) -> [u32; 8] {
-    let middles: [[f32; 8]; 3] = std::array::from_fn(|axis| {
-        // Limited, so that no sum of three is infinite or NaN, whatever the boxes.
-        std::array::from_fn(|k| clamp(node.planes[2 * axis][k] + node.planes[2 * axis + 1][k], -FAR, FAR))
-    });
-    let empty = node.children.iter().filter(|&&c| c == EMPTY).count() as u32;
+    let mut middles = [[0.0f32; 8]; 3];
+    for axis in 0..3 {
+        for k in 0..8 {
+            // Limited, so that no sum of three is infinite or NaN, whatever the boxes.
+            let middle = node.planes[2 * axis][k] + node.planes[2 * axis + 1][k];
+            middles[axis][k] = clamp(middle, -FAR, FAR);
+        }
+    }
+    let mut empty = 0;
+    for k in 0..8 {
+        empty += u32::from(node.children[k] == EMPTY);
+    }
     let mut orders = [0; 8];
     // An octant and the opposite one have opposite orders.
-    for octant in 0..4 {
-        let signed = |x: f32, bit: u32| if octant >> bit & 1 == 1 { -x } else { x };
-        let keys: [f32; 8] = std::array::from_fn(|k| {
-            let key = signed(middles[0][k], 0) + signed(middles[1][k], 1) + middles[2][k];
-            if node.children[k] == EMPTY { f32::INFINITY } else { key }
-        });
-        // How many are farther: comparing all pairs needs no branches. Equal ones keep their order.
+    for octant in 0..4usize {
+        let sign = |bit: usize| if octant >> bit & 1 == 1 { -1.0f32 } else { 1.0 };
+        let (x, y) = (sign(0), sign(1));
+        // As whole numbers in the order of the floats, all different: the last three bits are the place.
+        let mut keys = [0i32; 8];
+        for k in 0..8 {
+            let bits = (middles[0][k] * x + middles[1][k] * y + middles[2][k]).to_bits() as i32;
+            let ordered = bits ^ (((bits >> 31) as u32) >> 1) as i32;
+            let ordered = if node.children[k] == EMPTY { i32::MAX } else { ordered };
+            keys[k] = (ordered & !7) | (7 - k as i32);
+        }
+        // How many are farther: comparing all pairs needs no branches.
         let mut farther = [0u32; 8];
         for j in 0..8 {
             for k in 0..8 {
-                let before = if j < k { keys[j] >= keys[k] } else { keys[j] > keys[k] };
-                farther[k] += u32::from(before);
+                farther[k] += u32::from(keys[j] > keys[k]);
             }
         }
+        let (mut order, mut opposite) = (0, 0);
         for k in 0..8 {
             let place = farther[k];
-            let opposite = if place < empty { place } else { empty + 7 - place };
-            orders[octant as usize] |= (k as u32) << (3 * place);
-            orders[7 - octant as usize] |= (k as u32) << (3 * opposite);
+            let reverse = if place < empty { place } else { empty + 7 - place };
+            order |= (k as u32) << (3 * place);
+            opposite |= (k as u32) << (3 * reverse);
         }
+        orders[octant] = order;
+        orders[7 - octant] = opposite;
     }
     orders
 }

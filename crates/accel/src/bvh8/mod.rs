@@ -3,12 +3,13 @@
 mod collapse;
 mod emit;
 mod node;
+mod refit;
 mod trace;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 pub use trace::Bvh8Tracer;
 
-use crate::bvh::{Purpose, geometry_tree, instance_tree};
+use crate::bvh::{Purpose, geometry_tree, instance_tree, room_for};
 use crate::{BuildOptions, SceneGeometry};
 use collapse::Cut;
 use emit::Contents;
@@ -50,8 +51,8 @@ impl Bvh8 {
         let nodes = cuts.iter().map(|c| c.wide.len()).sum::<usize>() + instances.wide.len();
         assert!(nodes < LEAF as usize, "more nodes than can be numbered");
         let mut bvh8 = Bvh8 {
-            nodes: Vec::with_capacity(nodes),
-            blocks: Vec::with_capacity(cuts.iter().map(Cut::block_count).sum()),
+            nodes: room_for(nodes),
+            blocks: room_for(cuts.iter().map(Cut::block_count).sum()),
             spheres: Vec::with_capacity(scene.spheres.len()),
             sphere_primitives: Vec::with_capacity(scene.spheres.len()),
             roots: Vec::with_capacity(cuts.len()),

@@ -1,0 +1,99 @@
+//! New shapes for the same primitives.
+
+use super::emit::orders;
+use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE, TriangleBlock};
+use crate::SceneGeometry;
+use crate::bvh::{RefitError, check, union};
+use eosphor_core::geometry::{Bounds, Geometry};
+use eosphor_core::intersect::{PADDING, PackedTriangle, sphere_bounds};
+use eosphor_core::math::vec3;
+
+impl Bvh8 {
+    /// As [`crate::Bvh::refit`].
+    ///
+    /// # Errors
+    /// Where the scene has other numbers of primitives or instances than the one that was built over; nothing is
+    /// changed then.
+    pub fn refit(&mut self, scene: &SceneGeometry) -> Result<(), RefitError> {
+        check(&self.geometries, &self.instances, scene)?;
+        self.geometries.copy_from_slice(scene.geometries);
+        self.instances.copy_from_slice(scene.instances);
+        for (number, geometry) in scene.geometries.iter().enumerate() {
+            self.refit_tree(self.roots[number], Some(geometry), scene);
+        }
+        self.refit_tree(self.instance_root, None, scene);
+        Ok(())
+    }
+
+    /// Parents are numbered before their children, so nodes are done in the opposite order.
+    fn refit_tree(&mut self, root: Child, geometry: Option<&Geometry>, scene: &SceneGeometry) {
+        if root == EMPTY {
+            return;
+        }
+        if root & LEAF != 0 {
+            self.refit_leaf(root, geometry, scene);
+            return;
+        }
+        let (mut nodes, mut next) = (vec![root], 0);
+        while next < nodes.len() {
+            let children = self.nodes[nodes[next] as usize].children;
+            nodes.extend(children.into_iter().filter(|c| c & LEAF == 0));
+            next += 1;
+        }
+        for at in nodes.into_iter().rev() {
+            for k in 0..8 {
+                let child = self.nodes[at as usize].children[k];
+                if child == EMPTY {
+                    continue;
+                }
+                let b = if child & LEAF == 0 {
+                    self.node_bounds(child)
+                } else {
+                    self.refit_leaf(child, geometry, scene)
+                };
+                let planes = &mut self.nodes[at as usize].planes;
+                for axis in 0..3 {
+                    planes[2 * axis][k] = b.min[axis];
+                    planes[2 * axis + 1][k] = b.max[axis];
+                }
+            }
+            let node = &mut self.nodes[at as usize];
+            node.orders = orders(node);
+        }
+    }
+
+    fn node_bounds(&self, at: Child) -> Bounds {
+        let node = &self.nodes[at as usize];
+        let p = &node.planes;
+        // Boxes of empty children are inside out and add nothing.
+        union(
+            (0..8).map(|k| Bounds {
+                min: vec3(p[0][k], p[2][k], p[4][k]),
+                max: vec3(p[1][k], p[3][k], p[5][k]),
+            }),
+        )
+    }
+
+    fn refit_leaf(&mut self, leaf: Child, geometry: Option<&Geometry>, scene: &SceneGeometry) -> Bounds {
+        let place = (leaf & PLACE) as usize;
+        if leaf & INSTANCE != 0 {
+            return scene.instances[place].world_bounds;
+        }
+        let geometry = geometry.expect("instances have no primitives beside them");
+        let padding = PADDING * geometry.extent;
+        if leaf & SPHERE != 0 {
+            let number = geometry.first_sphere + self.sphere_primitives[place] - geometry.triangle_count;
+            self.spheres[place] = scene.spheres[number as usize];
+            return sphere_bounds(&self.spheres[place], padding);
+        }
+        let vertices = &scene.triangles[geometry.first_triangle as usize..];
+        let numbers = self.blocks[place].primitive;
+        let block = &mut self.blocks[place];
+        *block = TriangleBlock::EMPTY;
+        union(numbers.into_iter().enumerate().filter(|(_, n)| *n != u32::MAX).map(|(lane, number)| {
+            let triangle = PackedTriangle::new(vertices[number as usize], number);
+            block.set(lane, &triangle);
+            triangle.bounds(padding)
+        }))
+    }
+}
