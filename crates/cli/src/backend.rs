@@ -32,6 +32,7 @@ fn cpu_options(flags: &DeviceFlags) -> CpuOptions {
         tile: flags.tile.unwrap_or(CpuOptions::default().tile),
         accel: flags.accel,
         simd: flags.simd.0,
+        scheduler: flags.scheduler,
     }
 }
 

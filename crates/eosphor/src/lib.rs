@@ -65,7 +65,7 @@ pub use eosphor_render::output::{
 pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, CameraWork, CpuBackend, CpuOptions, FeaturePass, FeatureRows, Film,
     Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene, Progress, RayStatistics, RenderControl,
-    Rendered, SimdLevel, scene_hash,
+    Rendered, Scheduler, SimdLevel, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

@@ -80,3 +80,21 @@ impl Hierarchy {
         }
     }
 }
+
+/// Runs code with the scalar tracer of whatever structure a hierarchy is; the tracer has the `work` as its public field.
+/// This is a macro, since the tracers are types of their own and the code is compiled for each.
+macro_rules! with_tracer {
+    ($hierarchy:expr, $work:expr, |$tracer:ident| $body:expr) => {
+        match $hierarchy {
+            $crate::Hierarchy::Exhaustive(structure) => {
+                let $tracer = structure.tracer($work);
+                $body
+            }
+            $crate::Hierarchy::Bvh(structure) => {
+                let $tracer = structure.tracer($work);
+                $body
+            }
+        }
+    };
+}
+pub(crate) use with_tracer;

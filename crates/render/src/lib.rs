@@ -13,7 +13,7 @@ pub mod output;
 mod scene_hash;
 mod statistics;
 
-pub use backend::cpu::{CpuBackend, CpuOptions, FeaturePass, SimdLevel};
+pub use backend::cpu::{CpuBackend, CpuOptions, FeaturePass, Scheduler, SimdLevel};
 pub use backend::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,
 };

@@ -2,7 +2,7 @@
 
 use super::values::named;
 use clap::{Args, value_parser};
-use eosphor::{Accel, SimdLevel};
+use eosphor::{Accel, Scheduler, SimdLevel};
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
@@ -22,6 +22,9 @@ pub(crate) struct DeviceFlags {
     /// Instructions of the CPU; auto takes the widest there are
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
+    /// The order in which the CPU traces rays: batched, or scalar, the reference
+    #[arg(long, value_name = "NAME", default_value = "batched", value_parser = schedulers(), hide = true)]
+    pub(crate) scheduler: Scheduler,
 }
 
 /// Where to render.
@@ -60,6 +63,10 @@ fn backend(text: &str) -> Result<BackendChoice, String> {
 
 fn accels() -> impl clap::builder::TypedValueParser<Value = Accel> {
     named([("bvh", Accel::Bvh), ("none", Accel::None)])
+}
+
+fn schedulers() -> impl clap::builder::TypedValueParser<Value = Scheduler> {
+    named([("batched", Scheduler::Batched), ("scalar", Scheduler::Scalar)])
 }
 
 fn simd_levels() -> impl clap::builder::TypedValueParser<Value = SimdFlag> {

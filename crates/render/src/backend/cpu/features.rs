@@ -5,6 +5,7 @@
 use super::super::{BackendError, check_rows};
 use super::SimdLevel;
 use super::tile::{Tile, Tiling};
+use crate::hierarchy::with_tracer;
 use crate::{CameraWork, FeatureRows, Hierarchy};
 use eosphor_core::hierarchy::{CountWork, Tracer};
 use eosphor_core::view::SceneView;
@@ -100,16 +101,9 @@ unsafe fn render_tile_avx2_features(
 #[inline(always)]
 fn trace_with(view: &SceneView, hierarchy: &Hierarchy, tile: Tile, cancel: &AtomicBool) -> Traced {
     // The scalar tracers: packets share nodes, so their work is no pixel's own.
-    match hierarchy {
-        Hierarchy::Bvh(bvh) => {
-            let tracer = bvh.tracer(CountWork::default());
-            trace_tile(view, &tracer, &tracer.work, tile, cancel)
-        }
-        Hierarchy::Exhaustive(exhaustive) => {
-            let tracer = exhaustive.tracer(CountWork::default());
-            trace_tile(view, &tracer, &tracer.work, tile, cancel)
-        }
-    }
+    with_tracer!(hierarchy, CountWork::default(), |tracer| {
+        trace_tile(view, &tracer, &tracer.work, tile, cancel)
+    })
 }
 
 #[inline(always)]

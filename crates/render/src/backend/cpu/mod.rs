@@ -1,5 +1,6 @@
 //! The CPU backend: tiles over all cores, with one SIMD dispatch a tile.
 
+mod batched;
 mod dispatch;
 mod features;
 mod options;
@@ -7,12 +8,13 @@ mod tile;
 
 pub use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
-pub use options::CpuOptions;
+pub use options::{CpuOptions, Scheduler};
 
 use super::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,
 };
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
+use batched::Workspace;
 use dispatch::TileJob;
 use eosphor_scene::SceneData;
 use rayon::prelude::*;
@@ -93,6 +95,7 @@ impl Backend for CpuBackend {
             hierarchy: Arc::new(hierarchy),
             simd: self.simd,
             tile: self.options.tile,
+            scheduler: self.options.scheduler,
             pool: Arc::clone(&self.pool),
         };
         Ok(Box::new(prepared))
@@ -104,6 +107,7 @@ struct PreparedCpu {
     hierarchy: Arc<Hierarchy>,
     simd: SimdLevel,
     tile: u32,
+    scheduler: Scheduler,
     pool: Arc<rayon::ThreadPool>,
 }
 
@@ -129,13 +133,18 @@ impl PreparedScene for PreparedCpu {
         let pixels_total = film.pixels.len() as u64;
         let film = Mutex::new((film, RayStatistics::default()));
         let (pixels_done, rays) = (AtomicU64::new(0), AtomicU64::new(0));
+        // A tile takes one and gives it back: there are as many as tiles in work at one time.
+        let workspaces = Mutex::new(Vec::<Workspace>::new());
+        let lock_workspaces = || workspaces.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
                 let tile = tiling.tile(number);
-                let job = TileJob { tile, cancel: control.cancel, count_work: control.count_work };
-                let Some((colors, statistics)) =
-                    dispatch::render_tile(&view, &self.hierarchy, &job, self.simd)
-                else {
+                let (cancel, count_work) = (control.cancel, control.count_work);
+                let job = TileJob { tile, cancel, count_work, scheduler: self.scheduler };
+                let mut workspace = lock_workspaces().pop().unwrap_or_default();
+                let rendered = dispatch::render_tile(&view, &self.hierarchy, &job, &mut workspace, self.simd);
+                lock_workspaces().push(workspace);
+                let Some((colors, statistics)) = rendered else {
                     return;
                 };
                 {

@@ -14,10 +14,23 @@ pub struct CpuOptions {
     pub accel: Accel,
     /// SIMD level; `None`: the best that the CPU has.
     pub simd: Option<SimdLevel>,
+    /// The order in which rays are traced.
+    pub scheduler: Scheduler,
+}
+
+/// In which order the rays of a tile are traced. All give the same bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheduler {
+    /// Many at a time: those of neighbouring pixels, those towards one light, those that go on. Without a hierarchy, and
+    /// where work is counted, rays are traced as by [`Scheduler::Scalar`].
+    #[default]
+    Batched,
+    /// Pixel after pixel, each path to its end: the reference, `eosphor_core::whitted::radiance`.
+    Scalar,
 }
 
 impl Default for CpuOptions {
     fn default() -> CpuOptions {
-        CpuOptions { threads: None, tile: 16, accel: Accel::Bvh, simd: None }
+        CpuOptions { threads: None, tile: 32, accel: Accel::Bvh, simd: None, scheduler: Scheduler::Batched }
     }
 }

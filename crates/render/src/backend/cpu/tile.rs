@@ -49,6 +49,12 @@ impl Tile {
         self.width as u64 * self.height as u64
     }
 
+    /// The number of one of its pixels, row after row.
+    #[inline(always)]
+    pub(super) fn index_of(&self, x: u32, y: u32) -> usize {
+        ((y - self.y) * self.width + (x - self.x)) as usize
+    }
+
     /// Its pixels' places, row after row.
     pub(super) fn places(self) -> impl Iterator<Item = (u32, u32)> {
         let tile = self;
