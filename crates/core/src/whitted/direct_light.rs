@@ -107,7 +107,7 @@ pub fn shadow_filter(light: &Light, from: PrimitiveId) -> RayFilter {
 }
 
 /// Sums over the samples of a light, each weighted by what gets through: `N.L` and the highlight's lobe.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Gathered {
     /// `N.L`.
     pub diffuse: Vec3,
@@ -116,8 +116,12 @@ pub struct Gathered {
 }
 
 impl Gathered {
-    /// No light.
-    pub const NOTHING: Gathered = Gathered { diffuse: Vec3::ZERO, specular: Vec3::ZERO };
+    /// Adds a sample's weights, times what gets through.
+    #[inline(always)]
+    pub fn add(&mut self, through: Vec3, diffuse: f32, specular: f32) {
+        self.diffuse += through * diffuse;
+        self.specular += through * specular;
+    }
 }
 
 /// What a surface of these colours makes of light of this colour on a side.
@@ -147,43 +151,94 @@ pub fn gather<T: Tracer, const W: usize>(
     filter: &RayFilter,
     shadow_rays: &mut u64,
 ) -> Gathered {
-    let mode = view.settings.shadow_mode;
+    let mut gatherer = Gatherer { view, tracer, light, receiver, filter, sum: Sum::default() };
     let count = light.samples();
-    let mut sum = Gathered::NOTHING;
     let mut start = 0;
     while start < count {
-        let from = Receiver { first: receiver.first.wrapping_add(start), ..*receiver };
-        let lanes = LightLanes::<W>::new(view.settings, light, &from);
+        let left = count - start;
+        if W > FEW && left <= FEW as u32 {
+            *shadow_rays += gatherer.add::<FEW>(start, left);
+            break;
+        }
+        *shadow_rays += gatherer.add::<W>(start, left);
+        start += W as u32;
+    }
+    gatherer.sum.gathered(view.settings.shadow_mode)
+}
+
+/// The last samples are traced by so many lanes where they fit: most of the others would be idle.
+const FEW: usize = 4;
+
+struct Gatherer<'a, T> {
+    view: &'a SceneView<'a>,
+    tracer: &'a T,
+    light: &'a Light,
+    receiver: &'a Receiver,
+    filter: &'a RayFilter,
+    sum: Sum,
+}
+
+/// Where shadows have no colour, all channels are the same number: one is added up.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    diffuse: f32,
+    specular: f32,
+    coloured: Gathered,
+}
+
+impl Sum {
+    #[inline(always)]
+    fn gathered(&self, mode: ShadowMode) -> Gathered {
+        if mode == ShadowMode::Coloured {
+            self.coloured
+        } else {
+            Gathered { diffuse: Vec3::splat(self.diffuse), specular: Vec3::splat(self.specular) }
+        }
+    }
+}
+
+impl<T: Tracer> Gatherer<'_, T> {
+    /// Adds the samples that follow the first `start`, as many as there are lanes, at most `left`; returns the number
+    /// of shadow rays.
+    #[inline(always)]
+    fn add<const W: usize>(&mut self, start: u32, left: u32) -> u64 {
+        let first = self.receiver.first.wrapping_add(start);
+        let lanes =
+            LightLanes::<W>::new(self.view.settings, self.light, &Receiver { first, ..*self.receiver });
         let mut active = [false; W];
         let mut any = 0;
         for lane in 0..W {
-            active[lane] = (start + (lane as u32) < count) & (lanes.diffuse[lane] > 0.0);
+            active[lane] = ((lane as u32) < left) & (lanes.diffuse[lane] > 0.0);
             any += active[lane] as u32;
         }
-        start += W as u32;
         if any == 0 {
-            continue;
+            return 0;
         }
-        let rays = lanes.from_one_point(receiver.origin);
+        let mode = self.view.settings.shadow_mode;
+        let rays = lanes.from_one_point(self.receiver.origin);
         let mut hidden = [false; W];
         if mode != ShadowMode::None {
-            *shadow_rays += any as u64;
-            hidden = tracer.occluded_batch(&rays, filter, &active);
+            hidden = self.tracer.occluded_batch(&rays, self.filter, &active);
         }
-        for lane in 0..W {
-            if !active[lane] {
-                continue;
+        if mode == ShadowMode::Coloured {
+            for lane in 0..W {
+                if active[lane] {
+                    let through = if hidden[lane] {
+                        transmittance(self.view, self.tracer, &rays.ray(lane), self.filter)
+                    } else {
+                        Vec3::ONE
+                    };
+                    self.sum.coloured.add(through, lanes.diffuse[lane], lanes.specular[lane]);
+                }
             }
-            let through = if !hidden[lane] {
-                Vec3::ONE
-            } else if mode == ShadowMode::Coloured {
-                transmittance(view, tracer, &rays.ray(lane), filter)
-            } else {
-                continue;
-            };
-            sum.diffuse += through * lanes.diffuse[lane];
-            sum.specular += through * lanes.specular[lane];
+        } else {
+            // No branch: adding 0 changes nothing.
+            for lane in 0..W {
+                let lit = active[lane] & !hidden[lane];
+                self.sum.diffuse += if lit { lanes.diffuse[lane] } else { 0.0 };
+                self.sum.specular += if lit { lanes.specular[lane] } else { 0.0 };
+            }
         }
+        if mode == ShadowMode::None { 0 } else { any as u64 }
     }
-    sum
 }

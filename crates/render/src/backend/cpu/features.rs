@@ -4,10 +4,10 @@
 
 use super::super::{BackendError, check_rows};
 use super::SimdLevel;
+use super::queries::{AnyTracer, Queries};
 use super::tile::{Tile, Tiling};
-use crate::hierarchy::with_tracer;
 use crate::{CameraWork, FeatureRows, Hierarchy};
-use eosphor_core::hierarchy::{CountWork, Tracer};
+use eosphor_core::hierarchy::CountWork;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{PixelFeatures, pixel_features};
 use eosphor_scene::SceneData;
@@ -56,8 +56,8 @@ impl FeaturePass {
 /// Of a tile, row after row; `None` where it was given up.
 type Traced = Option<(Vec<PixelFeatures>, Vec<CameraWork>)>;
 
-/// Traces a tile at a SIMD level that the CPU has. As in `dispatch.rs`, the functions' names are what `cargo xtask fma`
-/// looks for.
+/// Traces a tile at a SIMD level that the CPU has, by the scalar tracers: packets share nodes, so their work is no pixel's
+/// own. As in `dispatch.rs`, the functions' names are what `cargo xtask fma` looks for.
 fn trace(
     view: &SceneView,
     hierarchy: &Hierarchy,
@@ -65,55 +65,51 @@ fn trace(
     cancel: &AtomicBool,
     simd: SimdLevel,
 ) -> Traced {
-    match simd {
+    let work = CountWork::default();
+    hierarchy.with_counting(&work, simd, |queries| match simd {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: CpuBackend::new has made sure that the CPU has the level.
-        SimdLevel::Avx512 => unsafe { render_tile_avx512_features(view, hierarchy, tile, cancel) },
+        SimdLevel::Avx512 => unsafe { render_tile_avx512_features(view, queries, &work, tile, cancel) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as above.
-        SimdLevel::Avx2 => unsafe { render_tile_avx2_features(view, hierarchy, tile, cancel) },
-        _ => trace_with(view, hierarchy, tile, cancel),
-    }
+        SimdLevel::Avx2 => unsafe { render_tile_avx2_features(view, queries, &work, tile, cancel) },
+        _ => trace_tile(view, queries, &work, tile, cancel),
+    })
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt")]
 unsafe fn render_tile_avx512_features(
     view: &SceneView,
-    hierarchy: &Hierarchy,
+    queries: &dyn Queries,
+    work: &CountWork,
     tile: Tile,
     cancel: &AtomicBool,
 ) -> Traced {
-    trace_with(view, hierarchy, tile, cancel)
+    trace_tile(view, queries, work, tile, cancel)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt")]
 unsafe fn render_tile_avx2_features(
     view: &SceneView,
-    hierarchy: &Hierarchy,
-    tile: Tile,
-    cancel: &AtomicBool,
-) -> Traced {
-    trace_with(view, hierarchy, tile, cancel)
-}
-
-#[inline(always)]
-fn trace_with(view: &SceneView, hierarchy: &Hierarchy, tile: Tile, cancel: &AtomicBool) -> Traced {
-    // The scalar tracers: packets share nodes, so their work is no pixel's own.
-    with_tracer!(hierarchy, CountWork::default(), |tracer| {
-        trace_tile(view, &tracer, &tracer.work, tile, cancel)
-    })
-}
-
-#[inline(always)]
-fn trace_tile<T: Tracer>(
-    view: &SceneView,
-    tracer: &T,
+    queries: &dyn Queries,
     work: &CountWork,
     tile: Tile,
     cancel: &AtomicBool,
 ) -> Traced {
+    trace_tile(view, queries, work, tile, cancel)
+}
+
+#[inline(always)]
+fn trace_tile(
+    view: &SceneView,
+    queries: &dyn Queries,
+    work: &CountWork,
+    tile: Tile,
+    cancel: &AtomicBool,
+) -> Traced {
+    let tracer = AnyTracer(queries);
     let count = tile.pixels() as usize;
     let (mut pixels, mut works) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for (x, y) in tile.places() {
@@ -122,7 +118,7 @@ fn trace_tile<T: Tracer>(
         }
         work.nodes.set(0);
         work.primitives.set(0);
-        pixels.push(pixel_features(view, tracer, x, y));
+        pixels.push(pixel_features(view, &tracer, x, y));
         // 65,536 samples can in theory exceed 32 bits.
         let cut = |number: u64| number.min(u32::MAX as u64) as u32;
         works.push(CameraWork { nodes: cut(work.nodes.get()), tests: cut(work.primitives.get()) });

@@ -4,11 +4,13 @@ mod batched;
 mod dispatch;
 mod features;
 mod options;
+mod queries;
 mod tile;
 
 pub use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
 pub use options::{CpuOptions, Scheduler};
+pub(crate) use queries::{Queries, with_level};
 
 use super::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,

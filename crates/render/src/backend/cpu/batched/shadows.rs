@@ -146,7 +146,11 @@ impl Shadows {
             let side = lamp.receivers(block, sample);
             let lanes = LightLanes::<LANES>::new(view.settings, lamp.light, &side);
             if sample == 0 {
-                self.offered.push(Offered { lanes, got: [Gathered::NOTHING; LANES], active: [false; LANES] });
+                self.offered.push(Offered {
+                    lanes,
+                    got: [Gathered::default(); LANES],
+                    active: [false; LANES],
+                });
             }
             let offered = &mut self.offered[number];
             offered.lanes = lanes;
@@ -180,8 +184,7 @@ impl Shadows {
                 } else {
                     continue;
                 };
-                offered.got[lane].diffuse += through * offered.lanes.diffuse[lane];
-                offered.got[lane].specular += through * offered.lanes.specular[lane];
+                offered.got[lane].add(through, offered.lanes.diffuse[lane], offered.lanes.specular[lane]);
             }
         }
     }
@@ -203,7 +206,7 @@ fn point_by_point<T: BatchTracer>(
         }
         let count = points.points_in(number);
         let block = &mut points.blocks[number];
-        let mut got = [Gathered::NOTHING; LANES];
+        let mut got = [Gathered::default(); LANES];
         let side = lamp.receivers(block, 0);
         for lane in 0..count {
             if lamp.shines_on(view, block, lane) {
