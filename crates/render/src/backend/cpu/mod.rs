@@ -3,12 +3,14 @@
 mod batched;
 mod dispatch;
 mod features;
+mod measure;
 mod options;
 mod queries;
 mod tile;
 
 pub use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
+pub use measure::CameraSpeed;
 pub use options::{CpuOptions, Scheduler};
 pub(crate) use queries::{Queries, with_level};
 

@@ -9,7 +9,7 @@ use eosphor_core::whitted::camera_ray;
 const BLOCK: u32 = 4;
 
 /// Gives a tile's camera rays, block of pixels after block of pixels; in a block sample after sample.
-pub(super) struct CameraRays {
+pub(in super::super) struct CameraRays {
     tile: Tile,
     samples: u32,
     /// Upper left corner of the block that is next, from that of the tile.
@@ -20,13 +20,13 @@ pub(super) struct CameraRays {
 
 impl CameraRays {
     #[inline(always)]
-    pub(super) fn new(tile: Tile, samples: u32) -> CameraRays {
+    pub(in super::super) fn new(tile: Tile, samples: u32) -> CameraRays {
         CameraRays { tile, samples, block: [0, 0], sample: 0 }
     }
 
     /// Appends up to `limit` rays (a block's rays of one sample stay together); returns whether there was any.
     #[inline(always)]
-    pub(super) fn take(&mut self, view: &SceneView, limit: usize, paths: &mut Vec<Path>) -> bool {
+    pub(in super::super) fn take(&mut self, view: &SceneView, limit: usize, paths: &mut Vec<Path>) -> bool {
         let before = paths.len();
         while self.block[1] < self.tile.height && paths.len() + (BLOCK * BLOCK) as usize <= before + limit {
             let sample = self.sample;

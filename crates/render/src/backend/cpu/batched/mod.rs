@@ -22,7 +22,7 @@ mod pending;
 mod shadows;
 
 use super::tile::Tile;
-use camera::CameraRays;
+pub(super) use camera::CameraRays;
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
@@ -41,8 +41,8 @@ const BATCH: usize = 1024;
 
 /// A ray and the sample that it is part of.
 #[derive(Clone, Copy, Debug)]
-struct Path {
-    ray: PathRay,
+pub(super) struct Path {
+    pub(super) ray: PathRay,
     x: u32,
     y: u32,
     sample: u32,
