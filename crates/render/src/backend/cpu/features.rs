@@ -6,7 +6,7 @@ use super::super::{BackendError, check_rows};
 use super::SimdLevel;
 use super::queries::{AnyTracer, Queries};
 use super::tile::{Tile, Tiling};
-use crate::{CameraWork, FeatureRows, Hierarchy};
+use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics};
 use eosphor_core::hierarchy::CountWork;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{PixelFeatures, pixel_features};
@@ -26,6 +26,11 @@ pub struct FeaturePass {
 }
 
 impl FeaturePass {
+    /// The hierarchy in numbers.
+    pub fn hierarchy_statistics(&self) -> HierarchyStatistics {
+        self.hierarchy.statistics()
+    }
+
     /// Features of some rows of the picture. All but the work is the same bits whatever the threads, tiles, SIMD level
     /// and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not reached show nothing.
     ///
