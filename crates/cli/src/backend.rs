@@ -37,7 +37,7 @@ pub(crate) fn feature_pass(
 fn cpu_options(flags: &DeviceFlags, accel: Accel) -> CpuOptions {
     CpuOptions {
         threads: flags.threads.map(usize::from),
-        tile: flags.tile.unwrap_or(CpuOptions::default().tile),
+        tile: flags.tile,
         accel,
         simd: flags.simd.0,
         scheduler: flags.scheduler,

@@ -34,11 +34,11 @@ fn assert_identical(name: &str, scene: &Scene) -> RayStatistics {
 fn assert_identical_data(name: &str, data: SceneData) -> RayStatistics {
     let scene = Arc::new(data);
     let base = CpuOptions { threads: Some(1), ..CpuOptions::default() };
-    let scalar = CpuOptions { scheduler: Scheduler::Scalar, tile: 16, ..base };
+    let scalar = CpuOptions { scheduler: Scheduler::Scalar, tile: Some(16), ..base };
     let (pixels, rays) = render(&scene, scalar);
     assert!(pixels.iter().any(|p| *p != pixels[0]), "{name}: the picture shows nothing");
-    let mut ways = vec![base, CpuOptions { threads: Some(3), tile: 7, ..base }];
-    ways.push(CpuOptions { threads: Some(2), tile: 64, ..base });
+    let mut ways = vec![base, CpuOptions { threads: Some(3), tile: Some(7), ..base }];
+    ways.push(CpuOptions { threads: Some(2), tile: Some(64), ..base });
     ways.extend(SimdLevel::available().map(|simd| CpuOptions { simd: Some(simd), ..base }));
     for options in ways {
         let (other, other_rays) = render(&scene, options);
@@ -221,7 +221,7 @@ fn a_raised_flag_ends_a_tile_soon() {
     let mut scene = everything();
     (scene.settings.samples, scene.settings.light_samples, scene.settings.size) = (64, 64, [64, 64]);
     let (data, _) = SceneData::flatten(&scene).unwrap();
-    let options = CpuOptions { threads: Some(1), tile: 64, ..CpuOptions::default() };
+    let options = CpuOptions { threads: Some(1), tile: Some(64), ..CpuOptions::default() };
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::new(data)).unwrap();
     let cancel = AtomicBool::new(false);
     let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false };

@@ -21,7 +21,7 @@ pub struct FeaturePass {
     pub(super) scene: Arc<SceneData>,
     pub(super) hierarchy: Arc<Hierarchy>,
     pub(super) simd: SimdLevel,
-    pub(super) tile: u32,
+    pub(super) tile: Option<u32>,
     pub(super) pool: Arc<rayon::ThreadPool>,
 }
 
@@ -41,7 +41,7 @@ impl FeaturePass {
         let width = self.scene.settings.width;
         check_rows(&rows, self.scene.settings.height)?;
         let view = self.scene.view();
-        let tiling = Tiling::new(width, rows.clone(), self.tile);
+        let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
         let features = Mutex::new(FeatureRows::new(width, rows.end - rows.start));
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {

@@ -47,7 +47,7 @@ impl CpuBackend {
                 )));
             }
         };
-        if options.tile == 0 {
+        if options.tile == Some(0) {
             return Err(BackendError::Failed("the tile size must be at least 1".into()));
         }
         let pool = rayon::ThreadPoolBuilder::new()
@@ -110,7 +110,7 @@ struct PreparedCpu {
     scene: Arc<SceneData>,
     hierarchy: Arc<Hierarchy>,
     simd: SimdLevel,
-    tile: u32,
+    tile: Option<u32>,
     scheduler: Scheduler,
     pool: Arc<rayon::ThreadPool>,
 }
@@ -132,7 +132,7 @@ impl PreparedScene for PreparedCpu {
         let (width, height) = self.size();
         check_rows(&rows, height)?;
         let view = self.scene.view();
-        let tiling = Tiling::new(width, rows.clone(), self.tile);
+        let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
         let film = Film::new(width, rows.end - rows.start);
         let pixels_total = film.pixels.len() as u64;
         let film = Mutex::new((film, RayStatistics::default()));

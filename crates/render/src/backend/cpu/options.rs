@@ -8,8 +8,8 @@ use eosphor_accel::SimdLevel;
 pub struct CpuOptions {
     /// Threads; `None`: one for each core the process may use.
     pub threads: Option<usize>,
-    /// Side of a tile in pixels, at least 1.
-    pub tile: u32,
+    /// Side of a tile in pixels, at least 1; `None`: 32, or less where that would leave threads idle.
+    pub tile: Option<u32>,
     /// The hierarchy.
     pub accel: Accel,
     /// SIMD level; `None`: the best that the CPU has.
@@ -31,6 +31,6 @@ pub enum Scheduler {
 
 impl Default for CpuOptions {
     fn default() -> CpuOptions {
-        CpuOptions { threads: None, tile: 32, accel: Accel::Bvh, simd: None, scheduler: Scheduler::Batched }
+        CpuOptions { threads: None, tile: None, accel: Accel::Bvh, simd: None, scheduler: Scheduler::Batched }
     }
 }

@@ -32,8 +32,10 @@ pub(super) struct Block {
     transmission: Lanes3,
     lamp_highlights: [bool; LANES],
     pub(super) id: [PrimitiveId; LANES],
-    /// Keys of the points' random numbers, and the samples that they are part of.
-    pub(super) key: [u32; LANES],
+    /// What the points' random numbers depend on: where their paths ended, pixels and samples.
+    path: [u32; LANES],
+    x: [u32; LANES],
+    y: [u32; LANES],
     pub(super) sample: [u32; LANES],
     /// What the point gives by itself, and the weight of everything that it gives.
     local: Lanes3,
@@ -66,7 +68,9 @@ impl Block {
         transmission: [[0.0; LANES]; 3],
         lamp_highlights: [false; LANES],
         id: [PrimitiveId::NONE; LANES],
-        key: [0; LANES],
+        path: [0; LANES],
+        x: [0; LANES],
+        y: [0; LANES],
         sample: [0; LANES],
         local: [[0.0; LANES]; 3],
         shown: [[0.0; LANES]; 3],
@@ -87,6 +91,12 @@ impl Block {
     #[inline(always)]
     pub(super) fn transmission(&self, lane: usize) -> Vec3 {
         get(&self.transmission, lane)
+    }
+
+    /// Key of a point's random numbers.
+    #[inline(always)]
+    pub(super) fn key(&self, settings: &Settings, lane: usize) -> u32 {
+        point_key(settings, self.path[lane], self.x[lane], self.y[lane])
     }
 
     #[inline(always)]
@@ -220,15 +230,7 @@ impl LitPoints {
 
     /// Appends a point that `path` found. `local` is what it gives by itself, `shown` the weight of all that it gives.
     #[inline(always)]
-    pub(super) fn push(
-        &mut self,
-        settings: &Settings,
-        point: &SurfacePoint,
-        path: &Path,
-        pixel: usize,
-        shown: Vec3,
-        local: Vec3,
-    ) {
+    pub(super) fn push(&mut self, point: &SurfacePoint, path: &Path, pixel: usize, shown: Vec3, local: Vec3) {
         let lane = self.len % LANES;
         if lane == 0 {
             self.blocks.push(Block::EMPTY);
@@ -246,7 +248,8 @@ impl LitPoints {
         set(&mut block.transmission, lane, point.look.transmission);
         block.lamp_highlights[lane] = point.look.lamp_highlights;
         block.id[lane] = point.id;
-        block.key[lane] = point_key(settings, path.ray.path, path.x, path.y);
+        block.path[lane] = path.ray.path;
+        (block.x[lane], block.y[lane]) = (path.x, path.y);
         block.sample[lane] = path.sample;
         set(&mut block.local, lane, local);
         set(&mut block.shown, lane, shown);

@@ -39,6 +39,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Rays traced at a time, at most.
 const BATCH: usize = 1024;
 
+const NO_RAY: Ray = Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 };
+
 /// A ray and the sample that it is part of.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Path {
@@ -105,14 +107,24 @@ pub(super) fn trace_tile<T: BatchTracer>(
 impl Workspace {
     #[inline(always)]
     fn find_hits<T: BatchTracer>(&mut self, view: &SceneView, tracer: &T, coherence: Coherence) {
-        self.rays.clear();
-        self.filters.clear();
-        for path in &self.paths {
-            self.rays.push(path.ray.ray());
-            self.filters.push(path.ray.filter(view.settings));
+        let count = self.paths.len();
+        // Written over below; nothing is written where the length stays the same.
+        self.rays.resize(count, NO_RAY);
+        self.filters.resize(count, RayFilter::ALL);
+        self.hits.resize(count, Hit::miss(f32::INFINITY));
+        for (path, ray) in self.paths.iter().zip(&mut self.rays) {
+            *ray = path.ray.ray();
         }
-        self.hits.resize(self.rays.len(), Hit::miss(f32::INFINITY));
-        tracer.closest_hits(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hits);
+        if coherence == Coherence::Coherent {
+            // Camera rays: all leave out the same.
+            let filter = self.paths[0].ray.filter(view.settings);
+            tracer.closest_hits(&self.rays, Filters::Shared(&filter), coherence, &mut self.hits);
+        } else {
+            for (path, filter) in self.paths.iter().zip(&mut self.filters) {
+                *filter = path.ray.filter(view.settings);
+            }
+            tracer.closest_hits(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hits);
+        }
     }
 
     /// What the rays found: background and local terms, points to be lit, points whose rays go on.
@@ -135,7 +147,7 @@ impl Workspace {
                 let found = local_radiance(view, &point, ray.travelled + hit.t);
                 let shown = ray.weight * point.seen;
                 if LitPoints::takes(view, &point) {
-                    self.lit.push(settings, &point, path, pixel, shown, found);
+                    self.lit.push(&point, path, pixel, shown, found);
                 } else {
                     self.sums[pixel].add(shown * found);
                 }

@@ -44,12 +44,16 @@ struct Lamp<'a> {
 impl Lamp<'_> {
     /// The points of a block as the lamp sees them, for sample `sample` of each.
     #[inline(always)]
-    fn receivers<'b>(&self, block: &'b Block, sample: u32) -> Side<'b> {
+    fn receivers<'b>(&self, view: &SceneView, block: &'b Block, sample: u32) -> Side<'b> {
         let mut side = Side::new(block, self.side);
-        let samples = self.light.samples();
+        // Only lights with a size are sampled at random places.
+        if let Light::Triangle { samples, .. } = *self.light {
+            for lane in 0..LANES {
+                side.key[lane] = light_key(block.key(view.settings, lane), self.number, self.side);
+                side.index[lane] = block.sample[lane].wrapping_mul(samples).wrapping_add(sample);
+            }
+        }
         for lane in 0..LANES {
-            side.key[lane] = light_key(block.key[lane], self.number, self.side);
-            side.index[lane] = block.sample[lane].wrapping_mul(samples).wrapping_add(sample);
             side.highlights[lane] =
                 throws_highlight(self.light, block.specular(lane), block.lamp_highlights(lane));
             side.any_highlights |= side.highlights[lane];
@@ -143,7 +147,7 @@ impl Shadows {
             self.offered.clear();
         }
         for (number, block) in points.blocks.iter().enumerate() {
-            let side = lamp.receivers(block, sample);
+            let side = lamp.receivers(view, block, sample);
             let lanes = LightLanes::<LANES>::new(view.settings, lamp.light, &side);
             if sample == 0 {
                 self.offered.push(Offered {
@@ -207,7 +211,7 @@ fn point_by_point<T: BatchTracer>(
         let count = points.points_in(number);
         let block = &mut points.blocks[number];
         let mut got = [Gathered::default(); LANES];
-        let side = lamp.receivers(block, 0);
+        let side = lamp.receivers(view, block, 0);
         for lane in 0..count {
             if lamp.shines_on(view, block, lane) {
                 let (receiver, filter) = (side.receiver(lane), shadow_filter(lamp.light, block.id[lane]));
