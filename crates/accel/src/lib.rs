@@ -9,12 +9,13 @@ pub mod bvh8;
 mod exhaustive;
 mod packed;
 mod packet;
+mod simd;
 mod simd_level;
 mod statistics;
 
 pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
-pub use bvh::{BuildOptions, Bvh};
-pub use bvh8::Bvh8;
+pub use bvh::{BuildOptions, Builder, Bvh, Quality};
+pub use bvh8::{Bvh8, Bvh8Tracer};
 pub use exhaustive::Exhaustive;
 pub use packed::{PackedPrimitives, SceneGeometry};
 pub use packet::PacketTracer;

@@ -98,21 +98,34 @@ impl<const W: usize> Packet<W> {
     #[inline(always)]
     fn hide_behind(&self, triangle: &PackedTriangle, cull_back_faces: bool, searching: &mut [u32; W]) {
         let normal = triangle.normal();
-        let (mut candidate, mut determinant) = ([0u32; W], [0.0; W]);
+        let (mut candidate, mut determinant, mut clear) = ([0u32; W], [0.0; W], [0u32; W]);
         let mut any = 0;
         for lane in 0..W {
             let edges = triangle.test_edges(&self.lane(lane), normal, cull_back_faces);
             determinant[lane] = edges.determinant;
             candidate[lane] = edges.candidate as u32 & searching[lane];
+            clear[lane] = edges.clear as u32;
             any |= candidate[lane];
         }
         if any == 0 {
             return;
         }
+        let mut unsure = 0;
         for lane in 0..W {
             let hit = triangle.confirm(&self.lane(lane), normal, determinant[lane]);
             let hides = (hit.counts & (hit.t <= self.t_max[lane])) as u32 & candidate[lane];
-            searching[lane] &= !hides;
+            candidate[lane] = hides;
+            searching[lane] &= !(hides & clear[lane]);
+            unsure |= hides & !clear[lane];
+        }
+        if unsure & 1 != 0 {
+            for lane in 0..W {
+                if candidate[lane] & !clear[lane] & 1 != 0 {
+                    let ray = self.lane(lane);
+                    let hides = triangle.holds_in_double(ray.origin, ray.direction) as u32;
+                    searching[lane] &= !hides;
+                }
+            }
         }
     }
 }

@@ -19,7 +19,8 @@ struct Structures {
 impl Structures {
     fn new(world: &World) -> Structures {
         let with = |max_leaf_primitives, traversal_cost| {
-            Bvh::build(&world.geometry(), &BuildOptions { max_leaf_primitives, traversal_cost })
+            let options = BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::default() };
+            Bvh::build(&world.geometry(), &options)
         };
         let bvhs = vec![
             Bvh::build(&world.geometry(), &BuildOptions::default()),
@@ -603,7 +604,8 @@ fn trees_hold_every_primitive_once_and_are_no_deeper_than_the_stack() {
     ];
     for (name, world) in &worlds {
         for (max_leaf_primitives, traversal_cost) in [(4, 1.0), (1, 0.0), (255, 1e9)] {
-            let depth = check_tree(world, &BuildOptions { max_leaf_primitives, traversal_cost });
+            let options = BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::default() };
+            let depth = check_tree(world, &options);
             println!("{name}: depth {depth} with leaves of {max_leaf_primitives}");
             assert!((depth as usize) < MAX_BVH_DEPTH, "{name}: {depth}");
         }
@@ -619,7 +621,8 @@ fn the_deepest_trees_are_traversed_within_the_stack() {
     };
     let triangles: Vec<_> = (-45..45).flat_map(|k| vec![triangle(k); 40]).collect();
     let world = World::new(triangles, vec![]);
-    let tracer_options = BuildOptions { max_leaf_primitives: 1, traversal_cost: 0.0 };
+    let tracer_options =
+        BuildOptions { max_leaf_primitives: 1, traversal_cost: 0.0, ..BuildOptions::default() };
     let bvh = Bvh::build(&world.geometry(), &tracer_options);
     let (tracer, reference) = (bvh.tracer(IgnoreWork), Exhaustive::new(&world.geometry()));
     let packets = PacketTracer { scalar: bvh.tracer(IgnoreWork) };

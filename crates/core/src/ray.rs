@@ -40,7 +40,7 @@ impl PrimitiveId {
 
 /// What a query leaves out. Triangles are left out by number because rounding can put a ray's origin on either side of
 /// the triangle that it starts on; spheres are not, since a refracted ray must find the far side of its own sphere.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct RayFilter {
     /// The triangle that the ray starts on.

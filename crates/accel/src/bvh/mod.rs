@@ -1,13 +1,29 @@
 //! Bounding volume hierarchy with two children a node.
 
-mod build;
-mod sah;
+mod binned;
+mod cost;
+mod lanes;
+mod morton;
+mod options;
+mod pack;
+mod policy;
+mod reference;
+mod split;
+mod sweep;
+mod top_down;
+mod tree;
 
-pub use build::BuildOptions;
+pub use options::{BuildOptions, Builder, Quality};
+pub(crate) use pack::{fill_in_parallel, pack};
+pub(crate) use policy::Purpose;
+pub(crate) use tree::Tree;
 
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
-use eosphor_core::geometry::Bounds;
+use eosphor_core::geometry::{Bounds, Geometry};
 use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, Work};
+use eosphor_core::intersect::{PADDING, sphere_bounds};
+use policy::Policy;
+use reference::Reference;
 use std::time::Instant;
 
 /// Trees over every geometry and one over the instances, in the arrays that devices read.
@@ -21,7 +37,8 @@ pub struct Bvh {
     pub instance_root: u32,
     /// Numbers of instances, in the order of its leaves.
     pub instance_order: Vec<u32>,
-    /// Primitives, in the order of the leaves.
+    /// Primitives, in the order of the leaves. With spatial splits a triangle may stand there several times, and then
+    /// the ranges of triangles in `geometries` are those of the scene, not of this array.
     pub primitives: PackedPrimitives,
     /// Wall time of the build.
     pub build_seconds: f64,
@@ -36,14 +53,21 @@ impl Bvh {
             roots: Vec::new(),
             instance_root: 0,
             instance_order: Vec::new(),
-            primitives: PackedPrimitives::new(scene),
+            primitives: PackedPrimitives {
+                triangles: Vec::new(),
+                spheres: Vec::with_capacity(scene.spheres.len()),
+                sphere_primitives: Vec::with_capacity(scene.spheres.len()),
+                geometries: scene.geometries.to_vec(),
+                instances: scene.instances.to_vec(),
+            },
             build_seconds: 0.0,
         };
         for geometry in scene.geometries {
-            let root = bvh.add_geometry(geometry, options);
-            bvh.roots.push(root);
+            bvh.add_geometry(scene, geometry, options);
         }
-        bvh.add_instances(scene, options);
+        let tree = instance_tree(scene, options, Purpose::Two);
+        bvh.instance_root = bvh.append(tree.nodes, 0, 0);
+        bvh.instance_order = tree.order.iter().map(|i| i + 1).collect();
         bvh.build_seconds = start.elapsed().as_secs_f64();
         bvh
     }
@@ -73,58 +97,110 @@ impl Bvh {
         HierarchyStatistics::of_bvh(self, &roots)
     }
 
-    fn add_geometry(&mut self, geometry: &eosphor_core::geometry::Geometry, options: &BuildOptions) -> u32 {
-        let mut bounds = self.primitives.triangle_bounds(geometry);
-        bounds.extend(self.primitives.sphere_bounds(geometry));
+    fn add_geometry(&mut self, scene: &SceneGeometry, geometry: &Geometry, options: &BuildOptions) {
+        let mut tree = geometry_tree(scene, geometry, options, Purpose::Two);
         let (first_triangle, first_sphere) =
-            (geometry.first_triangle as usize, geometry.first_sphere as usize);
-        let triangle_count = geometry.triangle_count;
-        let tree = build::build_tree(&bounds, triangle_count, options);
-        let root = self.append(&tree.nodes, geometry.first_triangle, geometry.first_sphere);
-
-        // Primitives into the order of the leaves.
-        let triangles: Vec<_> = tree
-            .triangle_order
-            .iter()
-            .map(|&i| self.primitives.triangles[first_triangle + i as usize])
-            .collect();
-        self.primitives.triangles[first_triangle..][..triangles.len()].copy_from_slice(&triangles);
-        let spheres: Vec<_> = tree
-            .sphere_order
-            .iter()
-            .map(|&i| {
-                let at = first_sphere + (i - triangle_count) as usize;
-                (self.primitives.spheres[at], self.primitives.sphere_primitives[at])
-            })
-            .collect();
-        for (k, (sphere, primitive)) in spheres.into_iter().enumerate() {
-            self.primitives.spheres[first_sphere + k] = sphere;
-            self.primitives.sphere_primitives[first_sphere + k] = primitive;
+            (self.primitives.triangles.len() as u32, self.primitives.spheres.len() as u32);
+        if geometry.sphere_count > 0 {
+            self.take_spheres(scene, geometry, &mut tree);
         }
-        root
+        let vertices = &scene.triangles[geometry.first_triangle as usize..];
+        pack(&mut self.primitives.triangles, vertices, &tree.order);
+        let root = self.append(tree.nodes, first_triangle, first_sphere);
+        self.roots.push(root);
     }
 
-    fn add_instances(&mut self, scene: &SceneGeometry, options: &BuildOptions) {
-        let bounds: Vec<Bounds> = scene.instances.iter().skip(1).map(|i| i.world_bounds).collect();
-        // To the tree, instances are what triangles are to the others.
-        let tree = build::build_tree(&bounds, bounds.len() as u32, options);
-        self.instance_root = self.append(&tree.nodes, 0, 0);
-        self.instance_order = tree.triangle_order.iter().map(|i| i + 1).collect();
+    /// Takes the spheres out of a tree's order, and lets leaves count triangles and spheres each on their own.
+    fn take_spheres(&mut self, scene: &SceneGeometry, geometry: &Geometry, tree: &mut Tree) {
+        let mut triangles = Vec::with_capacity(geometry.triangle_count as usize);
+        let mut spheres = 0;
+        for node in tree.nodes.iter_mut().filter(|n| !n.is_inner()) {
+            let count = (node.count & !BvhNode::SPHERES) as usize;
+            let range = &tree.order[node.first as usize..][..count];
+            if node.count & BvhNode::SPHERES == 0 {
+                node.first = triangles.len() as u32;
+                triangles.extend_from_slice(range);
+                continue;
+            }
+            node.first = spheres;
+            spheres += count as u32;
+            for &primitive in range {
+                let at = geometry.first_sphere + (primitive - geometry.triangle_count);
+                self.primitives.spheres.push(scene.spheres[at as usize]);
+                self.primitives.sphere_primitives.push(primitive);
+            }
+        }
+        tree.order = triangles;
     }
 
     /// Appends the nodes of a tree; returns the number of its root.
-    fn append(&mut self, nodes: &[BvhNode], first_triangle: u32, first_sphere: u32) -> u32 {
+    fn append(&mut self, mut nodes: Vec<BvhNode>, first_triangle: u32, first_sphere: u32) -> u32 {
         let base = self.nodes.len() as u32;
-        self.nodes.extend(nodes.iter().map(|node| {
-            let shift = if node.is_inner() {
-                base
-            } else if node.count & BvhNode::SPHERES != 0 {
-                first_sphere
-            } else {
-                first_triangle
-            };
-            BvhNode { first: node.first + shift, ..*node }
-        }));
+        if base + first_triangle + first_sphere > 0 {
+            for node in &mut nodes {
+                node.first += if node.is_inner() {
+                    base
+                } else if node.count & BvhNode::SPHERES != 0 {
+                    first_sphere
+                } else {
+                    first_triangle
+                };
+            }
+        }
+        if base == 0 {
+            self.nodes = nodes;
+        } else {
+            self.nodes.extend(nodes);
+        }
         base
     }
+}
+
+/// The tree over the primitives of a geometry; spheres are numbered after the triangles.
+pub(crate) fn geometry_tree(
+    scene: &SceneGeometry,
+    geometry: &Geometry,
+    options: &BuildOptions,
+    purpose: Purpose,
+) -> Tree {
+    let padding = PADDING * geometry.extent;
+    let triangles = &scene.triangles[geometry.first_triangle as usize..][..geometry.triangle_count as usize];
+    let spheres = &scene.spheres[geometry.first_sphere as usize..][..geometry.sphere_count as usize];
+    let spheres: Vec<Bounds> = spheres.iter().map(|s| sphere_bounds(s, padding)).collect();
+    let policy = Policy::new(options, purpose, triangles.len(), spheres.len());
+    let (references, extent) = reference::make_references(triangles, padding, &spheres);
+    build_tree(references, &extent, options, &policy)
+}
+
+/// The tree over the instances but the world, numbered from 0. To it, instances are what triangles are to the others.
+pub(crate) fn instance_tree(scene: &SceneGeometry, options: &BuildOptions, purpose: Purpose) -> Tree {
+    let bounds: Vec<Bounds> = scene.instances.iter().skip(1).map(|i| i.world_bounds).collect();
+    let mut policy = Policy::new(options, purpose, bounds.len(), 0);
+    if purpose == Purpose::Eight {
+        policy.max_leaf = [1, 1];
+    }
+    // There is nothing to clip.
+    let builder = if options.builder == Builder::Spatial { Builder::Binned } else { options.builder };
+    let (references, extent) = reference::make_references(&[], 0.0, &bounds);
+    build_tree(references, &extent, &BuildOptions { builder, ..*options }, &policy)
+}
+
+fn build_tree(
+    mut references: Vec<Reference>,
+    extent: &reference::Extent,
+    options: &BuildOptions,
+    policy: &Policy,
+) -> Tree {
+    if references.is_empty() {
+        return Tree { nodes: vec![BvhNode::EMPTY], order: Vec::new() };
+    }
+    let piece = match options.builder {
+        Builder::Morton => morton::build(&references, extent, policy),
+        builder => {
+            let mut room = vec![Reference::NONE; references.len()];
+            top_down::TopDown { builder, policy }.build(&mut references, &mut room, extent, 0)
+        }
+    };
+    drop(references);
+    piece.join()
 }

@@ -1,138 +1,121 @@
-//! From two children a node to eight: the largest children are opened until there are eight.
+//! Which nodes of a tree with two children a node become nodes with eight: the cut of least cost, found by dynamic
+//! programming (Ylitie et al. 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", section
+//! 3.1; here leaves are left as they are).
 
-use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, SPHERE, TriangleBlock};
-use crate::Bvh;
+use super::{Child, EMPTY, LEAF};
+use crate::bvh::Tree;
 use eosphor_core::hierarchy::BvhNode;
 
-pub(super) fn collapse(bvh: &Bvh) -> Bvh8 {
-    let mut out = Bvh8 {
-        nodes: Vec::new(),
-        blocks: Vec::new(),
-        spheres: bvh.primitives.spheres.clone(),
-        sphere_primitives: bvh.primitives.sphere_primitives.clone(),
-        roots: Vec::new(),
-        instance_root: EMPTY,
-        geometries: bvh.primitives.geometries.clone(),
-        instances: bvh.primitives.instances.clone(),
-        build_seconds: 0.0,
-    };
-    for &root in &bvh.roots {
-        let child = emit(bvh, root, false, &mut out);
-        out.roots.push(child);
-    }
-    if !bvh.instance_order.is_empty() {
-        out.instance_root = emit(bvh, bvh.instance_root, true, &mut out);
-    }
-    out
+/// Children of a wide node.
+const WIDTH: usize = 8;
+
+/// Of nodes that vanish between a wide node and its children.
+const INSIDE: Child = EMPTY - 1;
+
+/// A tree, and what becomes of its nodes.
+pub(super) struct Cut {
+    pub(super) tree: Tree,
+    /// For each node of the tree, what it is as a child, counted from 0 in this tree; [`INSIDE`] if it vanishes.
+    pub(super) children: Vec<Child>,
+    /// For each wide node, the node of the tree that it stands for.
+    pub(super) wide: Vec<u32>,
+    /// The tree's leaves.
+    pub(super) leaves: Vec<u32>,
 }
 
-/// Primitives of small leaves one by one, so that a leaf is one block, one sphere or one instance.
-enum Open {
-    Node(u32),
-    Leaf(Child, eosphor_core::geometry::Bounds),
-}
+/// Costs of representing what is below a node by at most 1, 2, … 8 nodes.
+type Costs = [f32; WIDTH];
 
-fn emit(bvh: &Bvh, at: u32, instances: bool, out: &mut Bvh8) -> Child {
-    let node = &bvh.nodes[at as usize];
-    if !node.is_inner() {
-        let mut leaves = leaves_of(bvh, node, instances, out);
-        return match leaves.len() {
-            0 => EMPTY,
-            1 => leaves.pop().expect("one").0,
-            _ => emit_node(bvh, leaves.into_iter().map(|(c, b)| Open::Leaf(c, b)).collect(), instances, out),
-        };
+impl Cut {
+    /// Of least cost, where visiting a wide node costs as much as a leaf does.
+    pub(super) fn best(tree: Tree) -> Cut {
+        let costs = costs(&tree.nodes);
+        Cut::by(tree, &costs)
     }
-    let mut open = vec![Open::Node(node.first), Open::Node(node.first + 1)];
-    loop {
-        if open.len() == 8 {
-            break;
-        }
-        let largest = open
-            .iter()
-            .enumerate()
-            .filter_map(|(k, o)| match o {
-                Open::Node(n) if bvh.nodes[*n as usize].is_inner() => Some((k, *n)),
-                _ => None,
-            })
-            .max_by(|a, b| {
-                let area = |n: u32| bvh.nodes[n as usize].bounds().half_area();
-                area(a.1).total_cmp(&area(b.1))
-            });
-        let Some((k, n)) = largest else { break };
-        let first = bvh.nodes[n as usize].first;
-        open[k] = Open::Node(first);
-        open.push(Open::Node(first + 1));
-    }
-    emit_node(bvh, open, instances, out)
-}
 
-fn leaves_of(
-    bvh: &Bvh,
-    node: &BvhNode,
-    instances: bool,
-    out: &mut Bvh8,
-) -> Vec<(Child, eosphor_core::geometry::Bounds)> {
-    let count = node.count & !BvhNode::SPHERES;
-    let range = node.first..node.first + count;
-    if instances {
-        range
-            .map(|k| {
-                let number = bvh.instance_order[k as usize];
-                (LEAF | INSTANCE | number, bvh.primitives.instances[number as usize].world_bounds)
-            })
-            .collect()
-    } else if node.count & BvhNode::SPHERES != 0 {
-        range.map(|k| (LEAF | SPHERE | k, node.bounds())).collect()
-    } else {
-        let triangles = &bvh.primitives.triangles[node.first as usize..][..count as usize];
-        triangles
-            .chunks(4)
-            .map(|chunk| {
-                let mut block = TriangleBlock::EMPTY;
-                for (lane, triangle) in chunk.iter().enumerate() {
-                    block.set(lane, triangle);
+    /// Goes down from the root and gives each node its share of the eight places. Parents stand before their children.
+    fn by(tree: Tree, costs: &[Costs]) -> Cut {
+        let nodes = &tree.nodes;
+        // How many places a node has, less one.
+        let mut places = vec![0u8; nodes.len()];
+        let mut children = vec![INSIDE; nodes.len()];
+        let (mut wide, mut leaves) = (Vec::new(), Vec::new());
+        for (at, node) in nodes.iter().enumerate() {
+            if !node.is_inner() {
+                children[at] = LEAF | leaves.len() as Child;
+                leaves.push(at as u32);
+                continue;
+            }
+            let mut k = places[at] as usize % WIDTH;
+            if k == 0 || costs[at][k] == costs[at][0] {
+                children[at] = wide.len() as Child;
+                wide.push(at as u32);
+                k = WIDTH - 1;
+            }
+            let (left, right) = (&costs[node.first as usize], &costs[node.first as usize + 1]);
+            let mut best = (f32::INFINITY, 0);
+            for j in 0..k {
+                let cost = left[j] + right[k - 1 - j];
+                if cost < best.0 {
+                    best = (cost, j);
                 }
-                out.blocks.push(block);
-                (LEAF | (out.blocks.len() as u32 - 1), node.bounds())
-            })
-            .collect()
+            }
+            places[node.first as usize] = best.1 as u8;
+            places[node.first as usize + 1] = (k - 1 - best.1) as u8;
+        }
+        Cut { tree, children, wide, leaves }
     }
-}
 
-fn emit_node(bvh: &Bvh, mut open: Vec<Open>, instances: bool, out: &mut Bvh8) -> Child {
-    assert!(open.len() <= 8, "TODO large leaves");
-    let at = out.nodes.len();
-    out.nodes.push(Node8::EMPTY);
-    let mut node = Node8::EMPTY;
-    for (k, o) in open.drain(..).enumerate() {
-        let (child, b) = match o {
-            Open::Leaf(child, bounds) => (child, bounds),
-            Open::Node(n) => (emit(bvh, n, instances, out), bvh.nodes[n as usize].bounds()),
-        };
-        node.children[k] = child;
-        if child != EMPTY {
-            for axis in 0..3 {
-                node.planes[2 * axis][k] = b.min[axis];
-                node.planes[2 * axis + 1][k] = b.max[axis];
+    /// The children of a wide node: nodes of the tree, from left to right, and how many.
+    #[inline(always)]
+    pub(super) fn children_of(&self, wide: u32) -> ([u32; WIDTH], usize) {
+        let nodes = &self.tree.nodes;
+        let (mut found, mut count) = ([0; WIDTH], 0);
+        let first = nodes[wide as usize].first;
+        let mut pending = [0; WIDTH];
+        pending[..2].copy_from_slice(&[first + 1, first]);
+        let mut left = 2;
+        while left > 0 {
+            left -= 1;
+            let at = pending[left % WIDTH];
+            if self.children[at as usize] == INSIDE {
+                let first = nodes[at as usize].first;
+                pending[left % WIDTH] = first + 1;
+                pending[(left + 1) % WIDTH] = first;
+                left += 2;
+            } else {
+                found[count % WIDTH] = at;
+                count += 1;
             }
         }
+        (found, count)
     }
-    for octant in 0..8 {
-        let mut order: Vec<(f32, u32)> = (0..8u32)
-            .map(|k| {
-                if node.children[k as usize] == EMPTY {
-                    return (f32::INFINITY, k);
-                }
-                let key = (0..3).map(|axis| {
-                    let middle = node.planes[2 * axis][k as usize] + node.planes[2 * axis + 1][k as usize];
-                    if octant >> axis & 1 == 1 { -middle } else { middle }
-                });
-                (key.sum(), k)
-            })
-            .collect();
-        order.sort_by(|a, b| b.0.total_cmp(&a.0));
-        node.orders[octant] = order.iter().enumerate().fold(0, |bits, (k, e)| bits | e.1 << (3 * k));
+}
+
+/// From the leaves up: children stand behind their parents.
+fn costs(nodes: &[BvhNode]) -> Vec<Costs> {
+    let mut costs = vec![[0.0; WIDTH]; nodes.len()];
+    for at in (0..nodes.len()).rev() {
+        let node = &nodes[at];
+        // Not a number where boxes are infinite: any cut will do there.
+        let area = node.bounds().half_area().min(f32::MAX / 1e9);
+        if !node.is_inner() {
+            costs[at] = [area; WIDTH];
+            continue;
+        }
+        let (left, right) = (costs[node.first as usize], costs[node.first as usize + 1]);
+        let mut own = [f32::INFINITY; WIDTH];
+        for k in 1..WIDTH {
+            for j in 0..k {
+                let cost = left[j] + right[k - 1 - j];
+                own[k] = if cost < own[k] { cost } else { own[k] };
+            }
+        }
+        own[0] = area + own[WIDTH - 1];
+        for k in 1..WIDTH {
+            own[k] = if own[0] < own[k] { own[0] } else { own[k] };
+        }
+        costs[at] = own;
     }
-    out.nodes[at] = node;
-    at as Child
+    costs
 }

@@ -1,11 +1,17 @@
 //! Bounding volume hierarchy with eight children a node, for SIMD on the CPU.
 
 mod collapse;
+mod emit;
 mod node;
+mod trace;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
+pub use trace::Bvh8Tracer;
 
-use crate::{BuildOptions, Bvh, SceneGeometry};
+use crate::bvh::{Purpose, geometry_tree, instance_tree};
+use crate::{BuildOptions, SceneGeometry};
+use collapse::Cut;
+use emit::Contents;
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
 use std::time::Instant;
 
@@ -28,6 +34,8 @@ pub struct Bvh8 {
     pub geometries: Vec<Geometry>,
     /// Placed geometries.
     pub instances: Vec<Instance>,
+    /// The largest absolute coordinate of the instances' world boxes.
+    pub instances_extent: f32,
     /// Wall time of the build.
     pub build_seconds: f64,
 }
@@ -36,8 +44,28 @@ impl Bvh8 {
     /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
     pub fn build(scene: &SceneGeometry, options: &BuildOptions) -> Bvh8 {
         let start = Instant::now();
-        let bvh = Bvh::build(scene, options);
-        let mut bvh8 = collapse::collapse(&bvh);
+        let cut = |geometry: &Geometry| Cut::best(geometry_tree(scene, geometry, options, Purpose::Eight));
+        let cuts: Vec<Cut> = scene.geometries.iter().map(cut).collect();
+        let instances = Cut::best(instance_tree(scene, options, Purpose::Eight));
+        let nodes = cuts.iter().map(|c| c.wide.len()).sum::<usize>() + instances.wide.len();
+        assert!(nodes < LEAF as usize, "more nodes than can be numbered");
+        let mut bvh8 = Bvh8 {
+            nodes: Vec::with_capacity(nodes),
+            blocks: Vec::with_capacity(cuts.iter().map(Cut::block_count).sum()),
+            spheres: Vec::with_capacity(scene.spheres.len()),
+            sphere_primitives: Vec::with_capacity(scene.spheres.len()),
+            roots: Vec::with_capacity(cuts.len()),
+            instance_root: EMPTY,
+            geometries: scene.geometries.to_vec(),
+            instances: scene.instances.to_vec(),
+            instances_extent: scene.instances.iter().skip(1).map(|i| i.world_bounds.extent()).fold(0.0, f32::max),
+            build_seconds: 0.0,
+        };
+        for (cut, geometry) in cuts.into_iter().zip(scene.geometries) {
+            let root = cut.emit(scene, Contents::Primitives(geometry), &mut bvh8);
+            bvh8.roots.push(root);
+        }
+        bvh8.instance_root = instances.emit(scene, Contents::Instances, &mut bvh8);
         bvh8.build_seconds = start.elapsed().as_secs_f64();
         bvh8
     }

@@ -50,7 +50,7 @@ impl Node8 {
     };
 }
 
-/// Up to four triangles, lane by lane as [`PackedTriangle`] has them: 192 bytes. Unused lanes have no edges, so they
+/// Up to four triangles, lane by lane as [`PackedTriangle`] has them: 192 bytes. Unused lanes have no edges and lengths below 0, so they
 /// are never hit, and `primitive` is `u32::MAX`. Used ones come first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
@@ -75,8 +75,8 @@ impl TriangleBlock {
         v0: [[0.0; 4]; 3],
         e1: [[0.0; 4]; 3],
         e2: [[0.0; 4]; 3],
-        length1: [0.0; 4],
-        length2: [0.0; 4],
+        length1: [-1.0; 4],
+        length2: [-1.0; 4],
         primitive: [u32::MAX; 4],
     };
 

@@ -11,7 +11,7 @@ pub struct LocalRay {
     pub origin: Vec3,
     /// Any length but 0.
     pub direction: Vec3,
-    /// Hits must lie beyond this. NaN where the ray has numbers beyond [`LARGEST`]: nothing is a hit then.
+    /// Hits must lie beyond this. NaN where the ray has numbers beyond [`LARGEST_NUMBER`]: nothing is a hit then.
     pub t_min: f32,
     /// For boxes.
     pub slab: Slab,
@@ -26,7 +26,7 @@ pub struct LocalRay {
 }
 
 /// Rays with larger numbers, infinities or NaN hit nothing: products of smaller ones stay finite.
-const LARGEST: f32 = 1e18;
+pub const LARGEST_NUMBER: f32 = 1e18;
 
 impl LocalRay {
     /// For a geometry of the given extent ([`crate::geometry::Geometry::extent`]).
@@ -35,7 +35,7 @@ impl LocalRay {
         let squared = direction.length_squared();
         let (o, d) = (origin.abs(), direction.abs());
         // The sum is NaN where one of them is.
-        let in_range = (o.x + o.y + o.z) + (d.x + d.y + d.z) <= LARGEST;
+        let in_range = (o.x + o.y + o.z) + (d.x + d.y + d.z) <= LARGEST_NUMBER;
         let reach = extent + origin.abs().max_component();
         let hit_tolerance = HIT_TOLERANCE * extent;
         LocalRay {

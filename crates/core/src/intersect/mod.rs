@@ -10,8 +10,8 @@ mod slab;
 mod sphere;
 mod triangle;
 
-pub use local_ray::LocalRay;
-pub use slab::Slab;
+pub use local_ray::{LARGEST_NUMBER, LocalRay};
+pub use slab::{SLAB_SLACK, SMALLEST_DIRECTION, Slab};
 pub use sphere::{intersect_sphere, sphere_bounds};
 pub use triangle::{Confirmed, EdgeTest, PackedTriangle, intersect_triangle, longest_edge_last};
 

@@ -15,12 +15,12 @@ pub struct Slab {
 }
 
 /// Directions smaller than this in a component are taken as this, so that no infinity meets a zero.
-const SMALLEST_DIRECTION: f32 = 1e-18;
+pub const SMALLEST_DIRECTION: f32 = 1e-18;
 
 /// Boxes count as larger by this times the largest coordinate of the ray's origin: over the rounding errors that the
 /// origin brings into distances (those of the box are covered by its padding). It is taken into the offsets, so it
 /// costs nothing in the test.
-const SLACK: f32 = 1.0 / 2_097_152.0;
+pub const SLAB_SLACK: f32 = 1.0 / 2_097_152.0;
 
 impl Slab {
     /// For a ray from `origin` along `direction` (any length).
@@ -29,7 +29,7 @@ impl Slab {
         let safe = |d: f32| if d.abs() > SMALLEST_DIRECTION { d } else { SMALLEST_DIRECTION.copysign(d) };
         let inverse = vec3(1.0 / safe(direction.x), 1.0 / safe(direction.y), 1.0 / safe(direction.z));
         let offset = -(origin * inverse);
-        let slack = inverse.abs() * (SLACK * origin.abs().max_component());
+        let slack = inverse.abs() * (SLAB_SLACK * origin.abs().max_component());
         Slab { inverse, near_offset: offset - slack, far_offset: offset + slack }
     }
 

@@ -1,13 +1,14 @@
 //! The one triangle test.
 //!
 //! Candidates are found by Möller and Trumbore's formula (1997), arranged around R = C × D as in Embree, with edges
-//! moved out by the rounding error so that no ray slips between neighbours. A candidate is then computed again from a
-//! point close to the triangle, where coordinates are small and so are errors; that gives u, v and t. The second step
-//! runs once or twice a ray, so it costs next to nothing.
+//! moved out by the rounding error. A candidate is then computed again from a point close to the triangle, where
+//! coordinates are small and so are errors; that gives u, v and t. Where a ray passes an edge within the rounding error,
+//! double precision decides, so that no ray slips between neighbours and none hits what it passes. The second step runs
+//! once or twice a ray, double precision for some rays in a thousand, so they cost next to nothing.
 
 use super::{LocalRay, Slab};
 use crate::geometry::Bounds;
-use crate::math::{Vec3, sqrt};
+use crate::math::{Vec3, sqrt, sqrt64};
 
 /// Triangles whose edges meet at an angle with a sine below this have no area that single precision can tell.
 const NO_AREA: f32 = 1.0 / 4_194_304.0;
@@ -76,8 +77,28 @@ pub fn longest_edge_last(vertices: &[Vec3; 3]) -> usize {
 pub struct EdgeTest {
     /// The ray passes within the (widened) edges, on a side that is not culled.
     pub candidate: bool,
+    /// So far within the edges that rounding cannot have brought it there.
+    pub clear: bool,
     /// Direction dot normal: negative where the ray meets the front.
     pub determinant: f32,
+}
+
+/// By how much rounding `e1` and `e2` to single precision can move a corner, over their lengths together.
+const EDGE_ROUNDING: f64 = 1.0 / 16_777_216.0;
+
+#[inline(always)]
+fn double(v: Vec3) -> [f64; 3] {
+    [v.x as f64, v.y as f64, v.z as f64]
+}
+
+#[inline(always)]
+fn dot64(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross64(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// What the second step says.
@@ -106,7 +127,11 @@ pub fn intersect_triangle(
         return None;
     }
     let hit = triangle.confirm(ray, normal, edges.determinant);
-    if hit.counts { Some((hit.t, hit.u, hit.v)) } else { None }
+    if hit.counts && (edges.clear || triangle.holds_in_double(ray.origin, ray.direction)) {
+        Some((hit.t, hit.u, hit.v))
+    } else {
+        None
+    }
 }
 
 impl PackedTriangle {
@@ -127,10 +152,29 @@ impl PackedTriangle {
         let u = signed(r.dot(self.e2));
         let v = signed(-r.dot(self.e1));
         let (slack1, slack2) = (ray.edge_tolerance * self.length1, ray.edge_tolerance * self.length2);
-        let inside = (u >= -slack2) & (v >= -slack1) & (determinant.abs() - u - v >= -(slack1 + slack2));
+        let w = determinant.abs() - u - v;
+        let slack3 = slack1 + slack2;
+        let inside = (u >= -slack2) & (v >= -slack1) & (w >= -slack3);
+        let clear = (u >= slack2) & (v >= slack1) & (w >= slack3);
         // The front is where vertices run counter-clockwise: there the ray goes against the normal.
         let culled = cull_back_faces & (sign == 0);
-        EdgeTest { candidate: inside & !culled, determinant }
+        EdgeTest { candidate: inside & !culled, clear, determinant }
+    }
+
+    /// Whether the ray passes within the edges, in double precision: for rays so close to an edge that the first step
+    /// cannot tell. The edges lie further out by the rounding of `e1` and `e2`, so that neighbours leave no gap.
+    pub fn holds_in_double(&self, origin: Vec3, direction: Vec3) -> bool {
+        let (c, o, d) = (double(self.v0), double(origin), double(direction));
+        let (e1, e2) = (double(self.e1), double(self.e2));
+        let c = [c[0] - o[0], c[1] - o[1], c[2] - o[2]];
+        let r = cross64(c, d);
+        let determinant = dot64(cross64(e1, e2), d);
+        let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
+        let (u, v) = (sign * dot64(r, e2), -(sign * dot64(r, e1)));
+        let (length1, length2) = (self.length1 as f64, self.length2 as f64);
+        let moved = EDGE_ROUNDING * (length1 + length2) * sqrt64(dot64(d, d));
+        let w = determinant.abs() - u - v;
+        (u >= -moved * length2) & (v >= -moved * length1) & (w >= -moved * (length1 + length2))
     }
 
     /// The second step: t, u and v again, from a point near the triangle, and conditions (b) and (c).

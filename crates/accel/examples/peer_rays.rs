@@ -1,0 +1,298 @@
+//! Eosphor beside other ray tracing libraries: reads the ray files of a peer benchmark, traces them, and prints one JSON
+//! line a measurement.
+//!
+//! `peer_rays DATA_DIR SCENE[,SCENE...] [REPEATS]`. Files, little endian: `X.tris` is a count and 9 floats a triangle;
+//! `X_primary.rays`, `X_diffuse.rays`, `X_shadow.rays` are a count and 8 floats a ray (origin, t_min, unit direction,
+//! t_max); the `.ref` files are a count and (t, primitive) a ray, with primitive `ffffffff` for a miss.
+//!
+//! Environment: `HITS_DIR` writes `SCENE_QUERY.eosphor-VARIANT-BUILD.hits` in the form of the `.ref` files; `SIMD` is one of
+//! the levels, `VARIANTS` and `BUILDS` choose from what is measured (comma-separated), `THREADS` lists thread counts.
+
+use eosphor_accel::{
+    BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, Filters, Quality, SceneGeometry,
+    SimdLevel,
+};
+use eosphor_core::geometry::{Bounds, Geometry, Instance};
+use eosphor_core::hierarchy::Tracer;
+use eosphor_core::material::NONE;
+use eosphor_core::math::{Affine, Vec3, vec3};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use std::error::Error;
+use std::hint::black_box;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+const QUERIES: [&str; 3] = ["primary", "diffuse", "shadow"];
+/// Rays that a thread takes at a time.
+const CHUNK: usize = 4096;
+
+struct Data {
+    scene: String,
+    triangles: Vec<[Vec3; 3]>,
+    rays: [Vec<Ray>; 3],
+    references: [Vec<(f32, u32)>; 3],
+}
+
+fn words(path: &str) -> Result<Vec<f32>, Box<dyn Error>> {
+    let bytes = std::fs::read(path).map_err(|e| format!("{path}: {e}"))?;
+    let words = bytes.get(4..).ok_or_else(|| format!("{path}: too short"))?;
+    Ok(words.chunks_exact(4).map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect())
+}
+
+impl Data {
+    fn read(folder: &str, scene: &str) -> Result<Data, Box<dyn Error>> {
+        let vertex = |v: &[f32]| vec3(v[0], v[1], v[2]);
+        let ray = |v: &[f32]| Ray { origin: vertex(v), t_min: v[3], direction: vertex(&v[4..]), t_max: v[7] };
+        let triangle = |v: &[f32]| [vertex(v), vertex(&v[3..]), vertex(&v[6..])];
+        let mut data = Data {
+            scene: scene.into(),
+            triangles: words(&format!("{folder}/{scene}.tris"))?.chunks_exact(9).map(triangle).collect(),
+            rays: Default::default(),
+            references: Default::default(),
+        };
+        for (k, query) in QUERIES.iter().enumerate() {
+            let file = format!("{folder}/{scene}_{query}");
+            data.rays[k] = words(&format!("{file}.rays"))?.chunks_exact(8).map(ray).collect();
+            let references = words(&format!("{file}.ref"))?;
+            data.references[k] = references.chunks_exact(2).map(|v| (v[0], v[1].to_bits())).collect();
+        }
+        Ok(data)
+    }
+}
+
+/// Seconds that this thread has run.
+fn thread_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) * 1e-9
+}
+
+fn choices(variable: &str, default: &str) -> Vec<String> {
+    let list = std::env::var(variable).unwrap_or_else(|_| default.into());
+    list.split(',').map(str::to_owned).collect()
+}
+
+/// How rays are asked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Variant {
+    OneRay,
+    Batch(Coherence),
+}
+
+impl Variant {
+    fn named(name: &str) -> Result<Variant, Box<dyn Error>> {
+        Ok(match name {
+            "1ray" => Variant::OneRay,
+            "batch" => Variant::Batch(Coherence::Auto),
+            "coherent" => Variant::Batch(Coherence::Coherent),
+            "incoherent" => Variant::Batch(Coherence::Incoherent),
+            _ => return Err(format!("no variant '{name}'").into()),
+        })
+    }
+}
+
+/// Answers in one array for each query, as they would be used.
+enum Answers<'a> {
+    Hits(&'a mut [Hit]),
+    Hidden(&'a mut [bool]),
+}
+
+fn trace(tracer: &Bvh8Tracer, variant: Variant, rays: &[Ray], answers: Answers) {
+    let filter = &RayFilter::ALL;
+    match (answers, variant) {
+        (Answers::Hits(hits), Variant::OneRay) => {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = tracer.closest_hit(black_box(ray), filter);
+            }
+        }
+        (Answers::Hidden(hidden), Variant::OneRay) => {
+            for (ray, hidden) in rays.iter().zip(hidden) {
+                *hidden = tracer.occluded(black_box(ray), filter);
+            }
+        }
+        (Answers::Hits(hits), Variant::Batch(coherence)) => {
+            tracer.closest_hits(rays, Filters::Shared(filter), coherence, hits);
+        }
+        (Answers::Hidden(hidden), Variant::Batch(coherence)) => {
+            tracer.occluded_rays(rays, Filters::Shared(filter), coherence, hidden);
+        }
+    }
+}
+
+/// Traces all rays on some threads; returns the CPU seconds of all.
+fn run(tracer: &Bvh8Tracer, variant: Variant, rays: &[Ray], hits: &mut [Hit], hidden: &mut [bool]) -> f64 {
+    let start = thread_seconds();
+    if hidden.is_empty() {
+        trace(tracer, variant, rays, Answers::Hits(hits));
+    } else {
+        trace(tracer, variant, rays, Answers::Hidden(hidden));
+    }
+    thread_seconds() - start
+}
+
+fn run_threads(
+    tracer: &Bvh8Tracer,
+    variant: Variant,
+    rays: &[Ray],
+    hits: &mut [Hit],
+    hidden: &mut [bool],
+    threads: usize,
+) -> f64 {
+    if threads == 1 {
+        return run(tracer, variant, rays, hits, hidden);
+    }
+    let any = !hidden.is_empty();
+    // Each chunk behind a lock of its own, which is taken once.
+    let mut chunks = Vec::new();
+    let mut hits_left = hits.chunks_mut(CHUNK);
+    let mut hidden_left = hidden.chunks_mut(CHUNK);
+    for rays in rays.chunks(CHUNK) {
+        let hits = if any { &mut [] } else { hits_left.next().unwrap_or_default() };
+        let hidden = if any { hidden_left.next().unwrap_or_default() } else { &mut [] };
+        chunks.push(std::sync::Mutex::new((rays, hits, hidden)));
+    }
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut seconds = 0.0;
+        while let Some(chunk) = chunks.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let mut guard = chunk.lock().expect("no thread panics");
+            let (rays, hits, hidden) = &mut *guard;
+            seconds += run(tracer, variant, rays, hits, hidden);
+        }
+        seconds
+    };
+    std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        work() + others.into_iter().map(|t| t.join().expect("no thread panics")).sum::<f64>()
+    })
+}
+
+fn measure(
+    data: &Data,
+    tracer: &Bvh8Tracer,
+    query: usize,
+    (build, name): (&str, &str),
+    repeats: usize,
+) -> Result<(), Box<dyn Error>> {
+    let variant = Variant::named(name)?;
+    let rays = &data.rays[query];
+    let mut hits = vec![Hit::miss(0.0); if query == 2 { 0 } else { rays.len() }];
+    let mut hidden = vec![false; if query == 2 { rays.len() } else { 0 }];
+    for threads in choices("THREADS", "1,2") {
+        let threads: usize = threads.parse()?;
+        let (mut wall, mut cpu) = (f64::MAX, f64::MAX);
+        for _ in 0..repeats {
+            let start = Instant::now();
+            cpu = cpu.min(run_threads(tracer, variant, rays, &mut hits, &mut hidden, threads));
+            wall = wall.min(start.elapsed().as_secs_f64());
+        }
+        let answers: Vec<(f32, u32)> = if query == 2 {
+            hidden.iter().map(|&h| (0.0, if h { 0 } else { u32::MAX })).collect()
+        } else {
+            let pair =
+                |h: &Hit| if h.id == PrimitiveId::NONE { (0.0, u32::MAX) } else { (h.t, h.id.primitive) };
+            hits.iter().map(pair).collect()
+        };
+        let (mut other_hit, mut other_t, mut other_t4, mut other_primitive) = (0, 0, 0, 0);
+        for (a, r) in answers.iter().zip(&data.references[query]) {
+            if (a.1 == u32::MAX) != (r.1 == u32::MAX) {
+                other_hit += 1;
+            } else if a.1 != u32::MAX && query != 2 {
+                let error = (a.0 - r.0).abs() / r.0.abs().max(1e-3);
+                other_t += (error > 1e-3) as u32;
+                other_t4 += (error > 1e-4) as u32;
+                other_primitive += (a.1 != r.1) as u32;
+            }
+        }
+        let count = rays.len() as f64;
+        println!(
+            "{{\"kind\":\"query\",\"lib\":\"eosphor\",\"variant\":\"{name}\",\"build\":\"{build}\",\"scene\":\"{}\",\
+             \"query\":\"{}\",\"threads\":{threads},\"mrays\":{:.3},\"mrays_cpu\":{:.3},\"n\":{},\
+             \"hitmiss_diff\":{other_hit},\"t_diff\":{other_t},\"t_diff4\":{other_t4},\"prim_diff\":{other_primitive}}}",
+            data.scene,
+            QUERIES[query],
+            count / wall * 1e-6,
+            count / cpu * threads as f64 * 1e-6,
+            rays.len(),
+        );
+        if let (1, Ok(folder)) = (threads, std::env::var("HITS_DIR")) {
+            let mut bytes = (rays.len() as u32).to_le_bytes().to_vec();
+            for (t, primitive) in &answers {
+                bytes.extend(t.to_le_bytes());
+                bytes.extend(primitive.to_le_bytes());
+            }
+            let (scene, query) = (&data.scene, QUERIES[query]);
+            std::fs::write(format!("{folder}/{scene}_{query}.eosphor-{name}-{build}.hits"), bytes)?;
+        }
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().collect();
+    let [_, folder, scenes, ..] = &arguments[..] else {
+        return Err("usage: peer_rays DATA_DIR SCENE[,SCENE...] [REPEATS]".into());
+    };
+    let repeats: usize = arguments.get(3).map_or(Ok(3), |r| r.parse())?;
+    let level = match std::env::var("SIMD") {
+        Ok(name) => name.parse::<SimdLevel>()?,
+        Err(_) => SimdLevel::best(),
+    };
+    for scene in scenes.split(',') {
+        let data = Data::read(folder, scene)?;
+        let extent = data.triangles.iter().flatten().map(|v| v.abs().max_component()).fold(0.0, f32::max);
+        let geometry = Geometry {
+            first_triangle: 0,
+            triangle_count: data.triangles.len() as u32,
+            first_sphere: 0,
+            sphere_count: 0,
+            extent,
+            first_sphere_object: 0,
+        };
+        let world = Instance {
+            object_from_world: Affine::IDENTITY,
+            world_from_object: Affine::IDENTITY,
+            world_bounds: Bounds::EMPTY,
+            geometry: 0,
+            material: NONE,
+            object: 0,
+        };
+        let scene_geometry = SceneGeometry {
+            triangles: &data.triangles,
+            spheres: &[],
+            geometries: &[geometry],
+            instances: &[world],
+        };
+        for build in choices("BUILDS", "medium") {
+            let options = match build.parse::<Quality>() {
+                Ok(quality) => quality.options(),
+                Err(_) => BuildOptions::of(build.parse::<Builder>()?),
+            };
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+            let mut best: Option<(f64, f64, Bvh8)> = None;
+            for _ in 0..repeats.min(if data.triangles.len() > 500_000 { 2 } else { 5 }) {
+                let (seconds, cpu, bvh) = pool.install(|| {
+                    let (start, cpu) = (Instant::now(), thread_seconds());
+                    let bvh = Bvh8::build(&scene_geometry, &options);
+                    (start.elapsed().as_secs_f64(), thread_seconds() - cpu, bvh)
+                });
+                if best.as_ref().is_none_or(|b| cpu < b.1) {
+                    best = Some((seconds, cpu, bvh));
+                }
+            }
+            let Some((seconds, cpu, bvh)) = best else { continue };
+            println!(
+                "{{\"kind\":\"build\",\"lib\":\"eosphor\",\"build\":\"{build}\",\"scene\":\"{scene}\",\"threads\":1,\
+                 \"seconds\":{seconds:.5},\"cpu\":{cpu:.5},\"bytes\":{},\"tris\":{}}}",
+                size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.blocks[..]),
+                data.triangles.len(),
+            );
+            let tracer = bvh.tracer_at(level).ok_or_else(|| format!("this CPU has no {level}"))?;
+            for query in 0..3 {
+                for name in choices("VARIANTS", "1ray,batch") {
+                    measure(&data, &tracer, query, (&build, &name), repeats)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}

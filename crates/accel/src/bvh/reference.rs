@@ -1,0 +1,155 @@
+//! Primitives on their way into a tree.
+
+use super::lanes::{Box4, Lanes};
+use eosphor_core::geometry::Bounds;
+use eosphor_core::intersect::PackedTriangle;
+use eosphor_core::math::Vec3;
+use rayon::prelude::*;
+
+/// A primitive's padded bounds and its number, 32 bytes: two SSE loads.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(super) struct Reference {
+    /// Smallest x, y, z; the primitive's number, as bits.
+    low: [f32; 4],
+    /// Largest x, y, z; nothing.
+    high: [f32; 4],
+}
+
+impl Reference {
+    pub(super) const NONE: Reference = Reference { low: [0.0; 4], high: [0.0; 4] };
+
+    #[inline(always)]
+    pub(super) fn new(bounds: &Bounds, index: u32) -> Reference {
+        // Finite, so that the centre of a box without end is a number.
+        let (l, h) = (bounds.min.max(Vec3::splat(f32::MIN)), bounds.max.min(Vec3::splat(f32::MAX)));
+        Reference { low: [l.x, l.y, l.z, f32::from_bits(index)], high: [h.x, h.y, h.z, 0.0] }
+    }
+
+    #[inline(always)]
+    pub(super) fn with_box(bounds: Box4, index: u32) -> Reference {
+        let (mut low, high) = (bounds.low.array(), bounds.high.array());
+        low[3] = f32::from_bits(index);
+        Reference { low, high }
+    }
+
+    #[inline(always)]
+    pub(super) fn index(&self) -> u32 {
+        self.low[3].to_bits()
+    }
+
+    #[inline(always)]
+    pub(super) fn box4(&self) -> Box4 {
+        Box4 { low: Lanes::from_array(&self.low), high: Lanes::from_array(&self.high) }
+    }
+
+    /// Twice the centre of the box; the fourth lane is 0.
+    #[inline(always)]
+    pub(super) fn center2(&self) -> Lanes {
+        let b = self.box4();
+        b.low.xyz0().plus(b.high.xyz0())
+    }
+
+    /// [`Reference::center2`] on one axis.
+    #[inline(always)]
+    pub(super) fn center2_on(&self, axis: usize) -> f32 {
+        self.low[axis & 3] + self.high[axis & 3]
+    }
+
+    #[inline(always)]
+    pub(super) fn low_on(&self, axis: usize) -> f32 {
+        self.low[axis & 3]
+    }
+
+    #[inline(always)]
+    pub(super) fn high_on(&self, axis: usize) -> f32 {
+        self.high[axis & 3]
+    }
+}
+
+/// What is known about a set of references: the box around them, and the box around twice their centres.
+#[derive(Clone, Copy)]
+pub(super) struct Extent {
+    pub(super) bounds: Box4,
+    pub(super) centers2: Box4,
+}
+
+impl Extent {
+    #[inline(always)]
+    pub(super) fn empty() -> Extent {
+        Extent { bounds: Box4::empty(), centers2: Box4::empty() }
+    }
+
+    #[inline(always)]
+    pub(super) fn add(&mut self, r: &Reference) {
+        self.bounds = self.bounds.union(r.box4());
+        self.centers2 = self.centers2.including(r.center2());
+    }
+
+    pub(super) fn union(self, o: Extent) -> Extent {
+        Extent { bounds: self.bounds.union(o.bounds), centers2: self.centers2.union(o.centers2) }
+    }
+
+    pub(super) fn of(references: &[Reference]) -> Extent {
+        references.iter().fold(Extent::empty(), |mut e, r| {
+            e.add(r);
+            e
+        })
+    }
+}
+
+/// References are made, binned and moved in parallel in chunks of this many. Boxes and counts merge exactly and in
+/// order, so the result does not depend on threads.
+pub(super) const CHUNK: usize = 1 << 14;
+
+/// References to triangles and then to other primitives, which `others` gives the padded bounds of.
+pub(super) fn make_references(
+    triangles: &[[Vec3; 3]],
+    padding: f32,
+    others: &[Bounds],
+) -> (Vec<Reference>, Extent) {
+    let count = triangles.len() + others.len();
+    let mut references: Vec<Reference> = Vec::with_capacity(count);
+    let room = &mut references.spare_capacity_mut()[..count];
+    let (triangle_room, other_room) = room.split_at_mut(triangles.len());
+    let of_triangles = triangle_room
+        .par_chunks_mut(CHUNK)
+        .zip(triangles.par_chunks(CHUNK))
+        .enumerate()
+        .map(|(chunk, (room, triangles))| {
+            let mut extent = Extent::empty();
+            let first = (chunk * CHUNK) as u32;
+            for ((place, triangle), index) in room.iter_mut().zip(triangles).zip(first..) {
+                let reference = Reference::with_box(triangle_box(triangle, padding), index);
+                extent.add(&reference);
+                place.write(reference);
+            }
+            extent
+        })
+        .collect::<Vec<_>>();
+    let mut extent = of_triangles.into_iter().fold(Extent::empty(), Extent::union);
+    for ((place, bounds), index) in other_room.iter_mut().zip(others).zip(triangles.len() as u32..) {
+        let reference = Reference::new(bounds, index);
+        extent.add(&reference);
+        place.write(reference);
+    }
+    // SAFETY: the two loops have written all `count` references.
+    unsafe { references.set_len(count) };
+    (references, extent)
+}
+
+/// [`PackedTriangle::bounds`] without packing: the same sums of the same edges. A triangle without area has the bounds
+/// of its first corner there, which these contain, unless its edges overflow.
+#[inline(always)]
+pub(super) fn triangle_box(triangle: &[Vec3; 3], padding: f32) -> Box4 {
+    let [a, b, c] = triangle.map(|v| Lanes::new(v.x, v.y, v.z, 0.0));
+    let (b, c) = (a.plus(b.minus(a)), a.plus(c.minus(a)));
+    let margin = Lanes::splat(padding);
+    let bounds = Box4 { low: a.min(b.min(c)).minus(margin), high: a.max(b.max(c)).plus(margin) };
+    let size = bounds.high.minus(bounds.low).array();
+    if size[0] + size[1] + size[2] < f32::INFINITY {
+        return bounds;
+    }
+    let b = PackedTriangle::new(*triangle, 0).bounds(padding);
+    Reference::new(&b, 0).box4()
+}

@@ -1,0 +1,203 @@
+//! The ray-triangle test of `eosphor_core::intersect`, operation by operation, for lanes of rays and triangles.
+
+use crate::simd::{Float, Mask, Vec3V, along, cross, dot, each, subtract};
+use eosphor_core::intersect::{
+    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, PADDING, SLAB_SLACK, SMALLEST_DIRECTION,
+};
+
+/// What the slab test needs of a ray a lane: as `Slab`.
+#[derive(Clone, Copy)]
+pub(super) struct SlabV<F> {
+    pub(super) inverse: Vec3V<F>,
+    pub(super) near_offset: Vec3V<F>,
+    pub(super) far_offset: Vec3V<F>,
+}
+
+/// A ray a lane: as `LocalRay`.
+#[derive(Clone, Copy)]
+pub(super) struct RayV<F> {
+    pub(super) origin: Vec3V<F>,
+    pub(super) direction: Vec3V<F>,
+    pub(super) t_min: F,
+    pub(super) slab: SlabV<F>,
+    pub(super) inverse_direction_squared: F,
+    pub(super) edge_tolerance: F,
+    pub(super) hit_tolerance_squared: f32,
+    pub(super) padding: f32,
+    /// Determinants over this times the lengths of the two edges are far from 0: see [`in_window`].
+    pub(super) steep: F,
+    /// By how much the second step can move the `t` of the first then.
+    pub(super) t_slack: F,
+}
+
+/// Cosine of the angle between ray and normal from which on the first step's `t` is trusted within [`T_SLACK`].
+pub(super) const STEEP: f32 = 1.0 / 32.0;
+
+/// The first step's `t` of a steep ray has an error of some 2^-21 of the extent of geometry and ray over the cosine:
+/// below 2^-15. This is eight times that.
+pub(super) const T_SLACK: f32 = 1.0 / 4096.0;
+
+impl<F: Float> SlabV<F> {
+    #[inline(always)]
+    pub(super) fn new(origin: &Vec3V<F>, direction: &Vec3V<F>) -> SlabV<F> {
+        let smallest = F::splat(SMALLEST_DIRECTION);
+        let one = F::splat(1.0);
+        let d = direction;
+        let inverse = each!(k => one.div(d[k].or_else(smallest.lt(d[k].abs()), smallest.xor(d[k].sign()))));
+        let slack = F::splat(SLAB_SLACK).mul(largest_component(origin));
+        let offset = each!(k => origin[k].mul(inverse[k]).negate());
+        let slack = each!(k => inverse[k].abs().mul(slack));
+        SlabV {
+            inverse,
+            near_offset: each!(k => offset[k].sub(slack[k])),
+            far_offset: each!(k => offset[k].add(slack[k])),
+        }
+    }
+
+    /// As `Slab::interval`, of a box a lane.
+    #[inline(always)]
+    pub(super) fn interval(&self, low: &Vec3V<F>, high: &Vec3V<F>, t_min: F) -> (F, F) {
+        let zero = F::splat(0.0);
+        let i = &self.inverse;
+        let [x0, y0, z0] = each!(k => high[k].or_else(i[k].lt(zero), low[k]).fma(i[k], self.near_offset[k]));
+        let [x1, y1, z1] = each!(k => low[k].or_else(i[k].lt(zero), high[k]).fma(i[k], self.far_offset[k]));
+        (x0.max(y0).max(z0.max(t_min)), x1.min(y1).min(z1))
+    }
+}
+
+/// As `v.abs().max_component()`.
+#[inline(always)]
+fn largest_component<F: Float>(v: &Vec3V<F>) -> F {
+    v[0].abs().max(v[1].abs().max(v[2].abs()))
+}
+
+impl<F: Float> RayV<F> {
+    /// As `LocalRay::new`.
+    #[inline(always)]
+    pub(super) fn new(origin: Vec3V<F>, direction: Vec3V<F>, t_min: F, extent: f32) -> RayV<F> {
+        let squared = dot(&direction, &direction);
+        let reach = F::splat(extent).add(largest_component(&origin));
+        let (o, d) = (each!(k => origin[k].abs()), each!(k => direction[k].abs()));
+        let in_range = o[0].add(o[1]).add(o[2]).add(d[0].add(d[1]).add(d[2])).le(F::splat(LARGEST_NUMBER));
+        let length = squared.sqrt();
+        let hit_tolerance = HIT_TOLERANCE * extent;
+        let inverse_direction_squared = F::splat(1.0).div(squared);
+        RayV {
+            origin,
+            direction,
+            t_min: t_min.or_else(in_range, F::splat(f32::NAN)),
+            slab: SlabV::new(&origin, &direction),
+            inverse_direction_squared,
+            edge_tolerance: F::splat(EDGE_TOLERANCE).mul(reach).mul(length),
+            hit_tolerance_squared: hit_tolerance * hit_tolerance,
+            padding: PADDING * extent,
+            steep: F::splat(STEEP).mul(length),
+            t_slack: F::splat(T_SLACK).mul(reach).mul(length.mul(inverse_direction_squared)),
+        }
+    }
+}
+
+/// A triangle a lane: as `PackedTriangle`.
+#[derive(Clone, Copy)]
+pub(super) struct TriangleV<F> {
+    pub(super) v0: Vec3V<F>,
+    pub(super) e1: Vec3V<F>,
+    pub(super) e2: Vec3V<F>,
+    pub(super) normal: Vec3V<F>,
+    pub(super) length1: F,
+    pub(super) length2: F,
+}
+
+/// What the first step finds.
+pub(super) struct Edges<F: Float> {
+    pub(super) candidates: F::Mask,
+    pub(super) determinant: F,
+    /// First vertex as seen from the origin.
+    from_origin: Vec3V<F>,
+    /// The edge functions, the second one negated, and their bounds.
+    functions: Vec3V<F>,
+    bounds: Vec3V<F>,
+}
+
+/// What the second step says.
+pub(super) struct ConfirmedV<F: Float> {
+    pub(super) counts: F::Mask,
+    /// Of those, the ones that double precision has to decide (`PackedTriangle::holds_in_double`).
+    pub(super) unsure: F::Mask,
+    pub(super) t: F,
+    pub(super) u: F,
+    pub(super) v: F,
+}
+
+impl<F: Float> TriangleV<F> {
+    /// As `PackedTriangle::test_edges`, all sides seen.
+    #[inline(always)]
+    pub(super) fn test_edges(&self, ray: &RayV<F>) -> Edges<F> {
+        let from_origin = subtract(&self.v0, &ray.origin);
+        let r = cross(&from_origin, &ray.direction);
+        let determinant = dot(&self.normal, &ray.direction);
+        let sign = determinant.sign();
+        let u = dot(&r, &self.e2).xor(sign);
+        // Minus the second edge function, and bounds with signs turned where that saves an operation: the same bits.
+        let v = dot(&r, &self.e1).xor(sign);
+        let w = determinant.xor(sign).sub(u).add(v);
+        let low2 = ray.edge_tolerance.negate().mul(self.length2);
+        let slack1 = ray.edge_tolerance.mul(self.length1);
+        let low3 = low2.sub(slack1);
+        let candidates = low2.le(u).and(v.le(slack1)).and(low3.le(w));
+        Edges { candidates, determinant, from_origin, functions: [u, v, w], bounds: [low2, slack1, low3] }
+    }
+
+    /// Candidates whose `t` may lie in `t_min ..= t_max`. What it leaves out is no hit there, by the bound on what the
+    /// second step can change; rays that graze a triangle pass.
+    #[inline(always)]
+    pub(super) fn in_window(&self, ray: &RayV<F>, edges: &Edges<F>, t_max: F) -> F::Mask {
+        let determinant = edges.determinant.abs();
+        let t = dot(&self.normal, &edges.from_origin).xor(edges.determinant.sign());
+        let late = determinant.mul(t_max.add(ray.t_slack)).lt(t);
+        let early = t.lt(determinant.mul(ray.t_min.sub(ray.t_slack)));
+        let steep = ray.steep.mul(self.length1.mul(self.length2)).le(determinant);
+        edges.candidates.without(late.or(early).and(steep))
+    }
+
+    /// As `PackedTriangle::confirm`, for the lanes in `mask`.
+    #[inline(always)]
+    pub(super) fn confirm(&self, ray: &RayV<F>, edges: &Edges<F>, mask: F::Mask) -> ConfirmedV<F> {
+        let d = &ray.direction;
+        let inverse = F::splat(1.0).div(edges.determinant);
+        let t_near = dot(&self.normal, &edges.from_origin).mul(inverse);
+        let from_near = subtract(&self.v0, &along(&ray.origin, d, t_near));
+        let r = cross(&from_near, d);
+        let r = along(&r, d, dot(&r, d).mul(ray.inverse_direction_squared).negate());
+        let (u, v) = (dot(&r, &self.e2).mul(inverse), dot(&r, &self.e1).negate().mul(inverse));
+        let to_point = along(&along(&from_near, &self.e1, u), &self.e2, v);
+        let t_rest = dot(&to_point, d).mul(ray.inverse_direction_squared);
+        let t = t_near.add(t_rest);
+        let apart = along(&to_point, d, t_rest.negate());
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let together = dot(&apart, &apart).le(F::splat(ray.hit_tolerance_squared));
+        let counts = mask.and(ray.t_min.lt(t)).and(t.lt(F::splat(f32::INFINITY))).and(together);
+        let inside = zero.le(u).and(zero.le(v)).and(u.add(v).le(one));
+        let counts = if counts.without(inside).any() {
+            counts.and(inside.or(self.passes_bounds(ray, t)))
+        } else {
+            counts
+        };
+        let (f, b) = (&edges.functions, &edges.bounds);
+        let clear = b[0].negate().le(f[0]).and(f[1].le(b[1].negate())).and(b[2].negate().le(f[2]));
+        ConfirmedV { counts, unsure: counts.without(clear), t, u, v }
+    }
+
+    /// As `PackedTriangle::passes_bounds`.
+    #[inline(always)]
+    fn passes_bounds(&self, ray: &RayV<F>, t: F) -> F::Mask {
+        let padding = F::splat(ray.padding);
+        let v0 = &self.v0;
+        let v1 = each!(k => v0[k].add(self.e1[k]));
+        let v2 = each!(k => v0[k].add(self.e2[k]));
+        let low = each!(k => v0[k].min(v1[k].min(v2[k])).sub(padding));
+        let high = each!(k => v0[k].max(v1[k].max(v2[k])).add(padding));
+        let (near, far) = ray.slab.interval(&low, &high, ray.t_min);
+        near.le(far.min(t))
+    }
+}

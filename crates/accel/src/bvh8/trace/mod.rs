@@ -1,0 +1,118 @@
+//! Traversals of the 8-wide hierarchy: one ray at a time, packets of 16, streams of 32; for each instruction set.
+
+mod batch;
+mod lanes;
+mod packet;
+mod single;
+mod walk;
+
+use super::Bvh8;
+use crate::simd::{Kernel, Simd, run_at};
+use crate::{BatchTracer, Coherence, Filters, SimdLevel};
+use batch::Batch;
+use eosphor_core::hierarchy::{ShadowBatch, Tracer};
+use eosphor_core::ray::{Hit, Ray, RayFilter};
+use walk::{ANY, CLOSEST, Found, NEXT, Query};
+
+/// Traces rays through a [`Bvh8`].
+#[derive(Clone, Copy, Debug)]
+pub struct Bvh8Tracer<'a> {
+    bvh: &'a Bvh8,
+    level: SimdLevel,
+}
+
+impl Bvh8 {
+    /// The traversal at the best SIMD level that the CPU has.
+    pub fn tracer(&self) -> Bvh8Tracer<'_> {
+        Bvh8Tracer { bvh: self, level: SimdLevel::best() }
+    }
+
+    /// The traversal at a SIMD level; `None` where the CPU does not have it.
+    pub fn tracer_at(&self, level: SimdLevel) -> Option<Bvh8Tracer<'_>> {
+        level.is_available().then_some(Bvh8Tracer { bvh: self, level })
+    }
+}
+
+/// One ray through the whole scene.
+struct OneRay<'a, const QUERY: Query> {
+    bvh: &'a Bvh8,
+    ray: &'a Ray,
+    filter: &'a RayFilter,
+    found: Found,
+}
+
+impl<const QUERY: Query> Kernel for OneRay<'_, QUERY> {
+    type Output = Found;
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(mut self) -> Found {
+        // SAFETY: the caller's.
+        unsafe { single::trace::<S, QUERY>(self.bvh, self.ray, self.filter, &mut self.found) };
+        self.found
+    }
+}
+
+impl Bvh8Tracer<'_> {
+    #[inline(always)]
+    fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, found: Found) -> Found {
+        // SAFETY: tracers are made for levels that the CPU has.
+        unsafe { run_at(self.level, OneRay::<QUERY> { bvh: self.bvh, ray, filter, found }) }
+    }
+
+    fn batch<const QUERY: Query>(&self, batch: Batch<QUERY>) {
+        // SAFETY: tracers are made for levels that the CPU has.
+        unsafe { run_at(self.level, batch) };
+    }
+}
+
+impl Tracer for Bvh8Tracer<'_> {
+    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+        self.one::<CLOSEST>(ray, filter, Found::nothing(ray.t_max)).best
+    }
+
+    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        self.one::<ANY>(ray, filter, Found::nothing(ray.t_max)).any
+    }
+
+    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+        let found = Found { after: *after, ..Found::nothing(ray.t_max) };
+        self.one::<NEXT>(ray, filter, found).best
+    }
+
+    fn occluded_batch<const W: usize>(
+        &self,
+        batch: &ShadowBatch<W>,
+        filter: &RayFilter,
+        active: &[bool; W],
+    ) -> [bool; W] {
+        let mut hidden = [true; W];
+        let (mut rays, mut lanes, mut count) = ([batch.ray(0); W], [0; W], 0);
+        for lane in 0..W {
+            if active[lane] {
+                (rays[count], lanes[count]) = (batch.ray(lane), lane);
+                count += 1;
+            }
+        }
+        let mut found = [false; W];
+        let rays = &rays[..count];
+        self.occluded_rays(rays, Filters::Shared(filter), Coherence::Coherent, &mut found[..count]);
+        for (lane, found) in lanes[..count].iter().zip(found) {
+            hidden[*lane] = found;
+        }
+        hidden
+    }
+}
+
+impl BatchTracer for Bvh8Tracer<'_> {
+    fn closest_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]) {
+        self.batch(Batch::<CLOSEST>::new(self.bvh, rays, filters, coherence, hits, &mut []));
+    }
+
+    fn occluded_rays(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hidden: &mut [bool]) {
+        self.batch(Batch::<ANY>::new(self.bvh, rays, filters, coherence, &mut [], hidden));
+    }
+
+    fn next_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]) {
+        self.batch(Batch::<NEXT>::new(self.bvh, rays, filters, coherence, hits, &mut []));
+    }
+}

@@ -1,0 +1,404 @@
+//! One ray at a time: eight boxes or four triangles a step.
+
+use super::lanes::{RayV, STEEP, SlabV, T_SLACK, TriangleV};
+use super::walk::{ANY, Found, Query, STACK};
+use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
+use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, each};
+use eosphor_core::intersect::{
+    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SLAB_SLACK, SMALLEST_DIRECTION, Slab,
+    intersect_sphere,
+};
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use std::mem::MaybeUninit;
+
+/// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
+/// is a load away. Vectors have x, y, z and something else.
+pub(super) struct SingleRay {
+    /// And `t_min`; NaN where the ray has numbers out of range.
+    origin: [f32; 4],
+    direction: [f32; 4],
+    inverse: [f32; 4],
+    near_offset: [f32; 4],
+    far_offset: [f32; 4],
+    inverse_direction_squared: f32,
+    edge_tolerance: f32,
+    steep: f32,
+    t_slack: f32,
+    extent: f32,
+    octant: usize,
+}
+
+impl SingleRay {
+    /// As `LocalRay::new`, in lanes.
+    #[inline(always)]
+    pub(super) fn new<S: Simd>(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> SingleRay {
+        let squared = direction.length_squared();
+        let largest = origin.abs().max_component();
+        let reach = extent + largest;
+        let (o, d) = (origin.abs(), direction.abs());
+        let in_range = (o.x + o.y + o.z) + (d.x + d.y + d.z) <= LARGEST_NUMBER;
+        let t_min = if in_range { t_min } else { f32::NAN };
+        let length = squared.sqrt();
+        let inverse_direction_squared = 1.0 / squared;
+        let origin = [origin.x, origin.y, origin.z, t_min];
+        let direction = [direction.x, direction.y, direction.z, 1.0];
+        let (o, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
+        let smallest = S::F4::splat(SMALLEST_DIRECTION);
+        let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
+        let inverse = S::F4::splat(1.0).div(safe);
+        let slack = inverse.abs().mul(S::F4::splat(SLAB_SLACK * largest));
+        let offset = o.mul(inverse).negate();
+        SingleRay {
+            origin,
+            direction,
+            inverse: inverse.to_array(),
+            near_offset: offset.sub(slack).to_array(),
+            far_offset: offset.add(slack).to_array(),
+            inverse_direction_squared,
+            edge_tolerance: EDGE_TOLERANCE * reach * length,
+            steep: STEEP * length,
+            t_slack: T_SLACK * reach * (length * inverse_direction_squared),
+            extent,
+            octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
+        }
+    }
+
+    /// In every lane of as many triangles.
+    #[inline(always)]
+    fn lanes<S: Simd>(&self) -> RayV<S::F4> {
+        let hit_tolerance = HIT_TOLERANCE * self.extent;
+        RayV {
+            origin: each!(k => S::F4::splat(self.origin[k])),
+            direction: each!(k => S::F4::splat(self.direction[k])),
+            t_min: S::F4::splat(self.origin[3]),
+            slab: SlabV {
+                inverse: each!(k => S::F4::splat(self.inverse[k])),
+                near_offset: each!(k => S::F4::splat(self.near_offset[k])),
+                far_offset: each!(k => S::F4::splat(self.far_offset[k])),
+            },
+            inverse_direction_squared: S::F4::splat(self.inverse_direction_squared),
+            edge_tolerance: S::F4::splat(self.edge_tolerance),
+            hit_tolerance_squared: hit_tolerance * hit_tolerance,
+            padding: PADDING * self.extent,
+            steep: S::F4::splat(self.steep),
+            t_slack: S::F4::splat(self.t_slack),
+        }
+    }
+
+    /// For what is rare.
+    fn local(&self) -> LocalRay {
+        let (o, d) = (self.origin, self.direction);
+        LocalRay::new(vec3(o[0], o[1], o[2]), vec3(d[0], d[1], d[2]), o[3], self.extent)
+    }
+}
+
+/// Eight planes of a node.
+#[inline(always)]
+fn planes<S: Simd>(node: &Node8, which: usize) -> S::F8 {
+    // SAFETY: there are six times eight; the numbers come from `near_planes`.
+    unsafe { S::F8::load(node.planes.as_ptr().add(which).cast()) }
+}
+
+/// Whose primitives these are, and when hits count there.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) instance: u32,
+    /// Where the world ray is in the instance's world box.
+    pub(super) world_interval: (f32, f32),
+}
+
+/// Searches the whole scene for one ray.
+///
+/// # Safety
+/// The CPU has the instruction set.
+#[inline(always)]
+pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    ray: &Ray,
+    filter: &RayFilter,
+    found: &mut Found,
+) {
+    let extent = bvh.geometries[0].extent;
+    let local = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
+    let place = Place { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
+    // SAFETY: the root is the scene's.
+    unsafe { search::<S, QUERY>(bvh, bvh.roots[0], &local, &place, filter, found) };
+    if bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
+        // SAFETY: as above.
+        unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
+    }
+}
+
+/// Searches a part of the tree over the instances, and theirs.
+///
+/// # Safety
+/// As for [`trace`]; `root` is a child of that tree.
+#[inline(always)]
+pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    root: Child,
+    ray: &Ray,
+    filter: &RayFilter,
+    found: &mut Found,
+) {
+    let extent = bvh.geometries[0].extent;
+    let world = LocalRay::new(ray.origin, ray.direction, ray.t_min, extent);
+    let world_ray = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
+    let mut leaves = InstanceLeaves { bvh, ray, world: &world, filter };
+    // SAFETY: the caller's.
+    unsafe { walk::<S, QUERY>(bvh, root, &world_ray, found, &mut leaves) };
+}
+
+/// What a walk does at a leaf. (A trait and not a closure, because closures cannot be made to be inlined.)
+trait VisitLeaf<S: Simd> {
+    /// `true` ends the walk.
+    ///
+    /// # Safety
+    /// The CPU has the instruction set, and the leaf is one of the tree.
+    unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool;
+}
+
+struct InstanceLeaves<'a> {
+    bvh: &'a Bvh8,
+    ray: &'a Ray,
+    world: &'a LocalRay,
+    filter: &'a RayFilter,
+}
+
+impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
+    #[inline(always)]
+    unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
+        let (bvh, ray, number) = (self.bvh, self.ray, leaf & PLACE);
+        let instance = &bvh.instances[number as usize];
+        let (near, far) = self.world.slab.interval(&instance.world_bounds, self.world.t_min);
+        if !Slab::passes(near, far, found.best.t) {
+            return false;
+        }
+        let map = &instance.object_from_world;
+        let extent = bvh.geometries[instance.geometry as usize].extent;
+        let local =
+            SingleRay::new::<S>(map.point(ray.origin), map.direction(ray.direction), ray.t_min, extent);
+        let place = Place { instance: number, world_interval: (near, far) };
+        let root = bvh.roots[instance.geometry as usize];
+        // SAFETY: the caller's; the root is the geometry's.
+        unsafe { search::<S, QUERY>(bvh, root, &local, &place, self.filter, found) }
+    }
+}
+
+struct PrimitiveLeaves<'a> {
+    bvh: &'a Bvh8,
+    ray: &'a SingleRay,
+    place: &'a Place,
+    /// Triangles of this instance that the query leaves out.
+    skipped: [u32; 2],
+    cull_back_faces: bool,
+}
+
+impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
+    #[inline(always)]
+    unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
+        if leaf & SPHERE != 0 {
+            return test_sphere::<QUERY>(
+                self.bvh,
+                (leaf & PLACE) as usize,
+                &self.ray.local(),
+                self.place,
+                found,
+            );
+        }
+        debug_assert!(leaf & INSTANCE == 0);
+        // SAFETY: leaves name blocks that the builder made.
+        let block = unsafe { self.bvh.blocks.get_unchecked((leaf & PLACE) as usize) };
+        self.test_block::<S, QUERY>(block, found)
+    }
+}
+
+/// Searches a part of a geometry's tree, in its space; `true` ends the whole search.
+///
+/// # Safety
+/// As for [`trace`]; `root` is a child of that tree.
+#[inline(always)]
+pub(super) unsafe fn search<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    root: Child,
+    ray: &SingleRay,
+    place: &Place,
+    filter: &RayFilter,
+    found: &mut Found,
+) -> bool {
+    let skipped = skipped_in(place.instance, filter);
+    let mut leaves = PrimitiveLeaves { bvh, ray, place, skipped, cull_back_faces: filter.cull_back_faces };
+    // SAFETY: the caller's.
+    unsafe { walk::<S, QUERY>(bvh, root, ray, found, &mut leaves) }
+}
+
+/// Numbers of the triangles of an instance that a query leaves out; `u32::MAX` is none.
+#[inline(always)]
+pub(super) fn skipped_in(instance: u32, filter: &RayFilter) -> [u32; 2] {
+    let (start, target) = (filter.start, filter.target);
+    [
+        if start.instance == instance { start.primitive } else { u32::MAX },
+        if target.instance == instance { target.primitive } else { u32::MAX },
+    ]
+}
+
+/// Visits the leaves that the ray enters, roughly from near to far; `true` where a leaf ended the walk. A node is left
+/// out only when the ray enters it beyond the best hit, never at equality: there a tie may wait.
+#[inline(always)]
+unsafe fn walk<S: Simd, const QUERY: Query>(
+    bvh: &Bvh8,
+    root: Child,
+    ray: &SingleRay,
+    found: &mut Found,
+    leaves: &mut impl VisitLeaf<S>,
+) -> bool {
+    let mut children = MaybeUninit::<[Child; STACK]>::uninit();
+    let mut nears = MaybeUninit::<[f32; STACK]>::uninit();
+    let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<f32>());
+    let mut count = 0usize;
+    let mut at = root;
+    if root == EMPTY {
+        return false;
+    }
+    let inverse = each!(k => S::F8::splat(ray.inverse[k]));
+    let near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
+    let far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
+    let t_min = S::F8::splat(ray.origin[3]);
+    let near_planes = each!(k => 2 * k + (ray.octant >> k & 1));
+    let mut t_max = S::F8::splat(found.best.t);
+    loop {
+        if at & LEAF == 0 {
+            // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
+            unsafe {
+                let node = bvh.nodes.get_unchecked(at as usize);
+                let [x0, y0, z0] =
+                    each!(k => planes::<S>(node, near_planes[k]).fma(inverse[k], near_offset[k]));
+                let [x1, y1, z1] =
+                    each!(k => planes::<S>(node, near_planes[k] ^ 1).fma(inverse[k], far_offset[k]));
+                let near = x0.max(y0).max(z0.max(t_min));
+                let far = x1.min(y1).min(z1.min(t_max));
+                let node_children = S::F8::load(node.children.as_ptr().cast());
+                debug_assert!(count + 8 <= STACK);
+                if QUERY == ANY {
+                    let entered = near.le(far).bits();
+                    S::compress8(node_children, entered, children.add(count).cast());
+                    count += entered.count_ones() as usize;
+                } else {
+                    let bits = *node.orders.get_unchecked(ray.octant);
+                    let order = S::order8(bits);
+                    let near = S::permute8(near, order);
+                    let entered = near.le(S::permute8(far, order)).bits();
+                    S::compress8(S::permute8(node_children, order), entered, children.add(count).cast());
+                    S::compress8(near, entered, nears.add(count));
+                    if entered != 0 {
+                        // The nearest is on top: on to it without asking the stack.
+                        count += entered.count_ones() as usize - 1;
+                        let lane = 31 - entered.leading_zeros();
+                        at = *node.children.get_unchecked((bits >> (3 * lane) & 7) as usize);
+                        continue;
+                    }
+                }
+            }
+        } else {
+            // SAFETY: the caller's.
+            if unsafe { leaves.visit::<QUERY>(at, found) } {
+                return true;
+            }
+            t_max = S::F8::splat(found.best.t);
+        }
+        loop {
+            if count == 0 {
+                return false;
+            }
+            count -= 1;
+            // SAFETY: below the count, the stack has been written.
+            if QUERY == ANY || unsafe { *nears.add(count) } <= found.best.t {
+                break;
+            }
+        }
+        // SAFETY: as above.
+        at = unsafe { *children.add(count) };
+    }
+}
+
+impl PrimitiveLeaves<'_> {
+    #[inline(always)]
+    fn test_block<S: Simd, const QUERY: Query>(&self, block: &TriangleBlock, found: &mut Found) -> bool {
+        let (ray, place) = (&self.ray.lanes::<S>(), self.place);
+        let (e1, e2) = (load3::<S>(&block.e1), load3::<S>(&block.e2));
+        let triangles = TriangleV {
+            v0: load3::<S>(&block.v0),
+            e1,
+            e2,
+            normal: cross(&e1, &e2),
+            length1: S::F4::from_array(&block.length1),
+            length2: S::F4::from_array(&block.length2),
+        };
+        let edges = triangles.test_edges(ray);
+        if !edges.candidates.any() {
+            return false;
+        }
+        // SAFETY: four numbers of 32 bits are four floats.
+        let primitives = unsafe { S::F4::load(block.primitive.as_ptr().cast()) };
+        let mut mask = triangles.in_window(ray, &edges, S::F4::splat(found.best.t));
+        mask = mask.without(primitives.same_bits(S::F4::splat(f32::from_bits(self.skipped[0]))));
+        mask = mask.without(primitives.same_bits(S::F4::splat(f32::from_bits(self.skipped[1]))));
+        if self.cull_back_faces {
+            // The front is where the ray goes against the normal; minus 0 counts as that.
+            mask = mask.without(edges.determinant.sign().same_bits(S::F4::splat(0.0)));
+        }
+        if !mask.any() {
+            return false;
+        }
+        let hits = triangles.confirm(ray, &edges, mask);
+        let mut counts = hits.counts.bits();
+        if counts == 0 {
+            return false;
+        }
+        let (t, u, v) = (hits.t.to_array(), hits.u.to_array(), hits.v.to_array());
+        while counts != 0 {
+            let lane = counts.trailing_zeros() as usize & 3;
+            counts &= counts - 1;
+            if hits.unsure.bits() >> lane & 1 == 1 {
+                let (o, d) = (self.ray.origin, self.ray.direction);
+                let (o, d) = (vec3(o[0], o[1], o[2]), vec3(d[0], d[1], d[2]));
+                if !block.get(lane).holds_in_double(o, d) {
+                    continue;
+                }
+            }
+            let (near, far) = place.world_interval;
+            let id = PrimitiveId { instance: place.instance, primitive: block.primitive[lane] };
+            if Slab::passes(near, far, t[lane])
+                && found.offer::<QUERY>(Hit { t: t[lane], u: u[lane], v: v[lane], id })
+            {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+#[inline(always)]
+fn load3<S: Simd>(v: &[[f32; 4]; 3]) -> Vec3V<S::F4> {
+    each!(k => S::F4::from_array(&v[k]))
+}
+
+#[cold]
+fn test_sphere<const QUERY: Query>(
+    bvh: &Bvh8,
+    number: usize,
+    ray: &LocalRay,
+    place: &Place,
+    found: &mut Found,
+) -> bool {
+    let id = PrimitiveId { instance: place.instance, primitive: bvh.sphere_primitives[number] };
+    let (near, far) = place.world_interval;
+    for t in intersect_sphere(ray, &bvh.spheres[number]) {
+        // Roots that are not hits are NaN.
+        if !t.is_nan() && Slab::passes(near, far, t) && found.offer::<QUERY>(Hit { t, u: 0.0, v: 0.0, id }) {
+            return true;
+        }
+    }
+    false
+}

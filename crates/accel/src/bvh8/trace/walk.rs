@@ -1,0 +1,58 @@
+//! What the traversals share: queries, what was found, and the stack.
+
+use eosphor_core::ray::Hit;
+
+/// The three queries, as constants so that each traversal is compiled for each.
+pub(super) type Query = u8;
+/// The nearest hit.
+pub(super) const CLOSEST: Query = 0;
+/// Whether there is any.
+pub(super) const ANY: Query = 1;
+/// The nearest hit after another one.
+pub(super) const NEXT: Query = 2;
+
+/// Places on a stack: at each level of the tree up to seven children wait, and a level has half the nodes of the one
+/// below or a depth below that of the tree with two children a node, so 64 levels at most; and 8 more, since whole
+/// vectors are written.
+pub(super) const STACK: usize = 64 * 7 + 16;
+
+/// What a single ray has found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    /// The best hit, or a miss at the largest `t` that counts.
+    pub(super) best: Hit,
+    /// For [`NEXT`]: only hits after this one count.
+    pub(super) after: Hit,
+    /// For [`ANY`]: there is one.
+    pub(super) any: bool,
+}
+
+impl Found {
+    #[inline(always)]
+    pub(super) fn nothing(t_max: f32) -> Found {
+        Found { best: Hit::miss(t_max), after: Hit::miss(t_max), any: false }
+    }
+
+    /// Offers a hit that counts; `true` ends the search.
+    #[inline(always)]
+    pub(super) fn offer<const QUERY: Query>(&mut self, hit: Hit) -> bool {
+        match QUERY {
+            ANY => {
+                self.any |= hit.t <= self.best.t;
+                self.any
+            }
+            NEXT => {
+                if self.after.before(&hit) & hit.before(&self.best) {
+                    self.best = hit;
+                }
+                false
+            }
+            _ => {
+                if hit.before(&self.best) {
+                    self.best = hit;
+                }
+                false
+            }
+        }
+    }
+}

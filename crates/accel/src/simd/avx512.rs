@@ -1,0 +1,189 @@
+//! AVX-512: 512-bit registers for packets; the rest as for AVX2, which is as fast there.
+
+use super::avx2::{Avx2, X4, X8, X8Order, transpose8};
+use super::{Float, Kernel, Mask, Simd};
+use std::arch::x86_64::*;
+
+/// AVX-512 F, VL, DQ and BW.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx512;
+
+impl Simd for Avx512 {
+    type F4 = X4;
+    type F8 = X8;
+    type F16 = X16;
+    type Order = X8Order;
+
+    #[inline(always)]
+    fn permute8(a: X8, order: X8Order) -> X8 {
+        Avx2::permute8(a, order)
+    }
+
+    #[inline(always)]
+    fn order8(bits: u32) -> X8Order {
+        Avx2::order8(bits)
+    }
+
+    #[inline(always)]
+    unsafe fn compress8(a: X8, bits: u32, to: *mut f32) {
+        // To a register first: compressing to memory is slow on Zen 4.
+        // SAFETY: see super; there is room for 8.
+        unsafe { _mm256_storeu_ps(to, _mm256_maskz_compress_ps(bits as u8, a.0)) }
+    }
+
+    #[inline(always)]
+    unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+        #[inline(never)]
+        unsafe fn with_avx512<K: Kernel>(kernel: K) -> K::Output {
+            // SAFETY: the caller's.
+            unsafe { kernel.run::<Avx512>() }
+        }
+        // SAFETY: the caller's.
+        unsafe { with_avx512(kernel) }
+    }
+
+    #[inline(always)]
+    unsafe fn transpose16(rows: &[*const f32; 16]) -> [X16; 8] {
+        // SAFETY: the caller's.
+        let (a, b) = unsafe { (transpose8(&rows[..8]), transpose8(&rows[8..])) };
+        let mut out = [X16::splat(0.0); 8];
+        let mut k = 0;
+        while k < 8 {
+            // SAFETY: see super.
+            out[k] = X16(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(a[k].0), b[k].0) });
+            k += 1;
+        }
+        out
+    }
+}
+
+/// 16 floats.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(crate) struct X16(__m512);
+
+/// A bit for each lane.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(crate) struct X16Mask(__mmask16);
+
+// SAFETY of all unsafe blocks: the instruction set is there (see super), and the callers of `load` and `store` see to
+// the memory.
+impl Float for X16 {
+    type Array = [f32; 16];
+    type Mask = X16Mask;
+    const LANES: usize = 16;
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self(unsafe { _mm512_set1_ps(x) })
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f32) -> Self {
+        Self(unsafe { _mm512_loadu_ps(from) })
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f32) {
+        unsafe { _mm512_storeu_ps(to, self.0) }
+    }
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Self(unsafe { _mm512_add_ps(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self(unsafe { _mm512_sub_ps(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        Self(unsafe { _mm512_mul_ps(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        Self(unsafe { _mm512_div_ps(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn min(self, o: Self) -> Self {
+        Self(unsafe { _mm512_min_ps(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        Self(unsafe { _mm512_max_ps(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(unsafe { _mm512_sqrt_ps(self.0) })
+    }
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        Self(unsafe { _mm512_fmadd_ps(self.0, b.0, c.0) })
+    }
+    #[inline(always)]
+    fn fms(self, b: Self, c: Self) -> Self {
+        Self(unsafe { _mm512_fmsub_ps(self.0, b.0, c.0) })
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        Self(unsafe { _mm512_and_ps(self.0, _mm512_set1_ps(-0.0)) })
+    }
+    #[inline(always)]
+    fn xor(self, o: Self) -> Self {
+        Self(unsafe { _mm512_xor_ps(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(unsafe { _mm512_andnot_ps(_mm512_set1_ps(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn le(self, o: Self) -> X16Mask {
+        X16Mask(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn lt(self, o: Self) -> X16Mask {
+        X16Mask(unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn same_bits(self, o: Self) -> X16Mask {
+        X16Mask(unsafe { _mm512_cmpeq_epi32_mask(_mm512_castps_si512(self.0), _mm512_castps_si512(o.0)) })
+    }
+    #[inline(always)]
+    fn bits_below(self, o: Self) -> X16Mask {
+        X16Mask(unsafe { _mm512_cmplt_epu32_mask(_mm512_castps_si512(self.0), _mm512_castps_si512(o.0)) })
+    }
+    #[inline(always)]
+    fn or_else(self, mask: X16Mask, o: Self) -> Self {
+        Self(unsafe { _mm512_mask_blend_ps(mask.0, o.0, self.0) })
+    }
+    #[inline(always)]
+    fn smallest(self, mask: X16Mask) -> f32 {
+        unsafe { _mm512_reduce_min_ps(self.or_else(mask, Self::splat(f32::INFINITY)).0) }
+    }
+    #[inline(always)]
+    fn largest(self, mask: X16Mask) -> f32 {
+        unsafe { _mm512_reduce_max_ps(self.or_else(mask, Self::splat(f32::NEG_INFINITY)).0) }
+    }
+}
+
+impl Mask for X16Mask {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.0 as u32
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        Self(bits as u16)
+    }
+    #[inline(always)]
+    fn and(self, o: Self) -> Self {
+        Self(self.0 & o.0)
+    }
+    #[inline(always)]
+    fn or(self, o: Self) -> Self {
+        Self(self.0 | o.0)
+    }
+    #[inline(always)]
+    fn without(self, o: Self) -> Self {
+        Self(self.0 & !o.0)
+    }
+}
