@@ -10,7 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Functions that the check starts from, as parts of their mangled names.
-const ENTRIES: [&str; 2] = ["render_tile_avx2", "render_tile_avx512"];
+const ENTRIES: [&str; 5] =
+    ["render_tile_avx2", "render_tile_avx512", "query_avx2", "query_avx512", "develop_row_avx2"];
 
 /// Library functions that do a fused multiply-add.
 const LIBRARY_FMA: [&str; 6] = ["fmaf", "fma", "fmaf@plt", "fma@plt", "fmaf_with_fma", "fma_with_fma"];

@@ -1,6 +1,6 @@
 //! Queries for many rays at a time.
 
-use eosphor_core::hierarchy::Tracer;
+use eosphor_core::hierarchy::{ShadowBatch, Tracer};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 
 /// What is known about the rays of a batch. It changes the speed, never the answer.
@@ -75,6 +75,15 @@ impl<T: Tracer> Tracer for OneByOne<T> {
     #[inline(always)]
     fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
         self.0.next_hit(ray, filter, after)
+    }
+    #[inline(always)]
+    fn occluded_batch<const W: usize>(
+        &self,
+        batch: &ShadowBatch<W>,
+        filter: &RayFilter,
+        active: &[bool; W],
+    ) -> [bool; W] {
+        self.0.occluded_batch(batch, filter, active)
     }
 }
 

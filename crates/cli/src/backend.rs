@@ -2,36 +2,45 @@
 
 use crate::arguments::{BackendChoice, DeviceFlags};
 use crate::failure::Failure;
-use eosphor::{Backend, CpuBackend, CpuOptions, CudaBackend, CudaOptions, FeaturePass, Hierarchy, SceneData};
+use eosphor::{
+    Accel, Backend, CpuBackend, CpuOptions, CudaBackend, CudaOptions, FeaturePass, Hierarchy, SceneData,
+};
 use std::sync::Arc;
 
 /// The backend that the flags ask for. `auto` is the CPU while the GPU kernels are not tuned.
-pub(crate) fn backend_for(flags: &DeviceFlags) -> Result<Box<dyn Backend>, Failure> {
+pub(crate) fn backend_for(flags: &DeviceFlags, accel: Accel) -> Result<Box<dyn Backend>, Failure> {
     match &flags.backend {
-        BackendChoice::Auto | BackendChoice::Cpu => Ok(Box::new(CpuBackend::new(cpu_options(flags))?)),
+        BackendChoice::Auto | BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
         BackendChoice::Cuda(devices) => {
-            let options = CudaOptions { devices: devices.clone(), accel: flags.accel };
+            let options = CudaOptions { devices: devices.clone(), accel };
             Ok(Box::new(CudaBackend::new(options)?))
         }
     }
+}
+
+/// The CPU, whatever else renders.
+pub(crate) fn cpu_backend(flags: &DeviceFlags, accel: Accel) -> Result<CpuBackend, Failure> {
+    Ok(CpuBackend::new(cpu_options(flags, accel))?)
 }
 
 /// What layers are made by. It is the CPU for every backend; where the picture is rendered there too, they share the
 /// hierarchy.
 pub(crate) fn feature_pass(
     flags: &DeviceFlags,
+    accel: Accel,
     scene: Arc<SceneData>,
     hierarchy: Option<Arc<Hierarchy>>,
 ) -> Result<FeaturePass, Failure> {
-    Ok(CpuBackend::new(cpu_options(flags))?.feature_pass(scene, hierarchy)?)
+    Ok(cpu_backend(flags, accel)?.feature_pass(scene, hierarchy)?)
 }
 
-fn cpu_options(flags: &DeviceFlags) -> CpuOptions {
+fn cpu_options(flags: &DeviceFlags, accel: Accel) -> CpuOptions {
     CpuOptions {
         threads: flags.threads.map(usize::from),
-        tile: flags.tile.unwrap_or(CpuOptions::default().tile),
-        accel: flags.accel,
+        tile: flags.tile,
+        accel,
         simd: flags.simd.0,
+        scheduler: flags.scheduler,
     }
 }
 

@@ -63,9 +63,9 @@ pub use eosphor_render::output::{
 };
 #[doc(inline)]
 pub use eosphor_render::{
-    Accel, Backend, BackendError, Bands, CameraWork, CpuBackend, CpuOptions, FeaturePass, FeatureRows, Film,
-    Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene, Progress, RayStatistics, RenderControl,
-    Rendered, SimdLevel, scene_hash,
+    Accel, Backend, BackendError, Bands, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
+    FeaturePass, FeatureRows, Film, Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene, Progress,
+    RayStatistics, RenderControl, Rendered, Scheduler, SimdLevel, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

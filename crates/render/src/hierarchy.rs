@@ -1,82 +1,155 @@
 //! The hierarchy that a backend traces rays through.
 
-use eosphor_accel::{BuildOptions, Bvh, Exhaustive, HierarchyStatistics, PackedPrimitives, SceneGeometry};
+use crate::backend::cpu::{Queries, SimdLevel, with_level};
+use eosphor_accel::{
+    BuildOptions, Bvh, Exhaustive, HierarchyStatistics, OneByOne, PackedPrimitives, PacketTracer,
+    SceneGeometry,
+};
+use eosphor_core::hierarchy::{CountWork, IgnoreWork, Work};
 use eosphor_scene::SceneData;
 use serde::Serialize;
 use std::fmt;
 use std::str::FromStr;
 
-/// Acceleration structures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Accel {
+/// The table of structures: everything that is said of each is said here. A line gives its documentation, its name in
+/// [`Accel`], on the command line and in [`Hierarchy`], its type, how it is built, the scalar tracer that counts, and the
+/// tracer that is fast.
+macro_rules! structures {
+    ($(
+        $(#[$doc:meta])*
+        $accel:ident, $name:literal, $hierarchy:ident($structure:ty),
+        build: |$scene:ident| $build:expr,
+        scalar: |$s:ident, $work:ident| $scalar:expr,
+        batches: |$b:ident| $batches:expr;
+    )*) => {
+        /// Acceleration structures.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum Accel {
+            $($(#[$doc])* $accel,)*
+        }
+
+        impl Accel {
+            /// All, for help texts.
+            pub const ALL: &'static [Accel] = &[$(Accel::$accel),*];
+
+            /// Its name on the command line.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Accel::$accel => $name,)*
+                }
+            }
+        }
+
+        /// A structure, built.
+        #[derive(Clone, Debug)]
+        pub enum Hierarchy {
+            $(
+                #[doc = concat!("For [`Accel::", stringify!($accel), "`].")]
+                $hierarchy($structure),
+            )*
+        }
+
+        impl Hierarchy {
+            /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their
+            /// number.
+            pub fn build(accel: Accel, scene: &SceneData) -> Hierarchy {
+                let geometry = SceneGeometry {
+                    triangles: &scene.triangles,
+                    spheres: &scene.spheres,
+                    geometries: &scene.geometries,
+                    instances: &scene.instances,
+                };
+                match accel {
+                    $(Accel::$accel => {
+                        let $scene = &geometry;
+                        Hierarchy::$hierarchy($build)
+                    })*
+                }
+            }
+
+            /// It in numbers.
+            pub fn statistics(&self) -> HierarchyStatistics {
+                match self {
+                    $(Hierarchy::$hierarchy(structure) => structure.statistics(),)*
+                }
+            }
+
+            /// Calls `ask` with its fast tracer.
+            pub(crate) fn with_batches<R>(&self, simd: SimdLevel, ask: impl FnOnce(&dyn Queries) -> R) -> R {
+                match self {
+                    $(Hierarchy::$hierarchy($b) => with_level(&$batches, simd, ask),)*
+                }
+            }
+
+            /// Calls `ask` with a tracer that takes rays one by one, and counts what each needs.
+            pub(crate) fn with_counting<R>(
+                &self,
+                work: &CountWork,
+                simd: SimdLevel,
+                ask: impl FnOnce(&dyn Queries) -> R,
+            ) -> R {
+                match self {
+                    $(Hierarchy::$hierarchy($s) => {
+                        let $work = CountTo(work);
+                        with_level(&OneByOne($scalar), simd, ask)
+                    })*
+                }
+            }
+        }
+    };
+}
+
+structures! {
     /// Every ray tests every primitive.
-    None,
+    None, "none", Exhaustive(Exhaustive),
+    build: |scene| Exhaustive::new(scene),
+    scalar: |s, work| s.tracer(work),
+    batches: |s| OneByOne(s.tracer(IgnoreWork));
+
     /// Bounding volume hierarchy, binned SAH.
-    Bvh,
+    Bvh, "bvh", Bvh(Bvh),
+    build: |scene| Bvh::build(scene, &BuildOptions::default()),
+    scalar: |s, work| s.tracer(work),
+    batches: |s| OneByOne(PacketTracer { scalar: s.tracer(IgnoreWork) });
 }
 
-impl Accel {
-    /// All, for help texts.
-    pub const ALL: [Accel; 2] = [Accel::None, Accel::Bvh];
-}
+/// Counts into numbers that are kept elsewhere.
+struct CountTo<'a>(&'a CountWork);
 
-impl fmt::Display for Accel {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
-            Accel::None => "none",
-            Accel::Bvh => "bvh",
-        })
+impl Work for CountTo<'_> {
+    #[inline(always)]
+    fn nodes(&self, count: u32) {
+        self.0.nodes(count);
     }
-}
-
-impl FromStr for Accel {
-    type Err = String;
-    fn from_str(s: &str) -> Result<Accel, String> {
-        Accel::ALL.into_iter().find(|a| a.to_string() == s).ok_or_else(|| {
-            let names: Vec<String> = Accel::ALL.iter().map(Accel::to_string).collect();
-            format!("unknown acceleration structure '{s}': choose one of {}", names.join(", "))
-        })
+    #[inline(always)]
+    fn primitives(&self, count: u32) {
+        self.0.primitives(count);
     }
-}
-
-/// A structure, built.
-#[derive(Clone, Debug)]
-pub enum Hierarchy {
-    /// For [`Accel::None`].
-    Exhaustive(Exhaustive),
-    /// For [`Accel::Bvh`].
-    Bvh(Bvh),
 }
 
 impl Hierarchy {
-    /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
-    pub fn build(accel: Accel, scene: &SceneData) -> Hierarchy {
-        let geometry = SceneGeometry {
-            triangles: &scene.triangles,
-            spheres: &scene.spheres,
-            geometries: &scene.geometries,
-            instances: &scene.instances,
-        };
-        match accel {
-            Accel::None => Hierarchy::Exhaustive(Exhaustive::new(&geometry)),
-            Accel::Bvh => Hierarchy::Bvh(Bvh::build(&geometry, &BuildOptions::default())),
-        }
-    }
-
-    /// It in numbers.
-    pub fn statistics(&self) -> HierarchyStatistics {
-        match self {
-            Hierarchy::Exhaustive(exhaustive) => exhaustive.statistics(),
-            Hierarchy::Bvh(bvh) => bvh.statistics(),
-        }
-    }
-
     /// Its primitives, in its order.
     pub fn primitives(&self) -> &PackedPrimitives {
         match self {
             Hierarchy::Exhaustive(exhaustive) => &exhaustive.primitives,
             Hierarchy::Bvh(bvh) => &bvh.primitives,
         }
+    }
+}
+
+impl fmt::Display for Accel {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Accel {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Accel, String> {
+        Accel::ALL.iter().find(|a| a.name() == s).copied().ok_or_else(|| {
+            let names: Vec<&str> = Accel::ALL.iter().map(|a| a.name()).collect();
+            format!("unknown acceleration structure '{s}': choose one of {}", names.join(", "))
+        })
     }
 }

@@ -6,6 +6,7 @@
 mod backend;
 mod bands;
 pub mod compare;
+mod cost;
 mod features;
 mod film;
 mod hierarchy;
@@ -13,11 +14,12 @@ pub mod output;
 mod scene_hash;
 mod statistics;
 
-pub use backend::cpu::{CpuBackend, CpuOptions, FeaturePass, SimdLevel};
+pub use backend::cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler, SimdLevel};
 pub use backend::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,
 };
 pub use bands::Bands;
+pub use cost::CostMap;
 pub use eosphor_accel::HierarchyStatistics;
 pub use eosphor_core::whitted::PixelFeatures;
 pub use features::{CameraWork, FeatureRows};

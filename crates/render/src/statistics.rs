@@ -1,5 +1,6 @@
 //! What a render did: rays by kind, nodes, tests.
 
+use eosphor_core::whitted::RayCounts;
 use serde::Serialize;
 use std::ops::AddAssign;
 
@@ -27,6 +28,14 @@ impl RayStatistics {
     /// All rays.
     pub fn total_rays(&self) -> u64 {
         self.camera + self.reflected + self.refracted + self.glossy + self.shadow
+    }
+}
+
+impl From<RayCounts> for RayStatistics {
+    #[inline(always)]
+    fn from(counts: RayCounts) -> RayStatistics {
+        let RayCounts { camera, reflected, refracted, glossy, shadow } = counts;
+        RayStatistics { camera, reflected, refracted, glossy, shadow, ..RayStatistics::default() }
     }
 }
 

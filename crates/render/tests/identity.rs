@@ -21,7 +21,8 @@ fn render(scene: &Arc<SceneData>, options: CpuOptions) -> Film {
     let prepared = backend.prepare(Arc::clone(scene)).unwrap();
     let cancel = AtomicBool::new(false);
     // Counting takes another way through the tracers: tiles of 5 stand for it.
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: options.tile == 5 };
+    let control =
+        RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: options.tile == Some(5) };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);
     rendered.film
@@ -40,7 +41,7 @@ fn assert_identical(name: &str, scene: &Scene) {
         ways.push((format!("{threads} threads"), CpuOptions { threads: Some(threads), ..base }));
     }
     for tile in [1, 5, 8, 64] {
-        ways.push((format!("tiles of {tile}"), CpuOptions { threads: Some(2), tile, ..base }));
+        ways.push((format!("tiles of {tile}"), CpuOptions { threads: Some(2), tile: Some(tile), ..base }));
     }
     for simd in SimdLevel::available() {
         ways.push((format!("bvh, {simd}"), CpuOptions { simd: Some(simd), threads: Some(2), ..base }));
@@ -347,7 +348,7 @@ fn features_are_the_same_bits_everywhere() {
         assert!(reference.iter().any(|pixel| *pixel != feature_bits(&PixelFeatures::NOTHING)));
         let mut ways = vec![
             CpuOptions { threads: Some(7), ..base },
-            CpuOptions { threads: Some(2), tile: 5, ..base },
+            CpuOptions { threads: Some(2), tile: Some(5), ..base },
             CpuOptions { accel: Accel::None, threads: Some(2), ..base },
         ];
         ways.extend(SimdLevel::available().map(|simd| CpuOptions { simd: Some(simd), ..base }));

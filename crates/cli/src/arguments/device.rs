@@ -1,8 +1,9 @@
 //! Flags about the device. None of them changes a pixel.
 
 use super::values::named;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, value_parser};
-use eosphor::{Accel, SimdLevel};
+use eosphor::{Accel, Scheduler, SimdLevel};
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
@@ -16,12 +17,12 @@ pub(crate) struct DeviceFlags {
     /// Side of the squares that threads render, in pixels
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=4096))]
     pub(crate) tile: Option<u32>,
-    /// The hierarchy over the primitives
-    #[arg(long, value_name = "NAME", default_value = "bvh", value_parser = accels())]
-    pub(crate) accel: Accel,
     /// Instructions of the CPU; auto takes the widest there are
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
+    /// The order in which the CPU traces rays: batched, or scalar, the reference
+    #[arg(long, value_name = "NAME", default_value = "batched", value_parser = schedulers(), hide = true)]
+    pub(crate) scheduler: Scheduler,
 }
 
 /// Where to render.
@@ -33,6 +34,15 @@ pub(crate) enum BackendChoice {
     Cpu,
     /// NVIDIA GPUs with these numbers.
     Cuda(Vec<usize>),
+}
+
+/// What `eosphor info` looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AccelChoice {
+    /// One structure.
+    One(Accel),
+    /// Every structure, in one table.
+    All,
 }
 
 /// A level of instructions; `None` is the widest that the CPU has. (clap takes a bare `Option` to mean a flag that may
@@ -58,11 +68,25 @@ fn backend(text: &str) -> Result<BackendChoice, String> {
     Ok(BackendChoice::Cuda(numbers))
 }
 
-fn accels() -> impl clap::builder::TypedValueParser<Value = Accel> {
-    named([("bvh", Accel::Bvh), ("none", Accel::None)])
+/// The name of a structure.
+pub(super) fn accel() -> impl TypedValueParser<Value = Accel> {
+    PossibleValuesParser::new(Accel::ALL.iter().map(|accel| accel.name())).try_map(|name| name.parse())
 }
 
-fn simd_levels() -> impl clap::builder::TypedValueParser<Value = SimdFlag> {
+/// The name of a structure, or all.
+pub(super) fn accels() -> impl TypedValueParser<Value = AccelChoice> {
+    let names = ["all"].into_iter().chain(Accel::ALL.iter().map(|accel| accel.name()));
+    PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
+        "all" => Ok(AccelChoice::All),
+        name => name.parse().map(AccelChoice::One),
+    })
+}
+
+fn schedulers() -> impl TypedValueParser<Value = Scheduler> {
+    named([("batched", Scheduler::Batched), ("scalar", Scheduler::Scalar)])
+}
+
+fn simd_levels() -> impl TypedValueParser<Value = SimdFlag> {
     named([
         ("auto", SimdFlag(None)),
         ("baseline", SimdFlag(Some(SimdLevel::Baseline))),

@@ -6,8 +6,8 @@ mod render;
 mod settings;
 mod values;
 
-pub(crate) use device::{BackendChoice, DeviceFlags};
-pub(crate) use render::RenderFlags;
+pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
+pub(crate) use render::{RenderFlags, Show};
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -46,6 +46,9 @@ const SCENE_HELP: &str = "An OBJ, glTF, PLY or JSON file, or a built-in scene: b
 pub(crate) struct InfoFlags {
     #[arg(help = SCENE_HELP)]
     pub(crate) scene: String,
+    /// The hierarchy over the primitives; all: a table of every one, with its work and speed on camera rays
+    #[arg(long, value_name = "NAME", default_value = "bvh", value_parser = device::accels())]
+    pub(crate) accel: AccelChoice,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
     /// Print JSON

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::{ArgAction, Args, value_parser};
 use eosphor::math::Vec3;
-use eosphor::{Format, Layer, Preset};
+use eosphor::{Accel, Format, Layer, Preset};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -24,6 +24,15 @@ pub(crate) struct RenderFlags {
     /// Move all geometry; camera and lights stay
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub(crate) translate: Option<Vec3>,
+    /// The hierarchy over the primitives; changes no pixel
+    #[arg(long, value_name = "NAME", default_value = "bvh", value_parser = super::device::accel())]
+    pub(crate) accel: Accel,
+    /// Another picture of the scene. cost: the nodes and primitive tests of each pixel's camera rays, from dark to bright
+    #[arg(long, value_name = "WHAT", conflicts_with = "layers", value_parser = super::values::named([("cost", Show::Cost)]))]
+    pub(crate) show: Option<Show>,
+    /// Nodes and tests that the brightest colour of --show cost stands for; otherwise what one pixel of a thousand exceeds
+    #[arg(long, value_name = "N", requires = "show", value_parser = value_parser!(u32).range(1..))]
+    pub(crate) show_max: Option<u32>,
     #[command(flatten)]
     pub(crate) file: FileFlags,
     #[command(flatten)]
@@ -34,6 +43,13 @@ pub(crate) struct RenderFlags {
     pub(crate) device: DeviceFlags,
     #[command(flatten)]
     pub(crate) report: ReportFlags,
+}
+
+/// What is shown instead of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Show {
+    /// Work on camera rays.
+    Cost,
 }
 
 /// What the file is like. None of these changes the picture.

@@ -1,6 +1,7 @@
 //! `eosphor info SCENE`.
 
-use crate::arguments::InfoFlags;
+use super::structures::structures;
+use crate::arguments::{AccelChoice, InfoFlags};
 use crate::backend::{backend_for, limit_threads};
 use crate::failure::Failure;
 use crate::report::hierarchy_rows;
@@ -49,6 +50,10 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
     let loaded = load(&flags.scene, &LoadOptions::default())?;
     let (data, notes) = SceneData::flatten(&loaded.scene)?;
+    let accel = match flags.accel {
+        AccelChoice::One(accel) => accel,
+        AccelChoice::All => return structures(flags, &data),
+    };
     let warnings = loaded.warnings.iter().map(ToString::to_string);
     let notes = warnings.chain(notes.iter().map(ToString::to_string)).collect();
     let files = loaded.files_read.iter().map(|path| path.display().to_string()).collect();
@@ -64,7 +69,7 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
         lights: data.lights.len(),
         bounds: bounds(scene),
         camera: camera_info(scene, &data),
-        hierarchy: backend_for(&flags.device)?.prepare(Arc::new(data))?.hierarchy_statistics(),
+        hierarchy: backend_for(&flags.device, accel)?.prepare(Arc::new(data))?.hierarchy_statistics(),
         files,
         notes,
     };

@@ -2,10 +2,12 @@
 
 mod compare;
 mod completions;
+mod cost;
 mod devices;
 mod info;
 mod render;
 mod schema;
+mod structures;
 
 pub(crate) use compare::compare;
 pub(crate) use completions::completions;

@@ -1,6 +1,7 @@
 //! `eosphor render SCENE -o OUT`.
 
-use crate::arguments::RenderFlags;
+use super::cost::show_cost;
+use crate::arguments::{RenderFlags, Show};
 use crate::backend::{backend_for, feature_pass, limit_threads};
 use crate::command_line::command_line;
 use crate::failure::Failure;
@@ -25,7 +26,7 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     flags.file.check(Format::of(&flags.output)?)?;
     check_writable(&flags.output)?;
     limit_threads(&flags.device)?;
-    let backend = backend_for(&flags.device)?;
+    let backend = backend_for(&flags.device, flags.accel)?;
     let verbosity = flags.report.verbosity();
     interrupt::watch(verbosity)?;
 
@@ -37,6 +38,9 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     let data = timed(&mut seconds.flatten, || flatten(&scene, &mut notes))?;
     show_notes(&notes, verbosity);
     let options = save_options(flags, &scene, &data, &mut seconds);
+    if flags.show == Some(Show::Cost) {
+        return show_cost(flags, data, bands, options);
+    }
     let (done, hierarchy) = trace(flags, &*backend, data, bands, options, &mut seconds)?;
     if done.share == 0.0 && !done.complete {
         let output = flags.output.display();
@@ -157,7 +161,7 @@ fn trace(
     let features = match options.layers.is_empty() {
         true => None,
         false => {
-            let pass = || feature_pass(&flags.device, data, prepared.hierarchy());
+            let pass = || feature_pass(&flags.device, flags.accel, data, prepared.hierarchy());
             Some(timed(&mut seconds.build, pass)?)
         }
     };

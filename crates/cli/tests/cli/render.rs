@@ -38,7 +38,13 @@ fn json_has_rays_time_and_hierarchy() {
 fn neither_threads_nor_tiles_nor_hierarchy_change_a_byte() {
     let place = Place::new();
     place.render("a.exr", &[]).succeeded();
-    for flags in [["--threads", "1"], ["--tile", "5"], ["--accel", "none"], ["--simd", "baseline"]] {
+    for flags in [
+        ["--threads", "1"],
+        ["--tile", "5"],
+        ["--accel", "none"],
+        ["--simd", "baseline"],
+        ["--scheduler", "scalar"],
+    ] {
         place.render("b.exr", &flags).succeeded();
         assert_eq!(place.run(&["compare", "a.exr", "b.exr"]).succeeded().stdout, "identical\n", "{flags:?}");
     }
@@ -174,4 +180,38 @@ fn cuda_without_a_driver_is_one_clear_line() {
     }
     let place = Place::new();
     place.render("a.png", &["--backend", "cuda"]).failed_with(&["no CUDA"]);
+}
+
+#[test]
+fn cost_is_shown_in_false_colours() {
+    let place = Place::new();
+    let run = place.render("cost.png", &["--show", "cost", "--json"]).succeeded();
+    let json = run.json();
+    assert!(json["largest"].as_u64() >= json["brightest"].as_u64() && json["mean"].as_f64().unwrap() > 1.0);
+    assert!(run.stderr.contains("the brightest stands for"), "{}", run.stderr);
+    // What is shown depends on the hierarchy alone.
+    let same = ["--show", "cost", "--threads", "1", "--simd", "baseline", "--tile", "5", "--no-metadata"];
+    place.render("a.png", &["--show", "cost", "--no-metadata"]).succeeded();
+    place.render("b.png", &same).succeeded();
+    assert_eq!(fs::read(place.path("a.png")).unwrap(), fs::read(place.path("b.png")).unwrap());
+    let run = place.render("c.png", &["--show", "cost", "--show-max", "7", "--accel", "none"]).succeeded();
+    assert!(run.stderr.contains("stands for 7"), "{}", run.stderr);
+    place.render("d.png", &["--show-max", "7"]).is_wrong_usage(&["--show"]);
+    place.render("d.png", &["--show", "costs"]).is_wrong_usage(&["cost"]);
+}
+
+#[test]
+fn all_structures_in_a_table() {
+    let place = Place::new();
+    let run = place.run(&["info", "builtin:cornell", "--accel", "all"]).succeeded();
+    assert!(
+        ["none", "bvh", "tests/ray", "Mrays/s"].iter().all(|word| run.stdout.contains(word)),
+        "{}",
+        run.stdout
+    );
+    let json = place.run(&["info", "builtin:cornell", "--accel", "all", "--json"]).succeeded().json();
+    let tests = |row: usize| json[row]["camera_rays"]["tests_a_ray"].as_f64().unwrap();
+    assert_eq!([&json[0]["accel"], &json[1]["accel"]], ["none", "bvh"]);
+    assert!(tests(0) > tests(1) && tests(1) > 0.0, "{json}");
+    place.render("a.png", &["--accel", "all"]).is_wrong_usage(&["none", "bvh"]);
 }

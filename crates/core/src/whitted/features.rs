@@ -1,7 +1,7 @@
 //! What the camera rays of a pixel find first, unlit: for denoisers, compositing and tests.
 
+use super::arrival::{MAX_HOLES, through_hole};
 use super::camera_ray;
-use super::radiance::{MAX_HOLES, through_hole};
 use crate::hierarchy::{Tracer, item};
 use crate::material::NONE;
 use crate::math::Vec3;

@@ -1,110 +1,146 @@
-//! Samples of one light at a surface point, several at a time, before shadowing.
+//! Samples of one light, several at a time, before shadowing: of one surface point or of as many points.
 //!
 //! One short loop a step, each over arrays and free of branches: that is the form in which compilers turn loops into SIMD
 //! code. With one lane it is plain scalar code, with the same bits.
 
-use super::direct_light::Receiver;
+use super::Receivers;
 use crate::hierarchy::ShadowBatch;
 use crate::light::Light;
 use crate::math::{Vec3, max, vec3};
+use crate::ray::Ray;
 use crate::sampling::{point_2d, triangle_point};
-use crate::settings::LightingModel;
-use crate::shading::{sample_light, specular_lobe, triangle_sample};
+use crate::settings::{LightingModel, Settings};
+use crate::shading::{LightSample, sample_light, specular_lobe, triangle_sample};
 
 /// Shadow rays and what each brings if nothing is in its way.
-#[derive(Clone, Copy)]
-pub(super) struct LightLanes<const W: usize> {
-    /// Unit directions and distances of the light's points.
-    pub(super) rays: ShadowBatch<W>,
+#[derive(Clone, Copy, Debug)]
+pub struct LightLanes<const W: usize> {
+    /// Unit vectors to the light's points: x of every lane, y, z.
+    pub direction: [[f32; W]; 3],
+    /// Shadow rays end here, just before the light.
+    pub t_max: [f32; W],
     /// Weight times `N.L`; 0 where the light does not reach the surface.
-    pub(super) diffuse: [f32; W],
+    pub diffuse: [f32; W],
     /// Weight times the highlight's lobe.
-    pub(super) specular: [f32; W],
+    pub specular: [f32; W],
 }
 
 /// Shadow rays end this share of the distance before the light.
 const STOP_SHORT: f32 = 1.0 - 1.0 / 8192.0;
 
 impl<const W: usize> LightLanes<W> {
-    /// Samples `first .. first + W` of the light's sequence with this key.
+    /// One sample of the light in each lane.
     #[inline(always)]
-    pub(super) fn new(
-        receiver: &Receiver,
-        light: &Light,
-        key: u32,
-        first: u32,
-        origin: Vec3,
-    ) -> LightLanes<W> {
+    pub fn new<R: Receivers>(settings: &Settings, light: &Light, receivers: &R) -> LightLanes<W> {
         let none = [0.0; W];
-        let rays = ShadowBatch { origin, x: none, y: none, z: none, t_max: none };
-        let mut lanes = LightLanes { rays, diffuse: none, specular: none };
+        let mut lanes = LightLanes { direction: [none; 3], t_max: none, diffuse: none, specular: none };
         let mut weight = [0.0; W];
-        lanes.sample(receiver, light, key, first, &mut weight);
-        lanes.weigh(receiver, &weight);
+        lanes.sample(settings, light, receivers, &mut weight);
+        lanes.weigh(settings.lighting_model, receivers, &weight);
         lanes
+    }
+
+    /// The rays, where all lanes are of one point.
+    #[inline(always)]
+    pub fn from_one_point(&self, origin: Vec3) -> ShadowBatch<W> {
+        let [x, y, z] = self.direction;
+        ShadowBatch { origin, x, y, z, t_max: self.t_max }
+    }
+
+    /// The ray of a lane, where it starts from `origin`.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize, origin: Vec3) -> Ray {
+        Ray { origin, t_min: 0.0, direction: self.direction(lane), t_max: self.t_max[lane] }
     }
 
     /// Directions, distances and weights.
     #[inline(always)]
-    fn sample(&mut self, receiver: &Receiver, light: &Light, key: u32, first: u32, weight: &mut [f32; W]) {
-        let (origin, rays) = (self.rays.origin, &mut self.rays);
-        if let Light::Triangle { v0, e1, e2, normal, area, samples, .. } = *light {
-            let (mut u, mut v) = ([0.0; W], [0.0; W]);
-            for lane in 0..W {
-                [u[lane], v[lane]] = point_2d(first.wrapping_add(lane as u32), key);
+    fn sample<R: Receivers>(
+        &mut self,
+        settings: &Settings,
+        light: &Light,
+        receivers: &R,
+        weight: &mut [f32; W],
+    ) {
+        match *light {
+            Light::Triangle { v0, e1, e2, normal, area, samples, .. } => {
+                let (mut u, mut v) = ([0.0; W], [0.0; W]);
+                for lane in 0..W {
+                    [u[lane], v[lane]] = point_2d(receivers.index(lane), receivers.key(lane));
+                }
+                let power = area / samples as f32;
+                for lane in 0..W {
+                    let [b1, b2] = triangle_point([u[lane], v[lane]]);
+                    let offset = v0.along(e1, b1).along(e2, b2) - receivers.origin(lane);
+                    weight[lane] = self.take(lane, triangle_sample(offset, normal, power));
+                }
             }
-            let power = area / samples as f32;
-            for lane in 0..W {
-                let [b1, b2] = triangle_point([u[lane], v[lane]]);
-                let s = triangle_sample(v0.along(e1, b1).along(e2, b2) - origin, normal, power);
-                (rays.x[lane], rays.y[lane], rays.z[lane]) = (s.to_light.x, s.to_light.y, s.to_light.z);
-                rays.t_max[lane] = s.distance * STOP_SHORT;
-                weight[lane] = s.weight;
-            }
-        } else {
-            let s = sample_light(light, origin, receiver.view.settings.light_falloff);
-            for (lane, weight) in weight.iter_mut().enumerate() {
-                (rays.x[lane], rays.y[lane], rays.z[lane]) = (s.to_light.x, s.to_light.y, s.to_light.z);
-                rays.t_max[lane] = s.distance * STOP_SHORT;
-                *weight = s.weight;
-            }
+            // An arm for each kind, so that none is chosen inside the loop.
+            light @ Light::Point { .. } => self.sample_each(settings, &light, receivers, weight),
+            light @ Light::Directional { .. } => self.sample_each(settings, &light, receivers, weight),
+            light @ Light::Spot { .. } => self.sample_each(settings, &light, receivers, weight),
         }
+    }
+
+    /// The same for a light without size.
+    #[inline(always)]
+    fn sample_each<R: Receivers>(
+        &mut self,
+        settings: &Settings,
+        light: &Light,
+        receivers: &R,
+        weight: &mut [f32; W],
+    ) {
+        let falloff = settings.light_falloff;
+        for lane in 0..W {
+            weight[lane] = self.take(lane, sample_light(light, receivers.origin(lane), falloff));
+        }
+    }
+
+    /// Direction and distance of a sample; returns its weight.
+    #[inline(always)]
+    fn take(&mut self, lane: usize, sample: LightSample) -> f32 {
+        self.direction[0][lane] = sample.to_light.x;
+        self.direction[1][lane] = sample.to_light.y;
+        self.direction[2][lane] = sample.to_light.z;
+        self.t_max[lane] = sample.distance * STOP_SHORT;
+        sample.weight
     }
 
     /// The surface's answer.
     #[inline(always)]
-    fn weigh(&mut self, receiver: &Receiver, weight: &[f32; W]) {
-        let (normal, above, to_viewer) = (receiver.normal, receiver.above, receiver.point.to_viewer);
+    fn weigh<R: Receivers>(&mut self, model: LightingModel, receivers: &R, weight: &[f32; W]) {
         let mut lit = [0.0; W];
         for lane in 0..W {
             let to_light = self.direction(lane);
-            let cos = normal.dot(to_light);
-            let reached = (cos > 0.0) & (above.dot(to_light) > 0.0);
+            let cos = receivers.normal(lane).dot(to_light);
+            let reached = (cos > 0.0) & (receivers.above(lane).dot(to_light) > 0.0);
             lit[lane] = if reached { weight[lane] } else { 0.0 };
             self.diffuse[lane] = lit[lane] * max(cos, 0.0);
         }
-        let exponent = receiver.point.look.shininess;
-        let has_highlight = receiver.highlights;
-        // A loop for each model, so that none is chosen inside.
-        match receiver.view.settings.lighting_model {
-            LightingModel::Phong if has_highlight => {
-                for lane in 0..W {
-                    let (model, l) = (LightingModel::Phong, self.direction(lane));
-                    self.specular[lane] = lit[lane] * specular_lobe(model, normal, to_viewer, l, exponent);
-                }
+        if receivers.any_highlights() {
+            // A loop for each model, so that none is chosen inside.
+            match model {
+                LightingModel::Phong => self.highlight(LightingModel::Phong, receivers, &lit),
+                LightingModel::BlinnPhong => self.highlight(LightingModel::BlinnPhong, receivers, &lit),
+                _ => {}
             }
-            LightingModel::BlinnPhong if has_highlight => {
-                for lane in 0..W {
-                    let (model, l) = (LightingModel::BlinnPhong, self.direction(lane));
-                    self.specular[lane] = lit[lane] * specular_lobe(model, normal, to_viewer, l, exponent);
-                }
-            }
-            _ => {}
+        }
+    }
+
+    #[inline(always)]
+    fn highlight<R: Receivers>(&mut self, model: LightingModel, receivers: &R, lit: &[f32; W]) {
+        for lane in 0..W {
+            let (normal, to_viewer) = (receivers.normal(lane), receivers.to_viewer(lane));
+            let lobe =
+                specular_lobe(model, normal, to_viewer, self.direction(lane), receivers.shininess(lane));
+            self.specular[lane] = if receivers.highlights(lane) { lit[lane] * lobe } else { 0.0 };
         }
     }
 
     #[inline(always)]
     fn direction(&self, lane: usize) -> Vec3 {
-        vec3(self.rays.x[lane], self.rays.y[lane], self.rays.z[lane])
+        let [x, y, z] = &self.direction;
+        vec3(x[lane], y[lane], z[lane])
     }
 }

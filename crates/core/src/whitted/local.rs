@@ -21,6 +21,6 @@ pub fn local_radiance(view: &SceneView, point: &SurfacePoint, t: f32) -> Vec3 {
 
 /// Whether the model goes on to lights and further rays.
 #[inline(always)]
-pub(super) fn is_lit(model: LightingModel) -> bool {
+pub fn is_lit(model: LightingModel) -> bool {
     !matches!(model, LightingModel::Distance | LightingModel::Diffuse)
 }

@@ -4,6 +4,7 @@
 //! ray finds is multiplied by the ray's weight and added to an exact sum ([`ExactSum`]), so it does not matter in
 //! which order schedulers get there.
 
+mod arrival;
 mod camera_ray;
 mod children;
 mod direct_light;
@@ -13,12 +14,21 @@ mod light_lanes;
 mod local;
 mod path_ray;
 mod radiance;
+mod receiver;
+mod transmittance;
 
+pub use arrival::{branches_at, depth_limit, ray_behind, weight_at};
 pub use camera_ray::camera_ray;
 pub use children::{branch_count, child_ray};
-pub use direct_light::direct_light;
+pub use direct_light::{Gathered, direct_light, gather};
+pub use direct_light::{
+    answer, answers_light, is_lit_from_behind, light_key, point_key, shadow_filter, throws_highlight,
+};
 pub use exact_sum::{ExactSum, MAX_RADIANCE, RESOLUTION};
 pub use features::{PixelFeatures, pixel_features};
-pub use local::local_radiance;
+pub use light_lanes::LightLanes;
+pub use local::{is_lit, local_radiance};
 pub use path_ray::{PathRay, RayKind};
 pub use radiance::{MAX_DEPTH, RayCounts, pixel_color, radiance, render_pixel};
+pub use receiver::{Receiver, Receivers, shadow_origin, side_sign};
+pub use transmittance::transmittance;

@@ -1,20 +1,17 @@
 //! The reference scheduler: one loop with a fixed stack.
 
-use super::children::is_alive;
-use super::local::is_lit;
-use super::{ExactSum, PathRay, RayKind, branch_count, camera_ray, child_ray, direct_light, local_radiance};
+use super::{
+    ExactSum, PathRay, RayKind, branches_at, camera_ray, child_ray, depth_limit, direct_light, is_lit,
+};
+use super::{local_radiance, ray_behind, weight_at};
 use crate::hierarchy::{Stack, Tracer};
 use crate::math::Vec3;
 use crate::ray::Hit;
-use crate::sampling::hash_pair;
 use crate::shading::SurfacePoint;
 use crate::view::SceneView;
 
 /// The largest depth limit; the stack has a level for every bounce.
 pub const MAX_DEPTH: u32 = 64;
-
-/// Holes that a ray passes one after the other; what lies behind more is black.
-pub(super) const MAX_HOLES: u32 = 4096;
 
 /// Rays of a sample by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,8 +30,9 @@ pub struct RayCounts {
 }
 
 impl RayCounts {
+    /// Counts a ray.
     #[inline(always)]
-    fn count(&mut self, kind: RayKind) {
+    pub fn count(&mut self, kind: RayKind) {
         match kind {
             RayKind::Camera => self.camera += 1,
             RayKind::Reflected => self.reflected += 1,
@@ -68,7 +66,7 @@ pub fn radiance<T: Tracer, const W: usize>(
     counts: &mut RayCounts,
 ) {
     let settings = view.settings;
-    let max_depth = if is_lit(settings.lighting_model) { settings.max_depth.min(MAX_DEPTH) } else { 0 };
+    let max_depth = depth_limit(settings);
     let mut room = Stack::<Level, { MAX_DEPTH as usize + 1 }>::room();
     let mut stack = Stack::new(&mut room);
     let mut path_ray = first;
@@ -88,9 +86,7 @@ pub fn radiance<T: Tracer, const W: usize>(
             let there = point.seen;
             if level.next_branch == FRESH {
                 level.next_branch = 0;
-                if !point.front {
-                    level.ray.weight *= point.left_by_body(view, level.hit.t);
-                }
+                level.ray.weight = weight_at(view, &point, &level.ray, level.hit.t);
                 if there > 0.0 {
                     let mut found = local_radiance(view, &point, level.ray.travelled + level.hit.t);
                     if is_lit(settings.lighting_model) {
@@ -102,8 +98,7 @@ pub fn radiance<T: Tracer, const W: usize>(
             }
             let ray = level.ray;
             let shown = PathRay { weight: ray.weight * there, ..ray };
-            let branches =
-                if ray.depth < max_depth && there > 0.0 { branch_count(&point.look, ray.depth) } else { 0 };
+            let branches = branches_at(&point, ray.depth, max_depth);
             while level.next_branch < branches {
                 let branch = level.next_branch;
                 level.next_branch += 1;
@@ -114,27 +109,10 @@ pub fn radiance<T: Tracer, const W: usize>(
             // What is behind the holes comes last, when the level has made room for it: it is no bounce.
             let t = level.hit.t;
             stack.pop();
-            let behind = ray.weight * (1.0 - there);
-            if there < 1.0 && ray.holes < MAX_HOLES && is_alive(view, behind) {
-                break 'next through_hole(&point, &ray, behind, t);
+            if let Some(behind) = ray_behind(view, &point, &ray, t) {
+                break 'next behind;
             }
         };
-    }
-}
-
-/// What goes on through a hole in a surface, as if it were not there.
-#[inline(always)]
-pub(super) fn through_hole(point: &SurfacePoint, ray: &PathRay, weight: Vec3, t: f32) -> PathRay {
-    PathRay {
-        origin: point.leave(ray.direction),
-        // Branches count from 1.
-        path: hash_pair(ray.path, 0),
-        weight,
-        kind: RayKind::Refracted,
-        start: point.id,
-        holes: ray.holes + 1,
-        travelled: ray.travelled + t,
-        ..*ray
     }
 }
 

@@ -4,9 +4,10 @@
 
 use super::super::{BackendError, check_rows};
 use super::SimdLevel;
+use super::queries::{AnyTracer, Queries};
 use super::tile::{Tile, Tiling};
-use crate::{CameraWork, FeatureRows, Hierarchy};
-use eosphor_core::hierarchy::{CountWork, Tracer};
+use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics};
+use eosphor_core::hierarchy::CountWork;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{PixelFeatures, pixel_features};
 use eosphor_scene::SceneData;
@@ -20,11 +21,16 @@ pub struct FeaturePass {
     pub(super) scene: Arc<SceneData>,
     pub(super) hierarchy: Arc<Hierarchy>,
     pub(super) simd: SimdLevel,
-    pub(super) tile: u32,
+    pub(super) tile: Option<u32>,
     pub(super) pool: Arc<rayon::ThreadPool>,
 }
 
 impl FeaturePass {
+    /// The hierarchy in numbers.
+    pub fn hierarchy_statistics(&self) -> HierarchyStatistics {
+        self.hierarchy.statistics()
+    }
+
     /// Features of some rows of the picture. All but the work is the same bits whatever the threads, tiles, SIMD level
     /// and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not reached show nothing.
     ///
@@ -35,7 +41,7 @@ impl FeaturePass {
         let width = self.scene.settings.width;
         check_rows(&rows, self.scene.settings.height)?;
         let view = self.scene.view();
-        let tiling = Tiling::new(width, rows.clone(), self.tile);
+        let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
         let features = Mutex::new(FeatureRows::new(width, rows.end - rows.start));
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
@@ -55,8 +61,8 @@ impl FeaturePass {
 /// Of a tile, row after row; `None` where it was given up.
 type Traced = Option<(Vec<PixelFeatures>, Vec<CameraWork>)>;
 
-/// Traces a tile at a SIMD level that the CPU has. As in `dispatch.rs`, the functions' names are what `cargo xtask fma`
-/// looks for.
+/// Traces a tile at a SIMD level that the CPU has, by the scalar tracers: packets share nodes, so their work is no pixel's
+/// own. As in `dispatch.rs`, the functions' names are what `cargo xtask fma` looks for.
 fn trace(
     view: &SceneView,
     hierarchy: &Hierarchy,
@@ -64,62 +70,51 @@ fn trace(
     cancel: &AtomicBool,
     simd: SimdLevel,
 ) -> Traced {
-    match simd {
+    let work = CountWork::default();
+    hierarchy.with_counting(&work, simd, |queries| match simd {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: CpuBackend::new has made sure that the CPU has the level.
-        SimdLevel::Avx512 => unsafe { render_tile_avx512_features(view, hierarchy, tile, cancel) },
+        SimdLevel::Avx512 => unsafe { render_tile_avx512_features(view, queries, &work, tile, cancel) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as above.
-        SimdLevel::Avx2 => unsafe { render_tile_avx2_features(view, hierarchy, tile, cancel) },
-        _ => trace_with(view, hierarchy, tile, cancel),
-    }
+        SimdLevel::Avx2 => unsafe { render_tile_avx2_features(view, queries, &work, tile, cancel) },
+        _ => trace_tile(view, queries, &work, tile, cancel),
+    })
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt")]
 unsafe fn render_tile_avx512_features(
     view: &SceneView,
-    hierarchy: &Hierarchy,
+    queries: &dyn Queries,
+    work: &CountWork,
     tile: Tile,
     cancel: &AtomicBool,
 ) -> Traced {
-    trace_with(view, hierarchy, tile, cancel)
+    trace_tile(view, queries, work, tile, cancel)
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt")]
 unsafe fn render_tile_avx2_features(
     view: &SceneView,
-    hierarchy: &Hierarchy,
-    tile: Tile,
-    cancel: &AtomicBool,
-) -> Traced {
-    trace_with(view, hierarchy, tile, cancel)
-}
-
-#[inline(always)]
-fn trace_with(view: &SceneView, hierarchy: &Hierarchy, tile: Tile, cancel: &AtomicBool) -> Traced {
-    // The scalar tracers: packets share nodes, so their work is no pixel's own.
-    match hierarchy {
-        Hierarchy::Bvh(bvh) => {
-            let tracer = bvh.tracer(CountWork::default());
-            trace_tile(view, &tracer, &tracer.work, tile, cancel)
-        }
-        Hierarchy::Exhaustive(exhaustive) => {
-            let tracer = exhaustive.tracer(CountWork::default());
-            trace_tile(view, &tracer, &tracer.work, tile, cancel)
-        }
-    }
-}
-
-#[inline(always)]
-fn trace_tile<T: Tracer>(
-    view: &SceneView,
-    tracer: &T,
+    queries: &dyn Queries,
     work: &CountWork,
     tile: Tile,
     cancel: &AtomicBool,
 ) -> Traced {
+    trace_tile(view, queries, work, tile, cancel)
+}
+
+#[inline(always)]
+fn trace_tile(
+    view: &SceneView,
+    queries: &dyn Queries,
+    work: &CountWork,
+    tile: Tile,
+    cancel: &AtomicBool,
+) -> Traced {
+    let tracer = AnyTracer(queries);
     let count = tile.pixels() as usize;
     let (mut pixels, mut works) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for (x, y) in tile.places() {
@@ -128,7 +123,7 @@ fn trace_tile<T: Tracer>(
         }
         work.nodes.set(0);
         work.primitives.set(0);
-        pixels.push(pixel_features(view, tracer, x, y));
+        pixels.push(pixel_features(view, &tracer, x, y));
         // 65,536 samples can in theory exceed 32 bits.
         let cut = |number: u64| number.min(u32::MAX as u64) as u32;
         works.push(CameraWork { nodes: cut(work.nodes.get()), tests: cut(work.primitives.get()) });

@@ -1,18 +1,24 @@
 //! The CPU backend: tiles over all cores, with one SIMD dispatch a tile.
 
+mod batched;
 mod dispatch;
 mod features;
+mod measure;
 mod options;
+mod queries;
 mod tile;
 
 pub use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
-pub use options::CpuOptions;
+pub use measure::CameraSpeed;
+pub use options::{CpuOptions, Scheduler};
+pub(crate) use queries::{Queries, with_level};
 
 use super::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,
 };
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
+use batched::Workspace;
 use dispatch::TileJob;
 use eosphor_scene::SceneData;
 use rayon::prelude::*;
@@ -41,7 +47,7 @@ impl CpuBackend {
                 )));
             }
         };
-        if options.tile == 0 {
+        if options.tile == Some(0) {
             return Err(BackendError::Failed("the tile size must be at least 1".into()));
         }
         let pool = rayon::ThreadPoolBuilder::new()
@@ -93,6 +99,7 @@ impl Backend for CpuBackend {
             hierarchy: Arc::new(hierarchy),
             simd: self.simd,
             tile: self.options.tile,
+            scheduler: self.options.scheduler,
             pool: Arc::clone(&self.pool),
         };
         Ok(Box::new(prepared))
@@ -103,7 +110,8 @@ struct PreparedCpu {
     scene: Arc<SceneData>,
     hierarchy: Arc<Hierarchy>,
     simd: SimdLevel,
-    tile: u32,
+    tile: Option<u32>,
+    scheduler: Scheduler,
     pool: Arc<rayon::ThreadPool>,
 }
 
@@ -124,18 +132,23 @@ impl PreparedScene for PreparedCpu {
         let (width, height) = self.size();
         check_rows(&rows, height)?;
         let view = self.scene.view();
-        let tiling = Tiling::new(width, rows.clone(), self.tile);
+        let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
         let film = Film::new(width, rows.end - rows.start);
         let pixels_total = film.pixels.len() as u64;
         let film = Mutex::new((film, RayStatistics::default()));
         let (pixels_done, rays) = (AtomicU64::new(0), AtomicU64::new(0));
+        // A tile takes one and gives it back: there are as many as tiles in work at one time.
+        let workspaces = Mutex::new(Vec::<Workspace>::new());
+        let lock_workspaces = || workspaces.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
                 let tile = tiling.tile(number);
-                let job = TileJob { tile, cancel: control.cancel, count_work: control.count_work };
-                let Some((colors, statistics)) =
-                    dispatch::render_tile(&view, &self.hierarchy, &job, self.simd)
-                else {
+                let (cancel, count_work) = (control.cancel, control.count_work);
+                let job = TileJob { tile, cancel, count_work, scheduler: self.scheduler };
+                let mut workspace = lock_workspaces().pop().unwrap_or_default();
+                let rendered = dispatch::render_tile(&view, &self.hierarchy, &job, &mut workspace, self.simd);
+                lock_workspaces().push(workspace);
+                let Some((colors, statistics)) = rendered else {
                     return;
                 };
                 {

@@ -8,16 +8,29 @@ use eosphor_accel::SimdLevel;
 pub struct CpuOptions {
     /// Threads; `None`: one for each core the process may use.
     pub threads: Option<usize>,
-    /// Side of a tile in pixels, at least 1.
-    pub tile: u32,
+    /// Side of a tile in pixels, at least 1; `None`: 32, or less where that would leave threads idle.
+    pub tile: Option<u32>,
     /// The hierarchy.
     pub accel: Accel,
     /// SIMD level; `None`: the best that the CPU has.
     pub simd: Option<SimdLevel>,
+    /// The order in which rays are traced.
+    pub scheduler: Scheduler,
+}
+
+/// In which order the rays of a tile are traced. All give the same bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheduler {
+    /// Many at a time: those of neighbouring pixels, those towards one light, those that go on. Without a hierarchy, and
+    /// where work is counted, rays are traced as by [`Scheduler::Scalar`].
+    #[default]
+    Batched,
+    /// Pixel after pixel, each path to its end: the reference, `eosphor_core::whitted::radiance`.
+    Scalar,
 }
 
 impl Default for CpuOptions {
     fn default() -> CpuOptions {
-        CpuOptions { threads: None, tile: 16, accel: Accel::Bvh, simd: None }
+        CpuOptions { threads: None, tile: None, accel: Accel::Bvh, simd: None, scheduler: Scheduler::Batched }
     }
 }

@@ -11,7 +11,21 @@ pub(super) struct Tiling {
     side: u32,
 }
 
+/// Sides of tiles, from the largest: batches of rays want large ones, many threads small ones.
+const SIDES: [u32; 3] = [32, 16, 8];
+
+/// Tiles that each thread should have, so that none waits long for the last.
+const TILES_A_THREAD: u32 = 8;
+
 impl Tiling {
+    /// With tiles of `side`, or else of a side that gives each thread enough of them.
+    pub(super) fn for_threads(width: u32, rows: Range<u32>, side: Option<u32>, threads: usize) -> Tiling {
+        let enough = TILES_A_THREAD.saturating_mul(threads as u32);
+        let gives_enough = |side: &u32| Tiling::new(width, rows.clone(), *side).len() >= enough;
+        let chosen = || SIDES.into_iter().find(gives_enough).unwrap_or(SIDES[SIDES.len() - 1]);
+        Tiling::new(width, rows.clone(), side.unwrap_or_else(chosen))
+    }
+
     pub(super) fn new(width: u32, rows: Range<u32>, side: u32) -> Tiling {
         Tiling { width, first_row: rows.start, height: rows.end - rows.start, side }
     }
@@ -49,6 +63,12 @@ impl Tile {
         self.width as u64 * self.height as u64
     }
 
+    /// The number of one of its pixels, row after row.
+    #[inline(always)]
+    pub(super) fn index_of(&self, x: u32, y: u32) -> usize {
+        ((y - self.y) * self.width + (x - self.x)) as usize
+    }
+
     /// Its pixels' places, row after row.
     pub(super) fn places(self) -> impl Iterator<Item = (u32, u32)> {
         let tile = self;
@@ -67,6 +87,15 @@ impl Tile {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sides_by_threads() {
+        let side = |width, height, side, threads| Tiling::for_threads(width, 0..height, side, threads).side;
+        assert_eq!(side(1920, 1080, None, 2), 32);
+        assert_eq!(side(800, 800, None, 128), 16);
+        assert_eq!(side(100, 100, None, 64), 8);
+        assert_eq!(side(100, 100, Some(77), 64), 77);
+    }
 
     #[test]
     fn tiles_cover_every_pixel_once() {

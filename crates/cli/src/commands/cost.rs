@@ -1,0 +1,59 @@
+//! `eosphor render --show cost`: what the camera rays of each pixel cost, in false colours.
+
+use crate::arguments::RenderFlags;
+use crate::backend::feature_pass;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::report::hierarchy_rows;
+use crate::streams::{self, Verbosity};
+use eosphor::{Bands, CostMap, DevelopSettings, HierarchyStatistics, SaveOptions, SceneData, save};
+use serde::Serialize;
+use std::sync::Arc;
+
+/// Nodes and tests of a pixel's camera rays.
+#[derive(Serialize)]
+struct CostReport<'a> {
+    /// What the brightest colour stands for.
+    brightest: u32,
+    mean: f64,
+    largest: u32,
+    hierarchy: &'a HierarchyStatistics,
+}
+
+pub(super) fn show_cost(
+    flags: &RenderFlags,
+    data: Arc<SceneData>,
+    bands: Bands,
+    options: SaveOptions,
+) -> Result<(), Failure> {
+    let width = data.settings.width;
+    let pass = feature_pass(&flags.device, flags.accel, data, None)?;
+    let mut work = Vec::new();
+    for rows in bands {
+        work.extend(pass.rows(rows, interrupt::flag())?.work);
+        interrupt::check()?;
+    }
+    let map = CostMap::new(&work, width, flags.show_max);
+    // The colours are meant as they are: neither the scene's exposure nor its curve is for them.
+    let options = SaveOptions { develop: DevelopSettings::default(), layers: Vec::new(), ..options };
+    save(&map.film, &flags.output, &options)?;
+    let hierarchy = pass.hierarchy_statistics();
+    if flags.report.json {
+        let CostMap { brightest, mean, largest, .. } = map;
+        streams::json(&CostReport { brightest, mean, largest, hierarchy: &hierarchy })?;
+    }
+    let verbosity = flags.report.verbosity();
+    let (output, accel) = (flags.output.display(), flags.accel);
+    let CostMap { brightest, mean, largest, .. } = map;
+    verbosity.say(
+        Verbosity::Normal,
+        &format!(
+            "{output}: nodes and tests of the camera rays of each pixel, hierarchy {accel}: the brightest stands \
+             for {brightest}; {mean:.2} on average, {largest} at most"
+        ),
+    );
+    for (name, value) in hierarchy_rows(&hierarchy) {
+        verbosity.say(Verbosity::Verbose, &format!("{name:<16} {value}"));
+    }
+    Ok(())
+}

@@ -1,0 +1,63 @@
+//! What gets through the surfaces between a point and a light: coloured shadows.
+
+use super::MAX_RADIANCE;
+use crate::hierarchy::{Tracer, item};
+use crate::math::Vec3;
+use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use crate::shading::SurfacePoint;
+use crate::view::SceneView;
+
+/// What gets through all surfaces on the way, per channel: the product of their shadow filters in the order of the hits,
+/// each surface once.
+#[inline(always)]
+pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &RayFilter) -> Vec3 {
+    let mut through = Vec3::ONE;
+    let mut after = Hit::miss(f32::NEG_INFINITY);
+    let mut after_front = false;
+    loop {
+        let hit = tracer.next_hit(ray, filter, &after);
+        if hit.is_miss() {
+            return through;
+        }
+        let point = SurfacePoint::new(view, ray, &hit);
+        let again = !after.is_miss()
+            && hit.t - after.t <= point.offset
+            && point.front == after_front
+            && meet_at_corner(view, after.id, hit.id);
+        // What a body takes between its front and its back; a ray that starts inside one begins at its start.
+        let before = if after.is_miss() || !after_front { 0.0 } else { after.t };
+        after = hit;
+        after_front = point.front;
+        if again {
+            continue;
+        }
+        let look = &point.look;
+        let mut surface = look.shadow_filter * look.opacity + Vec3::splat(1.0 - look.opacity);
+        if !point.front {
+            surface *= point.left_by_body(view, hit.t - before);
+        }
+        // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
+        through = (through * surface).min(Vec3::splat(MAX_RADIANCE));
+        if through.max_component() <= 0.0 {
+            return Vec3::ZERO;
+        }
+    }
+}
+
+/// Whether two triangles of one material are neighbours: they share a corner or two. A ray through an edge that
+/// neighbours share hits both, but crosses their surface once. (Triangles that share all corners lie on each other.)
+#[inline(always)]
+fn meet_at_corner(view: &SceneView, a: PrimitiveId, b: PrimitiveId) -> bool {
+    let geometry = item(view.geometries, item(view.instances, a.instance).geometry);
+    let triangles = geometry.triangle_count;
+    if a.instance != b.instance || a.primitive >= triangles || b.primitive >= triangles {
+        return false;
+    }
+    let (a, b) = (geometry.first_triangle + a.primitive, geometry.first_triangle + b.primitive);
+    let [p, q, r] = *item(view.triangles, b);
+    let shared = |v: Vec3| ((v == p) | (v == q) | (v == r)) as u32;
+    let [x, y, z] = *item(view.triangles, a);
+    let count = shared(x) + shared(y) + shared(z);
+    let one_material = item(view.triangle_shading, a).material == item(view.triangle_shading, b).material;
+    one_material & (count > 0) & (count < 3)
+}

@@ -1,0 +1,269 @@
+//! Surface points that lights are added to.
+
+use super::Path;
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::ray::PrimitiveId;
+use eosphor_core::settings::Settings;
+use eosphor_core::shading::SurfacePoint;
+use eosphor_core::view::SceneView;
+use eosphor_core::whitted::{ExactSum, Receiver, Receivers, answers_light, is_lit, point_key};
+use eosphor_core::whitted::{shadow_origin, side_sign};
+
+/// Points in a block: as many lanes as AVX-512 has.
+pub(super) const LANES: usize = 16;
+
+/// Numbers of the points of a block.
+type Lanes = [f32; LANES];
+
+/// Vectors of the points of a block: x of all, y, z.
+type Lanes3 = [Lanes; 3];
+
+/// Some points, each number an array over them, so that loops over points become SIMD code.
+#[derive(Clone, Copy)]
+pub(super) struct Block {
+    position: Lanes3,
+    normal: Lanes3,
+    geometric_normal: Lanes3,
+    to_viewer: Lanes3,
+    offset: Lanes,
+    shininess: Lanes,
+    diffuse: Lanes3,
+    specular: Lanes3,
+    transmission: Lanes3,
+    lamp_highlights: [bool; LANES],
+    pub(super) id: [PrimitiveId; LANES],
+    /// What the points' random numbers depend on: where their paths ended, pixels and samples.
+    path: [u32; LANES],
+    x: [u32; LANES],
+    y: [u32; LANES],
+    pub(super) sample: [u32; LANES],
+    /// What the point gives by itself, and the weight of everything that it gives.
+    local: Lanes3,
+    shown: Lanes3,
+    pixel: [u32; LANES],
+    /// Light that has been added.
+    light: Lanes3,
+}
+
+#[inline(always)]
+pub(super) fn get(lanes: &Lanes3, lane: usize) -> Vec3 {
+    vec3(lanes[0][lane], lanes[1][lane], lanes[2][lane])
+}
+
+#[inline(always)]
+pub(super) fn set(lanes: &mut Lanes3, lane: usize, v: Vec3) {
+    (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (v.x, v.y, v.z);
+}
+
+impl Block {
+    const EMPTY: Block = Block {
+        position: [[0.0; LANES]; 3],
+        normal: [[0.0; LANES]; 3],
+        geometric_normal: [[0.0; LANES]; 3],
+        to_viewer: [[0.0; LANES]; 3],
+        offset: [0.0; LANES],
+        shininess: [0.0; LANES],
+        diffuse: [[0.0; LANES]; 3],
+        specular: [[0.0; LANES]; 3],
+        transmission: [[0.0; LANES]; 3],
+        lamp_highlights: [false; LANES],
+        id: [PrimitiveId::NONE; LANES],
+        path: [0; LANES],
+        x: [0; LANES],
+        y: [0; LANES],
+        sample: [0; LANES],
+        local: [[0.0; LANES]; 3],
+        shown: [[0.0; LANES]; 3],
+        pixel: [0; LANES],
+        light: [[0.0; LANES]; 3],
+    };
+
+    #[inline(always)]
+    pub(super) fn diffuse(&self, lane: usize) -> Vec3 {
+        get(&self.diffuse, lane)
+    }
+
+    #[inline(always)]
+    pub(super) fn specular(&self, lane: usize) -> Vec3 {
+        get(&self.specular, lane)
+    }
+
+    #[inline(always)]
+    pub(super) fn transmission(&self, lane: usize) -> Vec3 {
+        get(&self.transmission, lane)
+    }
+
+    /// Key of a point's random numbers.
+    #[inline(always)]
+    pub(super) fn key(&self, settings: &Settings, lane: usize) -> u32 {
+        point_key(settings, self.path[lane], self.x[lane], self.y[lane])
+    }
+
+    #[inline(always)]
+    pub(super) fn lamp_highlights(&self, lane: usize) -> bool {
+        self.lamp_highlights[lane]
+    }
+
+    #[inline(always)]
+    pub(super) fn add_light(&mut self, lane: usize, light: Vec3) {
+        let sum = get(&self.light, lane) + light;
+        set(&mut self.light, lane, sum);
+    }
+}
+
+/// One side of the points of a block, as lights see it.
+pub(super) struct Side<'a> {
+    block: &'a Block,
+    origin: Lanes3,
+    normal: Lanes3,
+    above: Lanes3,
+    pub(super) highlights: [bool; LANES],
+    pub(super) any_highlights: bool,
+    pub(super) key: [u32; LANES],
+    pub(super) index: [u32; LANES],
+}
+
+impl<'a> Side<'a> {
+    /// Side 0 or 1, without highlights, keys and samples.
+    #[inline(always)]
+    pub(super) fn new(block: &'a Block, side: u32) -> Side<'a> {
+        let none = [[0.0; LANES]; 3];
+        let (mut origin, mut normal, mut above) = (none, none, none);
+        let sign = side_sign(side);
+        for lane in 0..LANES {
+            let up = get(&block.geometric_normal, lane) * sign;
+            set(&mut above, lane, up);
+            set(&mut normal, lane, get(&block.normal, lane) * sign);
+            set(&mut origin, lane, shadow_origin(get(&block.position, lane), up, block.offset[lane]));
+        }
+        let (highlights, key) = ([false; LANES], [0; LANES]);
+        Side { block, origin, normal, above, highlights, any_highlights: false, key, index: key }
+    }
+
+    /// One of its points.
+    #[inline(always)]
+    pub(super) fn receiver(&self, lane: usize) -> Receiver {
+        Receiver {
+            origin: self.origin(lane),
+            normal: self.normal(lane),
+            above: self.above(lane),
+            to_viewer: self.to_viewer(lane),
+            shininess: self.shininess(lane),
+            highlights: self.highlights[lane],
+            key: self.key[lane],
+            first: self.index[lane],
+        }
+    }
+}
+
+impl Receivers for Side<'_> {
+    #[inline(always)]
+    fn origin(&self, lane: usize) -> Vec3 {
+        get(&self.origin, lane)
+    }
+    #[inline(always)]
+    fn normal(&self, lane: usize) -> Vec3 {
+        get(&self.normal, lane)
+    }
+    #[inline(always)]
+    fn above(&self, lane: usize) -> Vec3 {
+        get(&self.above, lane)
+    }
+    #[inline(always)]
+    fn to_viewer(&self, lane: usize) -> Vec3 {
+        get(&self.block.to_viewer, lane)
+    }
+    #[inline(always)]
+    fn shininess(&self, lane: usize) -> f32 {
+        self.block.shininess[lane]
+    }
+    #[inline(always)]
+    fn highlights(&self, lane: usize) -> bool {
+        self.highlights[lane]
+    }
+    #[inline(always)]
+    fn any_highlights(&self) -> bool {
+        self.any_highlights
+    }
+    #[inline(always)]
+    fn key(&self, lane: usize) -> u32 {
+        self.key[lane]
+    }
+    #[inline(always)]
+    fn index(&self, lane: usize) -> u32 {
+        self.index[lane]
+    }
+}
+
+/// The points of a batch.
+#[derive(Default)]
+pub(super) struct LitPoints {
+    pub(super) blocks: Vec<Block>,
+    len: usize,
+}
+
+impl LitPoints {
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        self.blocks.clear();
+        self.len = 0;
+    }
+
+    #[inline(always)]
+    pub(super) fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Points in a block: all lanes but for the last one.
+    #[inline(always)]
+    pub(super) fn points_in(&self, block: usize) -> usize {
+        (self.len - block * LANES).min(LANES)
+    }
+
+    /// Whether lights change what the point gives.
+    #[inline(always)]
+    pub(super) fn takes(view: &SceneView, point: &SurfacePoint) -> bool {
+        is_lit(view.settings.lighting_model)
+            && !view.lights.is_empty()
+            && answers_light(point.look.diffuse, point.look.specular)
+    }
+
+    /// Appends a point that `path` found. `local` is what it gives by itself, `shown` the weight of all that it gives.
+    #[inline(always)]
+    pub(super) fn push(&mut self, point: &SurfacePoint, path: &Path, pixel: usize, shown: Vec3, local: Vec3) {
+        let lane = self.len % LANES;
+        if lane == 0 {
+            self.blocks.push(Block::EMPTY);
+        }
+        let block = &mut self.blocks[self.len / LANES];
+        self.len += 1;
+        set(&mut block.position, lane, point.position);
+        set(&mut block.normal, lane, point.normal);
+        set(&mut block.geometric_normal, lane, point.geometric_normal);
+        set(&mut block.to_viewer, lane, point.to_viewer);
+        block.offset[lane] = point.offset;
+        block.shininess[lane] = point.look.shininess;
+        set(&mut block.diffuse, lane, point.look.diffuse);
+        set(&mut block.specular, lane, point.look.specular);
+        set(&mut block.transmission, lane, point.look.transmission);
+        block.lamp_highlights[lane] = point.look.lamp_highlights;
+        block.id[lane] = point.id;
+        block.path[lane] = path.ray.path;
+        (block.x[lane], block.y[lane]) = (path.x, path.y);
+        block.sample[lane] = path.sample;
+        set(&mut block.local, lane, local);
+        set(&mut block.shown, lane, shown);
+        block.pixel[lane] = pixel as u32;
+    }
+
+    /// Adds what the points give, lights included, to the sums of their pixels.
+    #[inline(always)]
+    pub(super) fn add_to(&self, sums: &mut [ExactSum]) {
+        for (number, block) in self.blocks.iter().enumerate() {
+            for lane in 0..self.points_in(number) {
+                let found = get(&block.local, lane) + get(&block.light, lane);
+                sums[block.pixel[lane] as usize].add(get(&block.shown, lane) * found);
+            }
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The scheduler of the CPU: a tile's rays in batches.
+//!
+//! Rays of one kind are traced together, because packets and streams of rays are what is fast: the camera rays of small
+//! blocks of pixels, the shadow rays of many points towards one light, the rays that go on. It calls the stages of
+//! `core`, in another order than `whitted::radiance` does; sums are exact, so the bits are the same.
+//!
+//! ```text
+//! camera rays, or rays of pending points -> closest hits -> points: local terms ─┬─> light by light: shadow rays -> sums
+//!                              ^                                                 └─> points whose rays go on
+//!                              └── taken from the top, ray by ray ──────────────────────────┘
+//! ```
+//!
+//! Points whose rays go on wait on a stack ([`pending`]) and give their rays when a batch takes them, so that a point with
+//! a thousand glossy rays takes the room of one. Memory is bounded: a batch leaves at most [`BATCH`] points, and takes
+//! its rays from the last ones first, so the points that wait at one time are at most `BATCH` for each bounce of the depth
+//! limit, and twice that for the camera (what lies behind a hole takes the place of its own point). That is 0.4 MiB a
+//! bounce.
+
+mod camera;
+mod lit;
+mod pending;
+mod shadows;
+
+use super::tile::Tile;
+pub(super) use camera::CameraRays;
+use eosphor_accel::{BatchTracer, Coherence, Filters};
+use eosphor_core::math::Vec3;
+use eosphor_core::ray::{Hit, Ray, RayFilter};
+use eosphor_core::shading::SurfacePoint;
+use eosphor_core::view::SceneView;
+use eosphor_core::whitted::{
+    ExactSum, PathRay, RayCounts, depth_limit, local_radiance, pixel_color, weight_at,
+};
+use lit::LitPoints;
+use pending::Pending;
+use shadows::Shadows;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Rays traced at a time, at most.
+const BATCH: usize = 1024;
+
+const NO_RAY: Ray = Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 };
+
+/// A ray and the sample that it is part of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Path {
+    pub(super) ray: PathRay,
+    x: u32,
+    y: u32,
+    sample: u32,
+}
+
+/// What the scheduler works in. It is used again for tile after tile, so that none asks the system for memory.
+#[derive(Default)]
+pub(super) struct Workspace {
+    paths: Vec<Path>,
+    rays: Vec<Ray>,
+    filters: Vec<RayFilter>,
+    hits: Vec<Hit>,
+    pending: Pending,
+    lit: LitPoints,
+    shadows: Shadows,
+    sums: Vec<ExactSum>,
+}
+
+/// Colours of a tile, row after row, and its rays; `None` where it was given up.
+#[inline(always)]
+pub(super) fn trace_tile<T: BatchTracer>(
+    view: &SceneView,
+    tracer: &T,
+    tile: Tile,
+    cancel: &AtomicBool,
+    work: &mut Workspace,
+) -> Option<(Vec<Vec3>, RayCounts)> {
+    let mut counts = RayCounts::default();
+    let mut camera = CameraRays::new(tile, view.settings.samples);
+    work.pending.clear();
+    work.sums.clear();
+    work.sums.resize(tile.pixels() as usize, ExactSum::default());
+    loop {
+        if cancel.load(Ordering::Relaxed) {
+            return None;
+        }
+        work.paths.clear();
+        // While few points wait there are camera rays to make them more.
+        let from_camera = work.pending.len() < BATCH && camera.take(view, BATCH, &mut work.paths);
+        if !from_camera {
+            work.pending.take(view, BATCH, &mut work.paths);
+        }
+        if work.paths.is_empty() {
+            break;
+        }
+        work.find_hits(view, tracer, if from_camera { Coherence::Coherent } else { Coherence::Auto });
+        work.shade(view, tile, &mut counts);
+        if !work.lit.is_empty() {
+            work.shadows.add_light(view, tracer, &mut work.lit, &mut counts.shadow, cancel)?;
+            work.lit.add_to(&mut work.sums);
+        }
+    }
+    let mut colors = Vec::with_capacity(work.sums.len());
+    for sum in &work.sums {
+        colors.push(pixel_color(view, sum));
+    }
+    Some((colors, counts))
+}
+
+impl Workspace {
+    #[inline(always)]
+    fn find_hits<T: BatchTracer>(&mut self, view: &SceneView, tracer: &T, coherence: Coherence) {
+        let count = self.paths.len();
+        // Written over below; nothing is written where the length stays the same.
+        self.rays.resize(count, NO_RAY);
+        self.filters.resize(count, RayFilter::ALL);
+        self.hits.resize(count, Hit::miss(f32::INFINITY));
+        for (path, ray) in self.paths.iter().zip(&mut self.rays) {
+            *ray = path.ray.ray();
+        }
+        if coherence == Coherence::Coherent {
+            // Camera rays: all leave out the same.
+            let filter = self.paths[0].ray.filter(view.settings);
+            tracer.closest_hits(&self.rays, Filters::Shared(&filter), coherence, &mut self.hits);
+        } else {
+            for (path, filter) in self.paths.iter().zip(&mut self.filters) {
+                *filter = path.ray.filter(view.settings);
+            }
+            tracer.closest_hits(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hits);
+        }
+    }
+
+    /// What the rays found: background and local terms, points to be lit, points whose rays go on.
+    #[inline(always)]
+    fn shade(&mut self, view: &SceneView, tile: Tile, counts: &mut RayCounts) {
+        let settings = view.settings;
+        let max_depth = depth_limit(settings);
+        self.lit.clear();
+        for k in 0..self.paths.len() {
+            let (path, hit) = (&self.paths[k], &self.hits[k]);
+            let pixel = tile.index_of(path.x, path.y);
+            counts.count(path.ray.kind);
+            if hit.is_miss() {
+                self.sums[pixel].add(path.ray.weight * settings.background);
+                continue;
+            }
+            let point = SurfacePoint::new(view, &self.rays[k], hit);
+            let ray = PathRay { weight: weight_at(view, &point, &path.ray, hit.t), ..path.ray };
+            if point.seen > 0.0 {
+                let found = local_radiance(view, &point, ray.travelled + hit.t);
+                let shown = ray.weight * point.seen;
+                if LitPoints::takes(view, &point) {
+                    self.lit.push(&point, path, pixel, shown, found);
+                } else {
+                    self.sums[pixel].add(shown * found);
+                }
+            }
+            self.pending.push(view, &point, &Path { ray, ..*path }, hit.t, max_depth);
+        }
+    }
+}
