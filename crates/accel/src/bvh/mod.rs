@@ -3,6 +3,7 @@
 mod binned;
 mod clip;
 mod cost;
+mod cuts;
 mod lanes;
 mod memory;
 mod morton;

@@ -3,7 +3,7 @@
 //! 3.1; here leaves are left as they are).
 
 use super::{Child, EMPTY, LEAF};
-use crate::bvh::{Tree, filled};
+use crate::bvh::{Tree, filled, room_for};
 use eosphor_core::hierarchy::BvhNode;
 
 /// Children of a wide node.
@@ -29,30 +29,35 @@ type Costs = [f32; WIDTH];
 impl Cut {
     /// Of least cost, where visiting a wide node costs as much as a leaf does.
     pub(super) fn best(tree: Tree) -> Cut {
-        let costs = costs(&tree.nodes);
+        let costs = AllCosts::new(&tree.nodes);
         Cut::by(tree, &costs)
     }
 
     /// Goes down from the root and gives each node its share of the eight places. Parents stand before their children.
-    fn by(tree: Tree, costs: &[Costs]) -> Cut {
+    fn by(tree: Tree, costs: &AllCosts) -> Cut {
         let nodes = &tree.nodes;
         // How many places a node has, less one.
         let mut places = filled(0u8, nodes.len());
-        let mut children = filled(INSIDE, nodes.len());
-        let (mut wide, mut leaves) = (Vec::new(), Vec::new());
+        let mut children = room_for(nodes.len());
+        // Half of the nodes and one more are leaves.
+        let (mut wide, mut leaves) = (room_for(nodes.len() / 4), room_for(nodes.len() / 2 + 1));
         for (at, node) in nodes.iter().enumerate() {
             if !node.is_inner() {
-                children[at] = LEAF | leaves.len() as Child;
+                children.push(LEAF | leaves.len() as Child);
                 leaves.push(at as u32);
                 continue;
             }
             let mut k = places[at] as usize % WIDTH;
-            if k == 0 || costs[at][k] == costs[at][0] {
-                children[at] = wide.len() as Child;
+            let own = costs.of(at);
+            if k == 0 || own[k] == own[0] {
+                children.push(wide.len() as Child);
                 wide.push(at as u32);
                 k = WIDTH - 1;
+            } else {
+                children.push(INSIDE);
             }
-            let (left, right) = (&costs[node.first as usize], &costs[node.first as usize + 1]);
+            let pair = node.first as usize;
+            let (left, right) = (costs.of(pair), costs.of(pair + 1));
             let mut best = (f32::INFINITY, 0);
             for j in 0..k {
                 let cost = left[j] + right[k - 1 - j];
@@ -92,42 +97,54 @@ impl Cut {
     }
 }
 
-/// From the leaves up: children stand behind their parents.
-fn costs(nodes: &[BvhNode]) -> Vec<Costs> {
-    let mut costs = filled([0.0; WIDTH], nodes.len());
-    for at in (0..nodes.len()).rev() {
-        let node = &nodes[at];
-        // Not a number where boxes are infinite: any cut will do there.
-        let area = node.bounds().half_area().min(f32::MAX / 1e9);
-        if !node.is_inner() {
-            costs[at] = [area; WIDTH];
-            continue;
-        }
-        let pair = node.first as usize;
-        let (left, right) = (costs[pair], costs[pair + 1]);
-        let mut own = [f32::INFINITY; WIDTH];
-        // What a leaf costs does not fall with its places, so it gets one.
-        if !nodes[pair].is_inner() {
-            for k in 1..WIDTH {
-                own[k] = left[0] + right[k - 1];
+/// Costs of all nodes, the last node's first: they are found from the leaves up.
+struct AllCosts {
+    reversed: Vec<Costs>,
+    nodes: usize,
+}
+
+impl AllCosts {
+    #[inline(always)]
+    fn of(&self, node: usize) -> &Costs {
+        &self.reversed[self.nodes - 1 - node]
+    }
+
+    /// Children stand behind their parents.
+    fn new(nodes: &[BvhNode]) -> AllCosts {
+        let mut costs = AllCosts { reversed: room_for(nodes.len()), nodes: nodes.len() };
+        for node in nodes.iter().rev() {
+            // Not a number where boxes are infinite: any cut will do there.
+            let area = node.bounds().half_area().min(f32::MAX / 1e9);
+            if !node.is_inner() {
+                costs.reversed.push([area; WIDTH]);
+                continue;
             }
-        } else if !nodes[pair + 1].is_inner() {
-            for k in 1..WIDTH {
-                own[k] = left[k - 1] + right[0];
-            }
-        } else {
-            for k in 1..WIDTH {
-                for j in 0..k {
-                    let cost = left[j] + right[k - 1 - j];
-                    own[k] = if cost < own[k] { cost } else { own[k] };
+            let pair = node.first as usize;
+            let (left, right) = (costs.of(pair), costs.of(pair + 1));
+            let mut own = [f32::INFINITY; WIDTH];
+            // What a leaf costs does not fall with its places, so it gets one.
+            if !nodes[pair].is_inner() {
+                for k in 1..WIDTH {
+                    own[k] = left[0] + right[k - 1];
+                }
+            } else if !nodes[pair + 1].is_inner() {
+                for k in 1..WIDTH {
+                    own[k] = left[k - 1] + right[0];
+                }
+            } else {
+                for k in 1..WIDTH {
+                    for j in 0..k {
+                        let cost = left[j] + right[k - 1 - j];
+                        own[k] = if cost < own[k] { cost } else { own[k] };
+                    }
                 }
             }
+            own[0] = area + own[WIDTH - 1];
+            for k in 1..WIDTH {
+                own[k] = if own[0] < own[k] { own[0] } else { own[k] };
+            }
+            costs.reversed.push(own);
         }
-        own[0] = area + own[WIDTH - 1];
-        for k in 1..WIDTH {
-            own[k] = if own[0] < own[k] { own[0] } else { own[k] };
-        }
-        costs[at] = own;
+        costs
     }
-    costs
 }

@@ -123,14 +123,13 @@ impl Cut {
     #[inline(always)]
     fn fill_nodes(&self, first: usize, room: &mut [MaybeUninit<Node8>], base: Child) {
         for (place, &wide) in room.iter_mut().zip(&self.wide[first..]) {
-            place.write(self.node(wide, base));
+            self.fill_node(place.write(Node8::EMPTY), wide, base);
         }
     }
 
     #[inline(always)]
-    fn node(&self, wide: u32, base: Child) -> Node8 {
+    fn fill_node(&self, node: &mut Node8, wide: u32, base: Child) {
         let (children, count) = self.children_of(wide);
-        let mut node = Node8::EMPTY;
         for (k, &at) in children[..count].iter().enumerate() {
             let inner = &self.tree.nodes[at as usize];
             let child = self.children[at as usize];
@@ -140,8 +139,7 @@ impl Cut {
                 node.planes[2 * axis + 1][k] = inner.max[axis];
             }
         }
-        node.orders = orders(&node);
-        node
+        node.orders = orders(node);
     }
 }
 
