@@ -3,6 +3,7 @@
 mod collapse;
 mod emit;
 mod node;
+mod statistics;
 mod trace;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
@@ -58,7 +59,12 @@ impl Bvh8 {
             instance_root: EMPTY,
             geometries: scene.geometries.to_vec(),
             instances: scene.instances.to_vec(),
-            instances_extent: scene.instances.iter().skip(1).map(|i| i.world_bounds.extent()).fold(0.0, f32::max),
+            instances_extent: scene
+                .instances
+                .iter()
+                .skip(1)
+                .map(|i| i.world_bounds.extent())
+                .fold(0.0, f32::max),
             build_seconds: 0.0,
         };
         for (cut, geometry) in cuts.into_iter().zip(scene.geometries) {

@@ -242,16 +242,8 @@ impl<S: Simd> Packet<S> {
             }
             left &= !group;
             let group = MaskOf::<S>::from_bits(group);
-            let walk = Walk::<S, QUERY, INSTANCES> {
-                packet: self,
-                bvh,
-                root,
-                leg,
-                group,
-                octant,
-                filters,
-                alone,
-            };
+            let walk =
+                Walk::<S, QUERY, INSTANCES> { packet: self, bvh, root, leg, group, octant, filters, alone };
             // SAFETY: the caller's.
             unsafe { S::run(walk) };
         }
