@@ -72,8 +72,16 @@ impl Backend for CudaBackend {
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
         let hierarchy = Hierarchy::build(self.accel, &scene);
+        let (bvh, primitives) = match &hierarchy {
+            Hierarchy::Exhaustive(exhaustive) => (None, &exhaustive.primitives),
+            Hierarchy::Bvh(bvh) => (Some(bvh), &bvh.primitives),
+            Hierarchy::Bvh8(_) => {
+                let problem = format!("GPUs have no hierarchy {}: choose bvh or none", self.accel);
+                return Err(BackendError::Failed(problem));
+            }
+        };
         let upload = |device: &Device| {
-            DeviceScene::upload(&device.stream, &scene.view(), &hierarchy)
+            DeviceScene::upload(&device.stream, &scene.view(), bvh, primitives)
                 .map_err(|error| failure(&device.name, "copying the scene", error))
         };
         Ok(Box::new(PreparedCuda {

@@ -4,6 +4,7 @@ use crate::device::Device;
 use crate::memory::{DeviceArray, allocate, download, upload};
 use crate::ptx::BLOCK;
 use cudarc::driver::{CudaStream, DriverError, LaunchConfig, PushKernelArg};
+use eosphor_accel::{Bvh, PackedPrimitives};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::hierarchy::BvhNode;
@@ -14,7 +15,7 @@ use eosphor_core::math::Vec3;
 use eosphor_core::settings::Settings;
 use eosphor_core::texture::Texture;
 use eosphor_core::view::SceneView;
-use eosphor_render::{Hierarchy, RayStatistics};
+use eosphor_render::RayStatistics;
 use std::sync::Arc;
 
 /// Arguments that `render_bvh` takes before the common ones.
@@ -62,16 +63,16 @@ pub(crate) struct DeviceScene {
 }
 
 impl DeviceScene {
-    /// Copies a scene to a device.
+    /// Copies a scene to a device, with its primitives in the order of the hierarchy, where there is one.
     pub(crate) fn upload(
         stream: &Arc<CudaStream>,
         view: &SceneView,
-        hierarchy: &Hierarchy,
+        bvh: Option<&Bvh>,
+        primitives: &PackedPrimitives,
     ) -> Result<DeviceScene, DriverError> {
-        let primitives = hierarchy.primitives();
-        let bvh = match hierarchy {
-            Hierarchy::Exhaustive(_) => None,
-            Hierarchy::Bvh(bvh) => Some(DeviceBvh {
+        let bvh = match bvh {
+            None => None,
+            Some(bvh) => Some(DeviceBvh {
                 nodes: upload(stream, &bvh.nodes)?,
                 roots: upload(stream, &bvh.roots)?,
                 instance_order: upload(stream, &bvh.instance_order)?,

@@ -2,8 +2,7 @@
 
 use crate::backend::cpu::{Queries, SimdLevel, with_level};
 use eosphor_accel::{
-    BuildOptions, Bvh, Exhaustive, HierarchyStatistics, OneByOne, PackedPrimitives, PacketTracer,
-    SceneGeometry,
+    BuildOptions, Bvh, Bvh8, Exhaustive, HierarchyStatistics, OneByOne, PacketTracer, SceneGeometry,
 };
 use eosphor_core::hierarchy::{CountWork, IgnoreWork, Work};
 use eosphor_scene::SceneData;
@@ -20,7 +19,7 @@ macro_rules! structures {
         $accel:ident, $name:literal, $hierarchy:ident($structure:ty),
         build: |$scene:ident| $build:expr,
         scalar: |$s:ident, $work:ident| $scalar:expr,
-        batches: |$b:ident| $batches:expr;
+        batches: |$b:ident, $simd:ident| $batches:expr;
     )*) => {
         /// Acceleration structures.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -78,7 +77,10 @@ macro_rules! structures {
             /// Calls `ask` with its fast tracer.
             pub(crate) fn with_batches<R>(&self, simd: SimdLevel, ask: impl FnOnce(&dyn Queries) -> R) -> R {
                 match self {
-                    $(Hierarchy::$hierarchy($b) => with_level(&$batches, simd, ask),)*
+                    $(Hierarchy::$hierarchy($b) => {
+                        let $simd = simd;
+                        with_level(&$batches, simd, ask)
+                    })*
                 }
             }
 
@@ -105,13 +107,19 @@ structures! {
     None, "none", Exhaustive(Exhaustive),
     build: |scene| Exhaustive::new(scene),
     scalar: |s, work| s.tracer(work),
-    batches: |s| OneByOne(s.tracer(IgnoreWork));
+    batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
 
     /// Bounding volume hierarchy, binned SAH.
     Bvh, "bvh", Bvh(Bvh),
     build: |scene| Bvh::build(scene, &BuildOptions::default()),
     scalar: |s, work| s.tracer(work),
-    batches: |s| OneByOne(PacketTracer { scalar: s.tracer(IgnoreWork) });
+    batches: |s, _simd| OneByOne(PacketTracer { scalar: s.tracer(IgnoreWork) });
+
+    /// The same with eight children a node, for SIMD on the CPU. Its work is not counted.
+    Bvh8, "bvh8", Bvh8(Bvh8),
+    build: |scene| Bvh8::build(scene, &BuildOptions::default()),
+    scalar: |s, _work| s.tracer(),
+    batches: |s, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer());
 }
 
 /// Counts into numbers that are kept elsewhere.
@@ -125,16 +133,6 @@ impl Work for CountTo<'_> {
     #[inline(always)]
     fn primitives(&self, count: u32) {
         self.0.primitives(count);
-    }
-}
-
-impl Hierarchy {
-    /// Its primitives, in its order.
-    pub fn primitives(&self) -> &PackedPrimitives {
-        match self {
-            Hierarchy::Exhaustive(exhaustive) => &exhaustive.primitives,
-            Hierarchy::Bvh(bvh) => &bvh.primitives,
-        }
     }
 }
 

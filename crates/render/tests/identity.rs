@@ -46,6 +46,10 @@ fn assert_identical(name: &str, scene: &Scene) {
     for simd in SimdLevel::available() {
         ways.push((format!("bvh, {simd}"), CpuOptions { simd: Some(simd), threads: Some(2), ..base }));
     }
+    for simd in SimdLevel::available() {
+        let options = CpuOptions { accel: Accel::Bvh8, simd: Some(simd), threads: Some(2), ..base };
+        ways.push((format!("bvh8, {simd}"), options));
+    }
     ways.push(("no hierarchy".into(), CpuOptions { accel: Accel::None, threads: Some(2), ..base }));
     for level in SimdLevel::ALL.into_iter().filter(|l| !l.is_available()) {
         eprintln!("SKIPPED: {name}: this CPU has no {level}");

@@ -6,7 +6,9 @@ mod surfaces;
 
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
-use eosphor_render::{Backend, CpuBackend, CpuOptions, RayStatistics, RenderControl, Scheduler, SimdLevel};
+use eosphor_render::{
+    Accel, Backend, CpuBackend, CpuOptions, RayStatistics, RenderControl, Scheduler, SimdLevel,
+};
 use eosphor_scene::{
     AlphaMode, Camera, Light, LoadOptions, Material, MaterialKind, Mtl, Parallelogram, Pbr, PixelSampling,
     Preset, RenderSettings, Scene, SceneData, Sphere, load,
@@ -40,6 +42,7 @@ fn assert_identical_data(name: &str, data: SceneData) -> RayStatistics {
     let mut ways = vec![base, CpuOptions { threads: Some(3), tile: Some(7), ..base }];
     ways.push(CpuOptions { threads: Some(2), tile: Some(64), ..base });
     ways.extend(SimdLevel::available().map(|simd| CpuOptions { simd: Some(simd), ..base }));
+    ways.push(CpuOptions { accel: Accel::Bvh8, ..base });
     for options in ways {
         let (other, other_rays) = render(&scene, options);
         assert_eq!(other_rays, rays, "{name}, {options:?}");

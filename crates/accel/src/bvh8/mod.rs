@@ -4,10 +4,11 @@ mod collapse;
 mod emit;
 mod node;
 mod refit;
+mod statistics;
 mod trace;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
-pub use trace::Bvh8Tracer;
+pub use trace::{Bvh8CountingTracer, Bvh8Tracer};
 
 use crate::bvh::{Purpose, geometry_tree, instance_tree, room_for};
 use crate::{BuildOptions, SceneGeometry};
@@ -59,7 +60,12 @@ impl Bvh8 {
             instance_root: EMPTY,
             geometries: scene.geometries.to_vec(),
             instances: scene.instances.to_vec(),
-            instances_extent: scene.instances.iter().skip(1).map(|i| i.world_bounds.extent()).fold(0.0, f32::max),
+            instances_extent: scene
+                .instances
+                .iter()
+                .skip(1)
+                .map(|i| i.world_bounds.extent())
+                .fold(0.0, f32::max),
             build_seconds: 0.0,
         };
         for (cut, geometry) in cuts.into_iter().zip(scene.geometries) {

@@ -176,7 +176,6 @@ pub(crate) struct X4Mask(pub(super) __m128);
 impl Float for X4 {
     type Array = [f32; 4];
     type Mask = X4Mask;
-    const LANES: usize = 4;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -306,7 +305,6 @@ pub(crate) struct X8Mask(pub(super) __m256);
 impl Float for X8 {
     type Array = [f32; 8];
     type Mask = X8Mask;
-    const LANES: usize = 8;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -452,7 +450,6 @@ pub(crate) struct Pair8Mask(X8Mask, X8Mask);
 impl Float for Pair8 {
     type Array = [f32; 16];
     type Mask = Pair8Mask;
-    const LANES: usize = 16;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {

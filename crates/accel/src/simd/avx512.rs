@@ -89,7 +89,6 @@ pub(crate) struct X16Mask(__mmask16);
 impl Float for X16 {
     type Array = [f32; 16];
     type Mask = X16Mask;
-    const LANES: usize = 16;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {

@@ -96,8 +96,6 @@ pub(crate) trait Float: Copy {
     type Array: Copy + AsRef<[f32]> + AsMut<[f32]>;
     /// A truth value for each lane.
     type Mask: Mask;
-    /// How many lanes.
-    const LANES: usize;
 
     /// The same in every lane.
     fn splat(x: f32) -> Self;

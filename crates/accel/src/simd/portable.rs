@@ -117,7 +117,6 @@ where
 {
     type Array = [f32; N];
     type Mask = LaneMask<N>;
-    const LANES: usize = N;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {

@@ -12,9 +12,9 @@ use super::Bvh8;
 use crate::simd::{Kernel, Simd, run_at};
 use crate::{BatchTracer, Coherence, Filters, SimdLevel};
 use batch::Batch;
-use eosphor_core::hierarchy::{ShadowBatch, Tracer};
+use eosphor_core::hierarchy::{ShadowBatch, Tracer, Work};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
-use walk::{ANY, CLOSEST, Found, NEXT, Query};
+use walk::{ANY, CLOSEST, COUNTING, Found, NEXT, Query};
 
 /// Traces rays through a [`Bvh8`].
 #[derive(Clone, Copy, Debug)]
@@ -102,6 +102,45 @@ impl Tracer for Bvh8Tracer<'_> {
             hidden[*lane] = found;
         }
         hidden
+    }
+}
+
+/// Traces single rays through a [`Bvh8`] and counts: eight boxes for each node visited, and the triangles of each block.
+#[derive(Clone, Copy, Debug)]
+pub struct Bvh8CountingTracer<'a, C> {
+    tracer: Bvh8Tracer<'a>,
+    /// Told what is done.
+    pub work: C,
+}
+
+impl Bvh8 {
+    /// The traversal that counts.
+    pub fn counting_tracer<C: Work>(&self, work: C) -> Bvh8CountingTracer<'_, C> {
+        Bvh8CountingTracer { tracer: self.tracer(), work }
+    }
+}
+
+impl<C: Work> Bvh8CountingTracer<'_, C> {
+    fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, found: Found) -> Found {
+        let found = self.tracer.one::<QUERY>(ray, filter, found);
+        self.work.nodes(found.nodes);
+        self.work.primitives(found.primitives);
+        found
+    }
+}
+
+impl<C: Work> Tracer for Bvh8CountingTracer<'_, C> {
+    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+        self.one::<{ CLOSEST | COUNTING }>(ray, filter, Found::nothing(ray.t_max)).best
+    }
+
+    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        self.one::<{ ANY | COUNTING }>(ray, filter, Found::nothing(ray.t_max)).any
+    }
+
+    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+        let found = Found { after: *after, ..Found::nothing(ray.t_max) };
+        self.one::<{ NEXT | COUNTING }>(ray, filter, found).best
     }
 }
 

@@ -242,16 +242,8 @@ impl<S: Simd> Packet<S> {
             }
             left &= !group;
             let group = MaskOf::<S>::from_bits(group);
-            let walk = Walk::<S, QUERY, INSTANCES> {
-                packet: self,
-                bvh,
-                root,
-                leg,
-                group,
-                octant,
-                filters,
-                alone,
-            };
+            let walk =
+                Walk::<S, QUERY, INSTANCES> { packet: self, bvh, root, leg, group, octant, filters, alone };
             // SAFETY: the caller's.
             unsafe { S::run(walk) };
         }
@@ -604,7 +596,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
                 primitive: primitive.as_ref()[lane].to_bits(),
             };
             let best = Hit { t: t_max.as_ref()[lane], u: u.as_ref()[lane], v: v.as_ref()[lane], id };
-            let mut found = Found { best, after: best, any: false };
+            let mut found = Found { best, ..Found::nothing(best.t) };
             let (o, d) = (lane_of(&origin, lane), lane_of(&direction, lane));
             let t_min = t_min.as_ref()[lane];
             // SAFETY: the caller's.

@@ -1,7 +1,7 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
 use super::lanes::{RayV, STEEP, SlabV, T_SLACK, TriangleV};
-use super::walk::{ANY, Found, Query, STACK};
+use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, each};
 use eosphor_core::intersect::{
@@ -127,7 +127,7 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
     let local = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
     // SAFETY: the root is the scene's.
     unsafe { search::<S, QUERY>(bvh, bvh.roots[0], &local, &WORLD, filter, found) };
-    if bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
+    if bvh.instance_root != EMPTY && !(QUERY & KIND == ANY && found.any) {
         // SAFETY: as above.
         unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
     }
@@ -203,6 +203,9 @@ impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
     #[inline(always)]
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
         if leaf & SPHERE != 0 {
+            if QUERY & COUNTING != 0 {
+                found.primitives += 1;
+            }
             return test_sphere::<QUERY>(
                 self.bvh,
                 (leaf & PLACE) as usize,
@@ -231,10 +234,32 @@ pub(super) unsafe fn search<S: Simd, const QUERY: Query>(
     filter: &RayFilter,
     found: &mut Found,
 ) -> bool {
-    let skipped = skipped_in(place.instance, filter);
-    let mut leaves = PrimitiveLeaves { bvh, ray, place, skipped, cull_back_faces: filter.cull_back_faces };
     // SAFETY: the caller's.
-    unsafe { walk::<S, QUERY>(bvh, root, ray, found, &mut leaves) }
+    unsafe { S::run(Search::<QUERY> { bvh, root, ray, place, filter, found }) }
+}
+
+/// A search: a function of its own, which keeps the code small.
+struct Search<'a, const QUERY: Query> {
+    bvh: &'a Bvh8,
+    root: Child,
+    ray: &'a SingleRay,
+    place: &'a Place,
+    filter: &'a RayFilter,
+    found: &'a mut Found,
+}
+
+impl<const QUERY: Query> Kernel for Search<'_, QUERY> {
+    type Output = bool;
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) -> bool {
+        let Search { bvh, root, ray, place, filter, found } = self;
+        let skipped = skipped_in(place.instance, filter);
+        let cull_back_faces = filter.cull_back_faces;
+        let mut leaves = PrimitiveLeaves { bvh, ray, place, skipped, cull_back_faces };
+        // SAFETY: the caller's.
+        unsafe { walk::<S, QUERY>(bvh, root, ray, found, &mut leaves) }
+    }
 }
 
 /// Numbers of the triangles of an instance that a query leaves out; `u32::MAX` is none.
@@ -276,6 +301,9 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
             // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
             unsafe {
                 let node = bvh.nodes.get_unchecked(at as usize);
+                if QUERY & COUNTING != 0 {
+                    found.nodes += 8;
+                }
                 let [x0, y0, z0] =
                     each!(k => planes::<S>(node, near_planes[k]).fma(inverse[k], near_offset[k]));
                 let [x1, y1, z1] =
@@ -284,7 +312,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                 let far = x1.min(y1).min(z1.min(t_max));
                 let node_children = S::F8::load(node.children.as_ptr().cast());
                 debug_assert!(count + 8 <= STACK);
-                if QUERY == ANY {
+                if QUERY & KIND == ANY {
                     let entered = near.le(far).bits();
                     S::compress8(node_children, entered, children.add(count).cast());
                     count += entered.count_ones() as usize;
@@ -317,7 +345,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
             }
             count -= 1;
             // SAFETY: below the count, the stack has been written.
-            if QUERY == ANY || unsafe { *nears.add(count) } <= found.best.t {
+            if QUERY & KIND == ANY || unsafe { *nears.add(count) } <= found.best.t {
                 break;
             }
         }
@@ -339,6 +367,9 @@ impl PrimitiveLeaves<'_> {
             length1: S::F4::from_array(&block.length1),
             length2: S::F4::from_array(&block.length2),
         };
+        if QUERY & COUNTING != 0 {
+            found.primitives += 4 - block.primitive.iter().filter(|&&p| p == u32::MAX).count() as u32;
+        }
         let edges = triangles.test_edges(ray);
         if !edges.candidates.any() {
             return false;

@@ -11,6 +11,11 @@ pub(super) const ANY: Query = 1;
 /// The nearest hit after another one.
 pub(super) const NEXT: Query = 2;
 
+/// The bits of a query that say which it is.
+pub(super) const KIND: Query = 3;
+/// Set in single rays' queries that count nodes and primitives.
+pub(super) const COUNTING: Query = 4;
+
 /// Places on a stack: at each level of the tree up to seven children wait, and a level has half the nodes of the one
 /// below or a depth below that of the tree with two children a node, so 64 levels at most; and 8 more, since whole
 /// vectors are written.
@@ -25,18 +30,21 @@ pub(super) struct Found {
     pub(super) after: Hit,
     /// For [`ANY`]: there is one.
     pub(super) any: bool,
+    /// For [`COUNTING`]: boxes and primitives tested.
+    pub(super) nodes: u32,
+    pub(super) primitives: u32,
 }
 
 impl Found {
     #[inline(always)]
     pub(super) fn nothing(t_max: f32) -> Found {
-        Found { best: Hit::miss(t_max), after: Hit::miss(t_max), any: false }
+        Found { best: Hit::miss(t_max), after: Hit::miss(t_max), any: false, nodes: 0, primitives: 0 }
     }
 
     /// Offers a hit that counts; `true` ends the search.
     #[inline(always)]
     pub(super) fn offer<const QUERY: Query>(&mut self, hit: Hit) -> bool {
-        match QUERY {
+        match QUERY & KIND {
             ANY => {
                 self.any |= hit.t <= self.best.t;
                 self.any
