@@ -75,7 +75,7 @@ impl Backend for CudaBackend {
         let (bvh, primitives) = match &hierarchy {
             Hierarchy::Exhaustive(exhaustive) => (None, &exhaustive.primitives),
             Hierarchy::Bvh(bvh) => (Some(bvh), &bvh.primitives),
-            Hierarchy::Bvh8(_) => {
+            _ => {
                 let problem = format!("GPUs have no hierarchy {}: choose bvh or none", self.accel);
                 return Err(BackendError::Failed(problem));
             }

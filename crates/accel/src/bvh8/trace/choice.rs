@@ -80,7 +80,8 @@ mod tests {
     fn camera_rays_go_in_packets_scattered_ones_alone() {
         let camera = rays(4096, |k| (Vec3::ZERO, vec3((k % 64.0) / 200.0 - 0.16, k / 40960.0, 1.0)));
         assert_eq!(choose(&camera, 1.0), Way::Packets);
-        let bounce = rays(4096, |k| (vec3(k / 4096.0, 0.0, 0.0), vec3((k * 7.7).sin(), (k * 3.1).cos(), 0.3)));
+        let bounce =
+            rays(4096, |k| (vec3(k / 4096.0, 0.0, 0.0), vec3((k * 7.7).sin(), (k * 3.1).cos(), 0.3)));
         assert_eq!(choose(&bounce, 1.0), Way::SortedPackets);
         let anywhere =
             rays(4096, |k| (vec3((k * 1.3).sin(), 0.0, 0.0), vec3((k * 7.7).sin(), (k * 3.1).cos(), 0.3)));

@@ -109,8 +109,7 @@ pub(super) struct Place {
 }
 
 /// The world itself.
-pub(super) static WORLD: Place =
-    Place { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
+pub(super) static WORLD: Place = Place { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
 
 /// Searches the whole scene for one ray.
 ///

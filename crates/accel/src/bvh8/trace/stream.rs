@@ -4,8 +4,8 @@
 //! number. Here 32 rays take their steps in turn: all node steps, then all leaf steps, so that the processor works on
 //! several at once, and branches go the same way again and again. Nothing is computed that a single ray would not.
 
-use super::single::{PrimitiveLeaves, SingleRay, VisitLeaf, WORLD, skipped_in};
 use super::single;
+use super::single::{PrimitiveLeaves, SingleRay, VisitLeaf, WORLD, skipped_in};
 use super::walk::{ANY, Found, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, LEAF};
 use crate::simd::{Float, Mask, Simd, each};
@@ -95,7 +95,12 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(bvh: &Bvh8, source: &mut
                     finish::<S, QUERY>(bvh, slot, source);
                 }
                 if let Some((number, ray, filter)) = source.next() {
-                    (&raw mut slot.ray).write(SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent));
+                    (&raw mut slot.ray).write(SingleRay::new::<S>(
+                        ray.origin,
+                        ray.direction,
+                        ray.t_min,
+                        extent,
+                    ));
                     (&raw mut slot.found).write(Found::nothing(ray.t_max));
                     (slot.number, slot.count, slot.at) = (number, 1, root);
                     slot.skipped = skipped_in(0, filter);

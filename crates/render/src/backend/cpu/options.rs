@@ -31,6 +31,12 @@ pub enum Scheduler {
 
 impl Default for CpuOptions {
     fn default() -> CpuOptions {
-        CpuOptions { threads: None, tile: None, accel: Accel::Bvh, simd: None, scheduler: Scheduler::Batched }
+        CpuOptions {
+            threads: None,
+            tile: None,
+            accel: Accel::Bvh8,
+            simd: None,
+            scheduler: Scheduler::Batched,
+        }
     }
 }
