@@ -1,6 +1,6 @@
 //! The hierarchy that a backend traces rays through.
 
-use crate::backend::cpu::{Queries, SimdLevel, with_level};
+use crate::backend::cpu::{ByOrigin, Queries, SimdLevel, with_level};
 use eosphor_accel::{
     BuildOptions, Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree, KdTreeOptions,
     Octree, OctreeOptions, OneByOne, PacketTracer, SceneGeometry,
@@ -113,7 +113,7 @@ structures! {
     Bvh, "bvh", Bvh(Bvh),
     build: |scene| Bvh::build(scene, &BuildOptions::default()),
     scalar: |s, work| s.tracer(work),
-    batches: |s, _simd| OneByOne(PacketTracer { scalar: s.tracer(IgnoreWork) });
+    batches: |s, _simd| ByOrigin(PacketTracer { scalar: s.tracer(IgnoreWork) });
 
     /// The same with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),

@@ -167,7 +167,7 @@ pub fn gather<T: Tracer, const W: usize>(
 }
 
 /// The last samples are traced by so many lanes where they fit: most of the others would be idle.
-const FEW: usize = 4;
+pub const FEW: usize = 4;
 
 struct Gatherer<'a, T> {
     view: &'a SceneView<'a>,

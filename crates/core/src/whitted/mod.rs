@@ -20,7 +20,7 @@ mod transmittance;
 pub use arrival::{branches_at, depth_limit, ray_behind, weight_at};
 pub use camera_ray::camera_ray;
 pub use children::{branch_count, child_ray};
-pub use direct_light::{Gathered, direct_light, gather};
+pub use direct_light::{FEW, Gathered, direct_light, gather};
 pub use direct_light::{
     answer, answers_light, is_lit_from_behind, light_key, point_key, shadow_filter, throws_highlight,
 };
