@@ -3,23 +3,29 @@
 use crate::arguments::{BackendChoice, DeviceFlags};
 use crate::failure::Failure;
 use eosphor::{
-    Accel, Backend, CpuBackend, CpuOptions, CudaBackend, CudaOptions, FeaturePass, Hierarchy, SceneData,
+    Accel, Backend, Builder, CpuBackend, CpuOptions, CudaBackend, CudaOptions, FeaturePass, Hierarchy,
+    SceneData,
 };
 use std::sync::Arc;
 
 /// The backend that the flags ask for. `auto` is the CPU while the GPU kernels are not tuned.
-pub(crate) fn backend_for(flags: &DeviceFlags, accel: Accel) -> Result<Box<dyn Backend>, Failure> {
+pub(crate) fn backend_for(flags: &DeviceFlags, accel: Option<Accel>) -> Result<Box<dyn Backend>, Failure> {
     match &flags.backend {
         BackendChoice::Auto | BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
         BackendChoice::Cuda(devices) => {
-            let options = CudaOptions { devices: devices.clone(), accel };
+            let usual = CudaOptions::default();
+            let options = CudaOptions {
+                devices: devices.clone(),
+                accel: accel.unwrap_or(usual.accel),
+                builder: builder_for(flags),
+            };
             Ok(Box::new(CudaBackend::new(options)?))
         }
     }
 }
 
 /// The CPU, whatever else renders.
-pub(crate) fn cpu_backend(flags: &DeviceFlags, accel: Accel) -> Result<CpuBackend, Failure> {
+pub(crate) fn cpu_backend(flags: &DeviceFlags, accel: Option<Accel>) -> Result<CpuBackend, Failure> {
     Ok(CpuBackend::new(cpu_options(flags, accel))?)
 }
 
@@ -27,18 +33,24 @@ pub(crate) fn cpu_backend(flags: &DeviceFlags, accel: Accel) -> Result<CpuBacken
 /// hierarchy.
 pub(crate) fn feature_pass(
     flags: &DeviceFlags,
-    accel: Accel,
+    accel: Option<Accel>,
     scene: Arc<SceneData>,
     hierarchy: Option<Arc<Hierarchy>>,
 ) -> Result<FeaturePass, Failure> {
     Ok(cpu_backend(flags, accel)?.feature_pass(scene, hierarchy)?)
 }
 
-fn cpu_options(flags: &DeviceFlags, accel: Accel) -> CpuOptions {
+/// How bounding volume hierarchies are built.
+pub(crate) fn builder_for(flags: &DeviceFlags) -> Builder {
+    flags.builder.unwrap_or(CpuOptions::default().builder)
+}
+
+fn cpu_options(flags: &DeviceFlags, accel: Option<Accel>) -> CpuOptions {
     CpuOptions {
         threads: flags.threads.map(usize::from),
         tile: flags.tile,
-        accel,
+        accel: accel.unwrap_or(CpuOptions::default().accel),
+        builder: builder_for(flags),
         simd: flags.simd.0,
         scheduler: flags.scheduler,
     }

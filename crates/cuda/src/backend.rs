@@ -4,6 +4,7 @@ use crate::bands::{BandHeight, Rows};
 use crate::device::{Device, devices};
 use crate::failure::failure;
 use crate::scene::DeviceScene;
+use eosphor_accel::Builder;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
     RayStatistics, RenderControl, Rendered, check_rows, check_scene,
@@ -21,12 +22,14 @@ pub struct CudaOptions {
     pub devices: Vec<usize>,
     /// The hierarchy.
     pub accel: Accel,
+    /// How the bounding volume hierarchy is built.
+    pub builder: Builder,
 }
 
 impl Default for CudaOptions {
     /// The first device, with a BVH.
     fn default() -> CudaOptions {
-        CudaOptions { devices: vec![0], accel: Accel::Bvh }
+        CudaOptions { devices: vec![0], accel: Accel::Bvh, builder: Builder::Binned }
     }
 }
 
@@ -34,6 +37,7 @@ impl Default for CudaOptions {
 pub struct CudaBackend {
     devices: Arc<Vec<Device>>,
     accel: Accel,
+    builder: Builder,
 }
 
 impl CudaBackend {
@@ -59,7 +63,7 @@ impl CudaBackend {
             return Err(BackendError::Unavailable("no CUDA device was chosen".into()));
         }
         let devices = options.devices.iter().map(open).collect::<Result<_, _>>()?;
-        Ok(CudaBackend { devices: Arc::new(devices), accel: options.accel })
+        Ok(CudaBackend { devices: Arc::new(devices), accel: options.accel, builder: options.builder })
     }
 }
 
@@ -71,7 +75,7 @@ impl Backend for CudaBackend {
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
-        let hierarchy = Hierarchy::build(self.accel, &scene);
+        let hierarchy = Hierarchy::build(self.accel, self.builder, &scene);
         let (bvh, primitives) = match &hierarchy {
             Hierarchy::Exhaustive(exhaustive) => (None, &exhaustive.primitives),
             Hierarchy::Bvh(bvh) => (Some(bvh), &bvh.primitives),

@@ -63,9 +63,9 @@ pub use eosphor_render::output::{
 };
 #[doc(inline)]
 pub use eosphor_render::{
-    Accel, Backend, BackendError, Bands, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
+    Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
     FeaturePass, FeatureRows, Film, Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene, Progress,
-    RayStatistics, RenderControl, Rendered, Scheduler, SimdLevel, scene_hash,
+    Quality, RayStatistics, RenderControl, Rendered, Scheduler, SimdLevel, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

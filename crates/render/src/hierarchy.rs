@@ -2,8 +2,8 @@
 
 use crate::backend::cpu::{ByOrigin, Queries, SimdLevel, with_level};
 use eosphor_accel::{
-    BuildOptions, Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree, KdTreeOptions,
-    Octree, OctreeOptions, OneByOne, PacketTracer, SceneGeometry,
+    BuildOptions, Builder, Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree,
+    KdTreeOptions, Octree, OctreeOptions, OneByOne, PacketTracer, SceneGeometry,
 };
 use eosphor_core::hierarchy::{CountWork, IgnoreWork, Work};
 use eosphor_scene::SceneData;
@@ -18,7 +18,7 @@ macro_rules! structures {
     ($(
         $(#[$doc:meta])*
         $accel:ident, $name:literal, $hierarchy:ident($structure:ty),
-        build: |$scene:ident| $build:expr,
+        build: |$scene:ident, $options:ident| $build:expr,
         scalar: |$s:ident, $work:ident| $scalar:expr,
         batches: |$b:ident, $simd:ident| $batches:expr;
     )*) => {
@@ -51,17 +51,18 @@ macro_rules! structures {
 
         impl Hierarchy {
             /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their
-            /// number.
-            pub fn build(accel: Accel, scene: &SceneData) -> Hierarchy {
+            /// number. `builder` is for the bounding volume hierarchies.
+            pub fn build(accel: Accel, builder: Builder, scene: &SceneData) -> Hierarchy {
                 let geometry = SceneGeometry {
                     triangles: &scene.triangles,
                     spheres: &scene.spheres,
                     geometries: &scene.geometries,
                     instances: &scene.instances,
                 };
+                let options = BuildOptions::of(builder);
                 match accel {
                     $(Accel::$accel => {
-                        let $scene = &geometry;
+                        let ($scene, $options) = (&geometry, &options);
                         Hierarchy::$hierarchy($build)
                     })*
                 }
@@ -105,43 +106,43 @@ macro_rules! structures {
 structures! {
     /// Every ray tests every primitive.
     None, "none", Exhaustive(Exhaustive),
-    build: |scene| Exhaustive::new(scene),
+    build: |scene, _options| Exhaustive::new(scene),
     scalar: |s, work| s.tracer(work),
     batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
 
-    /// Bounding volume hierarchy, binned SAH.
+    /// Bounding volume hierarchy.
     Bvh, "bvh", Bvh(Bvh),
-    build: |scene| Bvh::build(scene, &BuildOptions::default()),
+    build: |scene, options| Bvh::build(scene, options),
     scalar: |s, work| s.tracer(work),
     batches: |s, _simd| ByOrigin(PacketTracer { scalar: s.tracer(IgnoreWork) });
 
     /// The same with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),
-    build: |scene| Bvh8::build(scene, &BuildOptions::default()),
+    build: |scene, options| Bvh8::build(scene, options),
     scalar: |s, work| s.counting_tracer(work),
     batches: |s, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer());
 
     /// Octree, all octants that a ray meets, as PG1 has it.
     Octree, "octree", Octree(Octree),
-    build: |scene| Octree::build(scene, &OctreeOptions::default()),
+    build: |scene, _options| Octree::build(scene, &OctreeOptions::default()),
     scalar: |s, work| s.tracer(work),
     batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
 
     /// The same octree, octants in the order of the ray (Revelles et al. 2000).
     OctreeParametric, "octree-parametric", OctreeParametric(Octree),
-    build: |scene| Octree::build(scene, &OctreeOptions::default()),
+    build: |scene, _options| Octree::build(scene, &OctreeOptions::default()),
     scalar: |s, work| s.parametric_tracer(work),
     batches: |s, _simd| OneByOne(s.parametric_tracer(IgnoreWork));
 
     /// Uniform grid.
     Grid, "grid", Grid(Grid),
-    build: |scene| Grid::build(scene, &GridOptions::default()),
+    build: |scene, _options| Grid::build(scene, &GridOptions::default()),
     scalar: |s, work| s.tracer(work),
     batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
 
     /// kd-tree, SAH.
     KdTree, "kdtree", KdTree(KdTree),
-    build: |scene| KdTree::build(scene, &KdTreeOptions::default()),
+    build: |scene, _options| KdTree::build(scene, &KdTreeOptions::default()),
     scalar: |s, work| s.tracer(work),
     batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
 }

@@ -20,7 +20,7 @@ pub use backend::{
 };
 pub use bands::Bands;
 pub use cost::CostMap;
-pub use eosphor_accel::HierarchyStatistics;
+pub use eosphor_accel::{Builder, HierarchyStatistics, Quality};
 pub use eosphor_core::whitted::PixelFeatures;
 pub use features::{CameraWork, FeatureRows};
 pub use film::Film;

@@ -37,16 +37,23 @@ impl Builder {
     ];
 }
 
-impl fmt::Display for Builder {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
+impl Builder {
+    /// Its name on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
             Builder::Morton => "morton",
             Builder::Median => "median",
             Builder::Sweep => "sweep",
             Builder::Binned => "binned",
             Builder::Spatial => "spatial",
             Builder::Hybrid => "hybrid",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Builder {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 
@@ -85,13 +92,20 @@ impl Quality {
     }
 }
 
-impl fmt::Display for Quality {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
+impl Quality {
+    /// Its name on command lines.
+    pub fn name(self) -> &'static str {
+        match self {
             Quality::Low => "low",
             Quality::Medium => "medium",
             Quality::High => "high",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 

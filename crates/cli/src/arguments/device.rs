@@ -3,7 +3,7 @@
 use super::values::named;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, value_parser};
-use eosphor::{Accel, Scheduler, SimdLevel};
+use eosphor::{Accel, Builder, Quality, Scheduler, SimdLevel};
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
@@ -17,6 +17,9 @@ pub(crate) struct DeviceFlags {
     /// Side of the squares that threads render, in pixels
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=4096))]
     pub(crate) tile: Option<u32>,
+    /// How bounding volume hierarchies are built; low, medium and high stand for morton, binned and spatial
+    #[arg(long, value_name = "NAME", value_parser = builder())]
+    pub(crate) builder: Option<Builder>,
     /// Instructions of the CPU; auto takes the widest there are
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
@@ -71,6 +74,15 @@ fn backend(text: &str) -> Result<BackendChoice, String> {
 /// The name of a structure.
 pub(super) fn accel() -> impl TypedValueParser<Value = Accel> {
     PossibleValuesParser::new(Accel::ALL.iter().map(|accel| accel.name())).try_map(|name| name.parse())
+}
+
+/// The name of a builder, or a quality.
+fn builder() -> impl TypedValueParser<Value = Builder> {
+    let builders = Builder::ALL.map(|b| (b.name(), b));
+    let qualities = Quality::ALL.map(|q| (q.name(), q.options().builder));
+    let named = [&qualities[..], &builders[..]].concat();
+    PossibleValuesParser::new(named.iter().map(|n| n.0))
+        .try_map(move |name| named.iter().find(|n| n.0 == name).map(|n| n.1).ok_or("no such builder"))
 }
 
 /// The name of a structure, or all.

@@ -47,8 +47,8 @@ pub(crate) struct InfoFlags {
     #[arg(help = SCENE_HELP)]
     pub(crate) scene: String,
     /// The hierarchy over the primitives; all: a table of every one, with its work and speed on camera rays
-    #[arg(long, value_name = "NAME", default_value = "bvh", value_parser = device::accels())]
-    pub(crate) accel: AccelChoice,
+    #[arg(long, value_name = "NAME", value_parser = device::accels())]
+    pub(crate) accel: Option<AccelChoice>,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
     /// Print JSON

@@ -6,7 +6,9 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::report::hierarchy_rows;
 use crate::streams::{self, Verbosity};
-use eosphor::{Bands, CostMap, DevelopSettings, HierarchyStatistics, SaveOptions, SceneData, save};
+use eosphor::{
+    Bands, CostMap, CpuOptions, DevelopSettings, HierarchyStatistics, SaveOptions, SceneData, save,
+};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -43,7 +45,8 @@ pub(super) fn show_cost(
         streams::json(&CostReport { brightest, mean, largest, hierarchy: &hierarchy })?;
     }
     let verbosity = flags.report.verbosity();
-    let (output, accel) = (flags.output.display(), flags.accel);
+    let output = flags.output.display();
+    let accel = flags.accel.unwrap_or(CpuOptions::default().accel);
     let CostMap { brightest, mean, largest, .. } = map;
     verbosity.say(
         Verbosity::Normal,

@@ -51,8 +51,9 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
     let loaded = load(&flags.scene, &LoadOptions::default())?;
     let (data, notes) = SceneData::flatten(&loaded.scene)?;
     let accel = match flags.accel {
-        AccelChoice::One(accel) => accel,
-        AccelChoice::All => return structures(flags, &data),
+        Some(AccelChoice::One(accel)) => Some(accel),
+        Some(AccelChoice::All) => return structures(flags, &data),
+        None => None,
     };
     let warnings = loaded.warnings.iter().map(ToString::to_string);
     let notes = warnings.chain(notes.iter().map(ToString::to_string)).collect();

@@ -1,7 +1,7 @@
 //! `eosphor info --accel all SCENE`: every structure over one scene.
 
 use crate::arguments::InfoFlags;
-use crate::backend::cpu_backend;
+use crate::backend::{builder_for, cpu_backend};
 use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
@@ -24,8 +24,8 @@ struct Row {
 pub(super) fn structures(flags: &InfoFlags, data: &SceneData) -> Result<(), Failure> {
     let mut rows = Vec::new();
     for &accel in Accel::ALL {
-        let backend = cpu_backend(&flags.device, accel)?;
-        let hierarchy = Hierarchy::build(accel, data);
+        let backend = cpu_backend(&flags.device, Some(accel))?;
+        let hierarchy = Hierarchy::build(accel, builder_for(&flags.device), data);
         let camera_rays = backend.camera_speed(data, &hierarchy, TRACING);
         rows.push(Row { accel, statistics: hierarchy.statistics(), camera_rays });
     }

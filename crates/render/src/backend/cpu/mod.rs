@@ -81,10 +81,15 @@ impl CpuBackend {
         hierarchy: Option<Arc<Hierarchy>>,
     ) -> Result<FeaturePass, BackendError> {
         check_scene(&scene)?;
-        let build = || Arc::new(self.pool.install(|| Hierarchy::build(self.options.accel, &scene)));
+        let build = || Arc::new(self.build(&scene));
         let hierarchy = hierarchy.unwrap_or_else(build);
         let (simd, tile, pool) = (self.simd, self.options.tile, Arc::clone(&self.pool));
         Ok(FeaturePass { scene, hierarchy, simd, tile, pool })
+    }
+
+    fn build(&self, scene: &SceneData) -> Hierarchy {
+        let CpuOptions { accel, builder, .. } = self.options;
+        self.pool.install(|| Hierarchy::build(accel, builder, scene))
     }
 }
 
@@ -95,7 +100,7 @@ impl Backend for CpuBackend {
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
-        let hierarchy = self.pool.install(|| Hierarchy::build(self.options.accel, &scene));
+        let hierarchy = self.build(&scene);
         let prepared = PreparedCpu {
             scene,
             hierarchy: Arc::new(hierarchy),

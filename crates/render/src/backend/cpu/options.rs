@@ -1,7 +1,7 @@
 //! Choices that change the time a picture takes, and nothing else about it.
 
 use crate::Accel;
-use eosphor_accel::SimdLevel;
+use eosphor_accel::{BuildOptions, Builder, SimdLevel};
 
 /// How the CPU backend works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +12,8 @@ pub struct CpuOptions {
     pub tile: Option<u32>,
     /// The hierarchy.
     pub accel: Accel,
+    /// How bounding volume hierarchies are built.
+    pub builder: Builder,
     /// SIMD level; `None`: the best that the CPU has.
     pub simd: Option<SimdLevel>,
     /// The order in which rays are traced.
@@ -35,6 +37,7 @@ impl Default for CpuOptions {
             threads: None,
             tile: None,
             accel: Accel::Bvh8,
+            builder: BuildOptions::default().builder,
             simd: None,
             scheduler: Scheduler::Batched,
         }
