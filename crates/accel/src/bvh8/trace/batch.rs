@@ -6,8 +6,9 @@ use super::single;
 use super::stream;
 use super::walk::{ANY, Found, NEXT, Query};
 use crate::bvh8::Bvh8;
-use crate::simd::{Float, Kernel, Simd};
+use crate::simd::{Float, Kernel, Mask, Simd};
 use crate::{Coherence, Filters};
+use eosphor_core::hierarchy::ShadowBatch;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 
 /// Queries to be answered.
@@ -161,6 +162,30 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         let bvh = self.bvh;
         // SAFETY: the caller's.
         unsafe { stream::trace::<S, QUERY>(bvh, &mut InOrder { batch: self, next: first, end }) };
+    }
+}
+
+/// Rays from one point, towards a light.
+pub(super) struct FromOnePoint<'a> {
+    pub(super) bvh: &'a Bvh8,
+    pub(super) batch: &'a ShadowBatch<16>,
+    pub(super) filter: &'a RayFilter,
+    /// Bits of the lanes that are asked for.
+    pub(super) active: u32,
+}
+
+impl Kernel for FromOnePoint<'_> {
+    /// Bits of the lanes that something hides.
+    type Output = u32;
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) -> u32 {
+        let (batch, filters) = (self.batch, [self.filter; 16]);
+        let lanes = LaneFilters::<S>::shared(self.filter);
+        let mut packet = Packet::<S>::from_one_point(batch);
+        // SAFETY: the caller's.
+        unsafe { packet.trace::<ANY>(self.bvh, self.active, Some(&lanes), &filters, ALONE_COHERENT) };
+        packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
     }
 }
 

@@ -11,7 +11,7 @@ mod walk;
 use super::Bvh8;
 use crate::simd::{Kernel, Simd, run_at};
 use crate::{BatchTracer, Coherence, Filters, SimdLevel};
-use batch::Batch;
+use batch::{Batch, FromOnePoint};
 use eosphor_core::hierarchy::{ShadowBatch, Tracer, Work};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use walk::{ANY, CLOSEST, COUNTING, Found, NEXT, Query};
@@ -88,18 +88,32 @@ impl Tracer for Bvh8Tracer<'_> {
         active: &[bool; W],
     ) -> [bool; W] {
         let mut hidden = [true; W];
-        let (mut rays, mut lanes, mut count) = ([batch.ray(0); W], [0; W], 0);
+        let mut bits = 0u32;
         for lane in 0..W {
-            if active[lane] {
-                (rays[count], lanes[count]) = (batch.ray(lane), lane);
-                count += 1;
-            }
+            bits |= (active[lane] as u32) << lane;
         }
-        let mut found = [false; W];
-        let rays = &rays[..count];
-        self.occluded_rays(rays, Filters::Shared(filter), Coherence::Coherent, &mut found[..count]);
-        for (lane, found) in lanes[..count].iter().zip(found) {
-            hidden[*lane] = found;
+        // Two rays are faster alone.
+        if W > 16 || bits.count_ones() <= 2 {
+            for lane in 0..W {
+                if active[lane] {
+                    hidden[lane] = self.occluded(&batch.ray(lane), filter);
+                }
+            }
+            return hidden;
+        }
+        let fill = |lanes: &[f32; W]| std::array::from_fn(|lane| lanes[if lane < W { lane } else { 0 }]);
+        let batch = ShadowBatch {
+            origin: batch.origin,
+            x: fill(&batch.x),
+            y: fill(&batch.y),
+            z: fill(&batch.z),
+            t_max: fill(&batch.t_max),
+        };
+        let kernel = FromOnePoint { bvh: self.bvh, batch: &batch, filter, active: bits };
+        // SAFETY: tracers are made for levels that the CPU has.
+        let found = unsafe { run_at(self.level, kernel) };
+        for lane in 0..W {
+            hidden[lane] = !active[lane] || found >> lane & 1 == 1;
         }
         hidden
     }

@@ -11,6 +11,7 @@ use super::walk::{ANY, Found, NEXT, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, along, cross, each, splat3};
 use eosphor_core::geometry::Sphere;
+use eosphor_core::hierarchy::ShadowBatch;
 use eosphor_core::intersect::{LocalRay, PackedTriangle, SLAB_SLACK, intersect_sphere};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
@@ -42,6 +43,18 @@ pub(super) struct LaneFilters<S: Simd> {
 }
 
 impl<S: Simd> LaneFilters<S> {
+    /// The same for all lanes.
+    #[inline(always)]
+    pub(super) fn shared(filter: &RayFilter) -> LaneFilters<S> {
+        let splat = |bits: u32| S::F16::splat(f32::from_bits(bits));
+        let (start, target) = (filter.start, filter.target);
+        LaneFilters {
+            start: [splat(start.primitive), splat(start.instance)],
+            target: [splat(target.primitive), splat(target.instance)],
+            cull: MaskOf::<S>::from_bits(if filter.cull_back_faces { 0xffff } else { 0 }),
+        }
+    }
+
     /// The lanes of `mask` that see a triangle which they meet with this determinant.
     #[inline(always)]
     fn apply(&self, mask: MaskOf<S>, instance: u32, primitive: u32, determinant: S::F16) -> MaskOf<S> {
@@ -163,6 +176,30 @@ impl<S: Simd> Packet<S> {
             v: zero,
             primitive: none,
             instance: none,
+        }
+    }
+
+    /// From rays that start at one point.
+    #[inline(always)]
+    pub(super) fn from_one_point(batch: &ShadowBatch<16>) -> Packet<S> {
+        let none = S::F16::splat(f32::from_bits(u32::MAX));
+        let zero = S::F16::splat(0.0);
+        // SAFETY: sixteen floats each.
+        unsafe {
+            Packet {
+                origin: splat3(batch.origin),
+                direction: [
+                    S::F16::load(batch.x.as_ptr()),
+                    S::F16::load(batch.y.as_ptr()),
+                    S::F16::load(batch.z.as_ptr()),
+                ],
+                t_min: zero,
+                t_max: S::F16::load(batch.t_max.as_ptr()),
+                u: zero,
+                v: zero,
+                primitive: none,
+                instance: none,
+            }
         }
     }
 

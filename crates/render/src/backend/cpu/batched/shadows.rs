@@ -8,16 +8,13 @@ use eosphor_core::ray::{Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
 use eosphor_core::shading::emitted;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{FEW, Gathered, LightLanes, Receiver, answer, is_lit_from_behind, light_key};
+use eosphor_core::whitted::{Gathered, LightLanes, answer, gather, is_lit_from_behind, light_key};
 use eosphor_core::whitted::{shadow_filter, throws_highlight, transmittance};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A light with at least this many samples fills packets from each point by itself; of others, one sample of all points
 /// is traced together.
 const MANY_SAMPLES: u32 = 12;
-
-/// Rays of lights with many samples that are traced together, at least, unless there are no more.
-const QUEUE: usize = 1024;
 
 /// What a block's points may get of a light.
 #[derive(Clone, Copy)]
@@ -28,14 +25,6 @@ struct Offered {
     active: [bool; LANES],
 }
 
-/// What a ray brings if nothing is in its way, and to which point of the batch.
-#[derive(Clone, Copy)]
-struct Weights {
-    point: usize,
-    diffuse: f32,
-    specular: f32,
-}
-
 /// Shadow rays of a batch.
 #[derive(Default)]
 pub(super) struct Shadows {
@@ -43,9 +32,6 @@ pub(super) struct Shadows {
     filters: Vec<RayFilter>,
     hidden: Vec<bool>,
     offered: Vec<Offered>,
-    /// Of lights with many samples: for each ray, and for each block of points what they got.
-    weights: Vec<Weights>,
-    got: Vec<[Gathered; LANES]>,
 }
 
 /// A light, and which side of the points it shines on.
@@ -218,117 +204,22 @@ impl Shadows {
         shadow_rays: &mut u64,
         cancel: &AtomicBool,
     ) -> Option<()> {
-        self.start_queue(points.blocks.len());
-        let samples = lamp.light.samples();
-        for number in 0..points.blocks.len() {
-            let block = &points.blocks[number];
-            let side = lamp.receivers(view, block, 0);
-            for lane in 0..points.points_in(number) {
-                if !lamp.shines_on(view, block, lane) {
-                    continue;
-                }
-                let (receiver, filter) = (side.receiver(lane), shadow_filter(lamp.light, block.id[lane]));
-                let mut start = 0;
-                while start < samples {
-                    let first = receiver.first.wrapping_add(start);
-                    let receiver = Receiver { first, ..receiver };
-                    let (light, left, point) = (lamp.light, samples - start, number * LANES + lane);
-                    if left <= FEW as u32 {
-                        self.queue::<FEW>(view, light, &receiver, left, point, &filter);
-                    } else {
-                        self.queue::<LANES>(view, light, &receiver, left, point, &filter);
-                    }
-                    start += LANES as u32;
-                    if self.rays.len() >= QUEUE {
-                        self.trace_queue(view, tracer, shadow_rays);
-                        if cancel.load(Ordering::Relaxed) {
-                            return None;
-                        }
-                    }
-                }
-            }
-        }
-        self.trace_queue(view, tracer, shadow_rays);
         for number in 0..points.blocks.len() {
             let count = points.points_in(number);
-            lamp.add_to(view, &mut points.blocks[number], count, &self.got[number]);
+            let block = &points.blocks[number];
+            let side = lamp.receivers(view, block, 0);
+            let mut got = [Gathered::default(); LANES];
+            for lane in 0..count {
+                if lamp.shines_on(view, block, lane) {
+                    let (receiver, filter) = (side.receiver(lane), shadow_filter(lamp.light, block.id[lane]));
+                    got[lane] = gather::<T, LANES>(view, tracer, lamp.light, &receiver, &filter, shadow_rays);
+                }
+            }
+            lamp.add_to(view, &mut points.blocks[number], count, &got);
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
         }
         Some(())
-    }
-
-    #[inline(always)]
-    fn start_queue(&mut self, blocks: usize) {
-        self.rays.clear();
-        self.filters.clear();
-        self.weights.clear();
-        self.got.clear();
-        self.got.resize(blocks, [Gathered::default(); LANES]);
-    }
-
-    /// Appends the rays of up to `W` samples of a point.
-    #[inline(always)]
-    fn queue<const W: usize>(
-        &mut self,
-        view: &SceneView,
-        light: &Light,
-        receiver: &Receiver,
-        left: u32,
-        point: usize,
-        filter: &RayFilter,
-    ) {
-        let lanes = LightLanes::<W>::new(view.settings, light, receiver);
-        for lane in 0..W {
-            if ((lane as u32) < left) & (lanes.diffuse[lane] > 0.0) {
-                self.rays.push(lanes.ray(lane, receiver.origin));
-                self.filters.push(*filter);
-                let (diffuse, specular) = (lanes.diffuse[lane], lanes.specular[lane]);
-                self.weights.push(Weights { point, diffuse, specular });
-            }
-        }
-    }
-
-    /// Traces the rays of the queue and adds up what gets through, sample by sample.
-    #[inline(always)]
-    fn trace_queue<T: BatchTracer>(&mut self, view: &SceneView, tracer: &T, shadow_rays: &mut u64) {
-        let mode = view.settings.shadow_mode;
-        let count = self.rays.len();
-        self.hidden.clear();
-        self.hidden.resize(count, false);
-        if mode != ShadowMode::None {
-            *shadow_rays += count as u64;
-            tracer.occluded_rays(
-                &self.rays,
-                Filters::Each(&self.filters),
-                Coherence::Coherent,
-                &mut self.hidden,
-            );
-        }
-        let mut ray = 0;
-        while ray < count {
-            let point = self.weights[ray].point;
-            let got = &mut self.got[point / LANES][point % LANES];
-            if mode == ShadowMode::Coloured {
-                let weights = &self.weights[ray];
-                let through = match self.hidden[ray] {
-                    true => transmittance(view, tracer, &self.rays[ray], &self.filters[ray]),
-                    false => Vec3::ONE,
-                };
-                got.add(through, weights.diffuse, weights.specular);
-                ray += 1;
-                continue;
-            }
-            // All channels are the same: one is added up, without a branch.
-            let (mut diffuse, mut specular) = (got.diffuse.x, got.specular.x);
-            while ray < count && self.weights[ray].point == point {
-                let weights = &self.weights[ray];
-                diffuse += if self.hidden[ray] { 0.0 } else { weights.diffuse };
-                specular += if self.hidden[ray] { 0.0 } else { weights.specular };
-                ray += 1;
-            }
-            *got = Gathered { diffuse: Vec3::splat(diffuse), specular: Vec3::splat(specular) };
-        }
-        self.rays.clear();
-        self.filters.clear();
-        self.weights.clear();
     }
 }
