@@ -206,10 +206,6 @@ impl Float for X4 {
         Self(unsafe { _mm_div_ps(self.0, o.0) })
     }
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm_sqrt_ps(self.0) })
-    }
-    #[inline(always)]
     fn fma(self, b: Self, c: Self) -> Self {
         Self(unsafe { _mm_fmadd_ps(self.0, b.0, c.0) })
     }
@@ -333,10 +329,6 @@ impl Float for X8 {
     #[inline(always)]
     fn div(self, o: Self) -> Self {
         Self(unsafe { _mm256_div_ps(self.0, o.0) })
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm256_sqrt_ps(self.0) })
     }
     #[inline(always)]
     fn fma(self, b: Self, c: Self) -> Self {
@@ -482,10 +474,6 @@ impl Float for Pair8 {
     #[inline(always)]
     fn div(self, o: Self) -> Self {
         Self(self.0.div(o.0), self.1.div(o.1))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(self.0.sqrt(), self.1.sqrt())
     }
     #[inline(always)]
     fn fma(self, b: Self, c: Self) -> Self {

@@ -127,10 +127,6 @@ impl Float for X16 {
         Self(unsafe { _mm512_max_ps(self.0, o.0) })
     }
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm512_sqrt_ps(self.0) })
-    }
-    #[inline(always)]
     fn fma(self, b: Self, c: Self) -> Self {
         Self(unsafe { _mm512_fmadd_ps(self.0, b.0, c.0) })
     }

@@ -149,10 +149,6 @@ where
         self.zip(o, |a, b| a / b)
     }
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.map(f32::sqrt)
-    }
-    #[inline(always)]
     fn fma(self, b: Self, c: Self) -> Self {
         let mut out = self;
         for k in 0..N {

@@ -1,7 +1,7 @@
 //! A ray in the space of a geometry, with what the intersection tests need of it.
 
 use super::{EDGE_TOLERANCE, HIT_TOLERANCE, PADDING, Slab};
-use crate::math::{Vec3, sqrt};
+use crate::math::Vec3;
 
 /// A ray in a geometry's space. The direction is not of unit length where an instance scales; `t` means the same in
 /// every space.
@@ -34,8 +34,10 @@ impl LocalRay {
     pub fn new(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> LocalRay {
         let squared = direction.length_squared();
         let (o, d) = (origin.abs(), direction.abs());
+        // At least the length, and cheaper.
+        let length = d.x + d.y + d.z;
         // The sum is NaN where one of them is.
-        let in_range = (o.x + o.y + o.z) + (d.x + d.y + d.z) <= LARGEST_NUMBER;
+        let in_range = (o.x + o.y + o.z) + length <= LARGEST_NUMBER;
         let reach = extent + origin.abs().max_component();
         let hit_tolerance = HIT_TOLERANCE * extent;
         LocalRay {
@@ -44,7 +46,7 @@ impl LocalRay {
             t_min: if in_range { t_min } else { f32::NAN },
             slab: Slab::new(origin, direction),
             inverse_direction_squared: 1.0 / squared,
-            edge_tolerance: EDGE_TOLERANCE * reach * sqrt(squared),
+            edge_tolerance: EDGE_TOLERANCE * reach * length,
             hit_tolerance_squared: hit_tolerance * hit_tolerance,
             padding: PADDING * extent,
         }

@@ -57,76 +57,122 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         }
     }
 
-    /// Sixteen rays; the numbers may repeat the last one.
+    /// Sixteen rays; of some, the numbers may repeat the last one.
     #[inline(always)]
     unsafe fn packet<S: Simd>(&mut self, numbers: &[u32; 16], count: usize, alone: u32) {
+        let rays = self.rays.as_ptr();
         let mut rows = [std::ptr::null::<f32>(); 16];
+        let mut filters = [&RayFilter::ALL; 16];
         let mut lane = 0;
         while lane < 16 {
             // SAFETY: numbers are below the length.
-            rows[lane] = unsafe { self.rays.as_ptr().add(numbers[lane] as usize) }.cast();
+            unsafe {
+                rows[lane] = rays.add(numbers[lane] as usize).cast();
+                if let Filters::Each(each) = self.filters {
+                    filters[lane] = each.get_unchecked(numbers[lane] as usize);
+                }
+            }
             lane += 1;
         }
+        // SAFETY: the caller's.
+        unsafe {
+            let packet = self.trace_rows::<S>(&rows, filters, count, alone);
+            if QUERY == ANY {
+                let hidden = packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
+                for lane in 0..count {
+                    self.hidden[numbers[lane] as usize] = hidden >> lane & 1 == 1;
+                }
+                return;
+            }
+            // Lanes that are not used go nowhere.
+            let mut nowhere = Hit::miss(0.0);
+            let mut rows = [(&raw mut nowhere).cast::<f32>(); 16];
+            for lane in 0..count {
+                rows[lane] = self.hits.as_mut_ptr().add(numbers[lane] as usize).cast();
+            }
+            store_hits(&packet, &rows);
+        }
+    }
+
+    /// Sixteen rays from `first` on: addresses follow from one.
+    #[inline(always)]
+    unsafe fn packet_in_order<S: Simd>(&mut self, first: usize) {
+        let mut rows = [std::ptr::null::<f32>(); 16];
+        let mut filters = [&RayFilter::ALL; 16];
+        let mut lane = 0;
+        // SAFETY: the caller's; there are sixteen rays, filters and answers.
+        unsafe {
+            let rays = self.rays.as_ptr().add(first);
+            while lane < 16 {
+                rows[lane] = rays.add(lane).cast();
+                if let Filters::Each(each) = self.filters {
+                    filters[lane] = each.get_unchecked(first + lane);
+                }
+                lane += 1;
+            }
+            let packet = self.trace_rows::<S>(&rows, filters, 16, ALONE_COHERENT);
+            if QUERY == ANY {
+                let hidden = packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
+                let answers = self.hidden.as_mut_ptr().add(first);
+                let mut lane = 0;
+                while lane < 16 {
+                    answers.add(lane).write(hidden >> lane & 1 == 1);
+                    lane += 1;
+                }
+                return;
+            }
+            let answers = self.hits.as_mut_ptr().add(first);
+            let mut rows = [answers.cast::<f32>(); 16];
+            let mut lane = 0;
+            while lane < 16 {
+                rows[lane] = answers.add(lane).cast();
+                lane += 1;
+            }
+            store_hits(&packet, &rows);
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn trace_rows<S: Simd>(
+        &self,
+        rows: &[*const f32; 16],
+        each: [&RayFilter; 16],
+        count: usize,
+        alone: u32,
+    ) -> Packet<S> {
         let active = if count == 16 { 0xffff } else { (1u32 << count) - 1 };
         // SAFETY: the caller's; a ray is eight floats in the order of the packet.
         unsafe {
-            let mut packet = Packet::<S>::load(&rows);
+            let mut packet = Packet::<S>::load(rows);
             match self.filters {
                 Filters::Shared(filter) => {
                     let filters = [filter; 16];
                     if *filter == RayFilter::ALL {
                         packet.trace::<QUERY>(self.bvh, active, None, &filters, alone);
                     } else {
-                        let lanes = LaneFilters::new(&filters);
+                        let lanes = LaneFilters::shared(filter);
                         packet.trace::<QUERY>(self.bvh, active, Some(&lanes), &filters, alone);
                     }
                 }
-                Filters::Each(each) => {
-                    let mut filters = [&RayFilter::ALL; 16];
-                    let mut lane = 0;
-                    while lane < 16 {
-                        filters[lane] = each.get_unchecked(numbers[lane] as usize);
-                        lane += 1;
-                    }
-                    let lanes = LaneFilters::new(&filters);
-                    packet.trace::<QUERY>(self.bvh, active, Some(&lanes), &filters, alone);
+                Filters::Each(_) => {
+                    let lanes = LaneFilters::new(&each);
+                    packet.trace::<QUERY>(self.bvh, active, Some(&lanes), &each, alone);
                 }
             }
-            self.store(&packet, numbers, count);
-        }
-    }
-
-    #[inline(always)]
-    fn store<S: Simd>(&mut self, packet: &Packet<S>, numbers: &[u32; 16], count: usize) {
-        let t = packet.t_max.to_array();
-        if QUERY == ANY {
-            for lane in 0..count {
-                self.hidden[numbers[lane] as usize] = t.as_ref()[lane] == f32::NEG_INFINITY;
-            }
-            return;
-        }
-        let primitive = packet.primitive.to_array();
-        // A hit is t, u, v, instance and primitive; lanes that are not used go nowhere.
-        let mut nowhere = Hit::miss(0.0);
-        let mut rows = [(&raw mut nowhere).cast::<f32>(); 16];
-        for lane in 0..count {
-            // SAFETY: numbers are below the length.
-            rows[lane] = unsafe { self.hits.as_mut_ptr().add(numbers[lane] as usize) }.cast();
-        }
-        // SAFETY: rows are hits, which are five numbers of 32 bits.
-        unsafe {
-            S::scatter16([packet.t_max, packet.u, packet.v, packet.instance], &rows);
-            for lane in 0..16 {
-                rows[lane].add(4).write(primitive.as_ref()[lane]);
-            }
+            packet
         }
     }
 
     /// Rays `first .. end` in the given order, sixteen at a time.
     #[inline(always)]
     unsafe fn packets<S: Simd>(&mut self, mut first: usize, end: usize) {
-        while first < end {
-            let count = (end - first).min(16);
+        while first + 16 <= end {
+            // SAFETY: the caller's.
+            unsafe { self.packet_in_order::<S>(first) };
+            first += 16;
+        }
+        if first < end {
+            let count = end - first;
             let mut numbers = [0; 16];
             let mut lane = 0;
             while lane < 16 {
@@ -135,7 +181,6 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             }
             // SAFETY: the caller's.
             unsafe { self.packet::<S>(&numbers, count, ALONE_COHERENT) };
-            first += 16;
         }
     }
 
@@ -162,6 +207,24 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         let bvh = self.bvh;
         // SAFETY: the caller's.
         unsafe { stream::trace::<S, QUERY>(bvh, &mut InOrder { batch: self, next: first, end }) };
+    }
+}
+
+/// Writes hits: t, u, v, instance and primitive each.
+///
+/// # Safety
+/// The rows are hits.
+#[inline(always)]
+unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
+    let primitive = packet.primitive.to_array();
+    // SAFETY: the caller's; a hit is five numbers of 32 bits.
+    unsafe {
+        S::scatter16([packet.t_max, packet.u, packet.v, packet.instance], rows);
+        let mut lane = 0;
+        while lane < 16 {
+            rows[lane].add(4).write(primitive.as_ref()[lane]);
+            lane += 1;
+        }
     }
 }
 

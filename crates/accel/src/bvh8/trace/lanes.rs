@@ -78,8 +78,8 @@ impl<F: Float> RayV<F> {
         let squared = dot(&direction, &direction);
         let reach = F::splat(extent).add(largest_component(&origin));
         let (o, d) = (each!(k => origin[k].abs()), each!(k => direction[k].abs()));
-        let in_range = o[0].add(o[1]).add(o[2]).add(d[0].add(d[1]).add(d[2])).le(F::splat(LARGEST_NUMBER));
-        let length = squared.sqrt();
+        let length = d[0].add(d[1]).add(d[2]);
+        let in_range = o[0].add(o[1]).add(o[2]).add(length).le(F::splat(LARGEST_NUMBER));
         let hit_tolerance = HIT_TOLERANCE * extent;
         let inverse_direction_squared = F::splat(1.0).div(squared);
         RayV {

@@ -127,14 +127,18 @@ impl<S: Simd> Interval<S> {
             near_offset: none,
             far_scale: none,
             far_offset: none,
-            t_min: S::F8::splat(ray.t_min.smallest(group)),
+            t_min: zero,
         };
         let mut low = [0.0; 3];
         let mut high = [0.0; 3];
         let mut reach = extent;
         let mut k = 0;
         while k < 3 {
-            (low[k], high[k]) = (ray.origin[k].smallest(group), ray.origin[k].largest(group));
+            let origin = ray.origin[k];
+            low[k] = origin.smallest(group);
+            // Most groups start at one point.
+            let same = group.without(origin.le(S::F16::splat(low[k])));
+            high[k] = if same.any() { origin.largest(group) } else { low[k] };
             reach = reach.max(low[k].abs()).max(high[k].abs());
             k += 1;
         }

@@ -37,9 +37,9 @@ impl SingleRay {
         let largest = origin.abs().max_component();
         let reach = extent + largest;
         let (o, d) = (origin.abs(), direction.abs());
-        let in_range = (o.x + o.y + o.z) + (d.x + d.y + d.z) <= LARGEST_NUMBER;
+        let length = d.x + d.y + d.z;
+        let in_range = (o.x + o.y + o.z) + length <= LARGEST_NUMBER;
         let t_min = if in_range { t_min } else { f32::NAN };
-        let length = squared.sqrt();
         let inverse_direction_squared = 1.0 / squared;
         let origin = [origin.x, origin.y, origin.z, t_min];
         let direction = [direction.x, direction.y, direction.z, 1.0];
