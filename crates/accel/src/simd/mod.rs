@@ -72,12 +72,15 @@ pub(crate) trait Kernel {
 #[inline(always)]
 pub(crate) unsafe fn run_at<K: Kernel>(level: crate::SimdLevel, kernel: K) -> K::Output {
     use crate::SimdLevel;
-    // For development: RUSTFLAGS="--cfg only_avx2" compiles the kernels once, in a third of the time.
+    // For development: RUSTFLAGS="--cfg only_avx2" (or only_avx512) compiles the kernels once, in a third of the time.
     // SAFETY: the caller's.
     #[cfg(only_avx2)]
     return unsafe { Avx2::run(kernel) };
     // SAFETY: the caller's.
-    #[cfg(not(only_avx2))]
+    #[cfg(only_avx512)]
+    return unsafe { Avx512::run(kernel) };
+    // SAFETY: the caller's.
+    #[cfg(not(any(only_avx2, only_avx512)))]
     unsafe {
         match level {
             #[cfg(target_arch = "x86_64")]

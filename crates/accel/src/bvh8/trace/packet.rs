@@ -122,13 +122,8 @@ impl<S: Simd> Interval<S> {
     fn new(ray: &RayV<S::F16>, extent: f32, group: MaskOf<S>, octant: usize) -> Interval<S> {
         let zero = S::F8::splat(0.0);
         let none = [zero, zero, zero];
-        let mut interval = Interval {
-            near_scale: none,
-            near_offset: none,
-            far_scale: none,
-            far_offset: none,
-            t_min: zero,
-        };
+        let mut interval =
+            Interval { near_scale: none, near_offset: none, far_scale: none, far_offset: none, t_min: zero };
         let mut low = [0.0; 3];
         let mut high = [0.0; 3];
         let mut reach = extent;

@@ -309,26 +309,48 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                     each!(k => planes::<S>(node, near_planes[k] ^ 1).fma(inverse[k], far_offset[k]));
                 let near = x0.max(y0).max(z0.max(t_min));
                 let far = x1.min(y1).min(z1.min(t_max));
-                let node_children = S::F8::load(node.children.as_ptr().cast());
+                let entered = near.le(far).bits();
+                let others = entered & entered.wrapping_sub(1);
                 debug_assert!(count + 8 <= STACK);
-                if QUERY & KIND == ANY {
-                    let entered = near.le(far).bits();
+                if others == 0 {
+                    // None, or one: on to it.
+                    if entered != 0 {
+                        at = *node.children.get_unchecked(entered.trailing_zeros() as usize);
+                        continue;
+                    }
+                } else if QUERY & KIND == ANY {
+                    let node_children = S::F8::load(node.children.as_ptr().cast());
                     S::compress8(node_children, entered, children.add(count).cast());
-                    count += entered.count_ones() as usize;
+                    count += entered.count_ones() as usize - 1;
+                    // The last one is on top: on to it without asking the stack.
+                    at = *node.children.get_unchecked(31 - entered.leading_zeros() as usize);
+                    continue;
                 } else {
+                    if others & (others - 1) == 0 {
+                        // Two, the usual case: the nearer one first.
+                        let (a, b) =
+                            (entered.trailing_zeros() as usize & 7, others.trailing_zeros() as usize & 7);
+                        let distances = near.to_array();
+                        let (near_a, near_b) = (distances[a], distances[b]);
+                        let (child_a, child_b) = (node.children[a], node.children[b]);
+                        let a_first = near_a <= near_b;
+                        *children.add(count) = if a_first { child_b } else { child_a };
+                        *nears.add(count) = if a_first { near_b } else { near_a };
+                        count += 1;
+                        at = if a_first { child_a } else { child_b };
+                        continue;
+                    }
                     let bits = *node.orders.get_unchecked(ray.octant);
                     let order = S::order8(bits);
                     let near = S::permute8(near, order);
                     let entered = near.le(S::permute8(far, order)).bits();
+                    let node_children = S::F8::load(node.children.as_ptr().cast());
                     S::compress8(S::permute8(node_children, order), entered, children.add(count).cast());
                     S::compress8(near, entered, nears.add(count));
-                    if entered != 0 {
-                        // The nearest is on top: on to it without asking the stack.
-                        count += entered.count_ones() as usize - 1;
-                        let lane = 31 - entered.leading_zeros();
-                        at = *node.children.get_unchecked((bits >> (3 * lane) & 7) as usize);
-                        continue;
-                    }
+                    count += entered.count_ones() as usize - 1;
+                    let lane = 31 - entered.leading_zeros();
+                    at = *node.children.get_unchecked((bits >> (3 * lane) & 7) as usize);
+                    continue;
                 }
             }
         } else {
