@@ -3,7 +3,7 @@
 use super::choice::{Way, choose};
 use super::packet::{LaneFilters, Packet};
 use super::single;
-use super::stream;
+use super::sort;
 use super::walk::{ANY, Found, NEXT, Query};
 use crate::bvh8::Bvh8;
 use crate::simd::{Float, Kernel, Mask, Simd};
@@ -40,8 +40,8 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     }
 
     #[inline(always)]
-    unsafe fn one_by_one<S: Simd>(&mut self) {
-        for k in 0..self.rays.len() {
+    unsafe fn one_by_one<S: Simd>(&mut self, first: usize, end: usize) {
+        for k in first..end {
             let (ray, filter) = (&self.rays[k], self.filters.of(k));
             let mut found = Found::nothing(ray.t_max);
             if QUERY == NEXT {
@@ -189,7 +189,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     unsafe fn sorted_packets<S: Simd>(&mut self, first: usize, end: usize) {
         let mut order = [0u32; CHUNK];
         let count = end - first;
-        sort_by_octant(&self.rays[first..end], first as u32, &mut order[..count]);
+        sort::by_octant(&self.rays[first..end], first as u32, &mut order[..count]);
         let mut start = 0;
         while start < count {
             let lanes = (count - start).min(16);
@@ -201,12 +201,16 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         }
     }
 
-    /// Rays `first .. end` in a stream.
+    /// Rays `first .. end` in the order of the places where they start and the octants that they go into.
     #[inline(always)]
-    unsafe fn stream<S: Simd>(&mut self, first: usize, end: usize) {
-        let bvh = self.bvh;
-        // SAFETY: the caller's.
-        unsafe { stream::trace::<S, QUERY>(bvh, &mut InOrder { batch: self, next: first, end }) };
+    unsafe fn packets_by_place<S: Simd>(&mut self, first: usize, end: usize) {
+        let order = sort::by_place(&self.rays[first..end], first as u32);
+        for group in order.chunks(16) {
+            let mut numbers = [group[0]; 16];
+            numbers[..group.len()].copy_from_slice(group);
+            // SAFETY: the caller's.
+            unsafe { self.packet::<S>(&numbers, group.len(), ALONE_SORTED) };
+        }
     }
 }
 
@@ -252,63 +256,8 @@ impl Kernel for FromOnePoint<'_> {
     }
 }
 
-/// Rays of a batch for a stream.
-struct InOrder<'b, 'a, const QUERY: Query> {
-    batch: &'b mut Batch<'a, QUERY>,
-    next: usize,
-    end: usize,
-}
-
-impl<const QUERY: Query> stream::Source for InOrder<'_, '_, QUERY> {
-    #[inline(always)]
-    fn next(&mut self) -> Option<(u32, &Ray, &RayFilter)> {
-        if self.next == self.end {
-            return None;
-        }
-        self.next += 1;
-        Some((self.next as u32 - 1, &self.batch.rays[self.next - 1], self.batch.filters.of(self.next - 1)))
-    }
-
-    #[inline(always)]
-    fn finish(&mut self, number: u32, found: &Found) {
-        if QUERY == ANY {
-            self.batch.hidden[number as usize] = found.any;
-        } else {
-            self.batch.hits[number as usize] = found.best;
-        }
-    }
-
-    #[inline(always)]
-    fn ray(&self, number: u32) -> (&Ray, &RayFilter) {
-        (&self.batch.rays[number as usize], self.batch.filters.of(number as usize))
-    }
-}
-
 /// Rays that are sorted together.
 const CHUNK: usize = 4096;
-
-/// Numbers of rays from `first` on, those of one octant next to each other; otherwise as they come.
-#[inline(always)]
-fn sort_by_octant(rays: &[Ray], first: u32, order: &mut [u32]) {
-    let mut starts = [0u32; 9];
-    for ray in rays {
-        starts[octant(ray) + 1] += 1;
-    }
-    for k in 0..8 {
-        starts[k + 1] += starts[k];
-    }
-    for (number, ray) in (first..).zip(rays) {
-        let place = &mut starts[octant(ray)];
-        order[*place as usize] = number;
-        *place += 1;
-    }
-}
-
-#[inline(always)]
-fn octant(ray: &Ray) -> usize {
-    let negative = |x: f32| (x.to_bits() >> 31) as usize;
-    negative(ray.direction.x) | negative(ray.direction.y) << 1 | negative(ray.direction.z) << 2
-}
 
 /// In packets of coherent rays, at most so many go on alone in a subtree.
 const ALONE_COHERENT: u32 = 0;
@@ -316,6 +265,10 @@ const ALONE_COHERENT: u32 = 0;
 const ALONE_SORTED: u32 = 4;
 /// Fewer rays than this are traced one by one.
 const FEW: usize = 4;
+/// From so many on, scattered rays are worth sorting by place.
+const MANY: usize = 16_384;
+/// In hierarchies of more blocks than this, rays of one octant part so soon that single ones are faster.
+const DENSE: usize = 100_000;
 
 impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
     type Output = ();
@@ -325,21 +278,29 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
         // SAFETY: the caller's.
         unsafe {
             if QUERY == NEXT || self.rays.len() < FEW {
-                return self.one_by_one::<S>();
+                let count = self.rays.len();
+                return self.one_by_one::<S>(0, count);
             }
+            let dense = self.bvh.blocks.len() > DENSE;
             let mut first = 0;
             while first < self.rays.len() {
-                let end = self.rays.len().min(first + CHUNK);
+                let mut end = self.rays.len().min(first + CHUNK);
                 let way = match self.coherence {
                     Coherence::Coherent => Way::Packets,
                     _ => choose(&self.rays[first..end], self.bvh.extent()),
                 };
-                // What is said to be incoherent does not go in packets as it comes.
-                match (way, self.coherence) {
-                    (Way::Packets, Coherence::Incoherent) => self.sorted_packets::<S>(first, end),
-                    (Way::Packets, _) => self.packets::<S>(first, end),
-                    (Way::SortedPackets, _) => self.sorted_packets::<S>(first, end),
-                    (Way::Stream, _) => self.stream::<S>(first, end),
+                match way {
+                    // What is said to be incoherent does not go in packets as it comes.
+                    Way::Packets if self.coherence != Coherence::Incoherent => {
+                        self.packets::<S>(first, end);
+                    }
+                    Way::Scattered if self.rays.len() - first >= MANY => {
+                        end = self.rays.len().min(first + (1 << 20));
+                        self.packets_by_place::<S>(first, end);
+                    }
+                    Way::Scattered => self.one_by_one::<S>(first, end),
+                    _ if dense => self.one_by_one::<S>(first, end),
+                    _ => self.sorted_packets::<S>(first, end),
                 }
                 first = end;
             }

@@ -10,8 +10,8 @@ pub(super) enum Way {
     Packets,
     /// Packets of neighbours that go into one octant.
     SortedPackets,
-    /// A stream of single rays.
-    Stream,
+    /// One by one, or sorted by place where there are many.
+    Scattered,
 }
 
 /// Rays of a packet.
@@ -27,7 +27,7 @@ const CLOSE: f32 = 0.04;
 #[inline(always)]
 pub(super) fn choose(rays: &[Ray], extent: f32) -> Way {
     if rays.len() < GROUP {
-        return Way::Stream;
+        return Way::Scattered;
     }
     let groups = rays.len() / GROUP;
     let step = (groups / SAMPLES).max(1);
@@ -48,7 +48,7 @@ pub(super) fn choose(rays: &[Ray], extent: f32) -> Way {
     } else if 2 * close >= seen {
         Way::SortedPackets
     } else {
-        Way::Stream
+        Way::Scattered
     }
 }
 
@@ -85,6 +85,6 @@ mod tests {
         assert_eq!(choose(&bounce, 1.0), Way::SortedPackets);
         let anywhere =
             rays(4096, |k| (vec3((k * 1.3).sin(), 0.0, 0.0), vec3((k * 7.7).sin(), (k * 3.1).cos(), 0.3)));
-        assert_eq!(choose(&anywhere, 1.0), Way::Stream);
+        assert_eq!(choose(&anywhere, 1.0), Way::Scattered);
     }
 }

@@ -1,11 +1,11 @@
-//! Traversals of the 8-wide hierarchy: one ray at a time, packets of 16, streams of 32; for each instruction set.
+//! Traversals of the 8-wide hierarchy: one ray at a time and packets of 16; for each instruction set.
 
 mod batch;
 mod choice;
 mod lanes;
 mod packet;
 mod single;
-mod stream;
+mod sort;
 mod walk;
 
 use super::Bvh8;
