@@ -152,28 +152,29 @@ impl Morton<'_> {
             for (place, key) in few.iter_mut().zip(keys) {
                 *place = self.at(*key);
             }
-            return self.build_few(&few[..keys.len()], depth, tree, at);
+            return self.build_few(&mut few[..keys.len()], depth, tree, at);
         }
-        let many: Vec<Reference> = keys.iter().map(|k| self.at(*k)).collect();
-        self.build_few(&many, depth, tree, at)
+        let mut many: Vec<Reference> = keys.iter().map(|k| self.at(*k)).collect();
+        self.build_few(&mut many, depth, tree, at)
     }
 
-    fn build_few(&self, references: &[Reference], depth: usize, tree: &mut Tree, at: usize) -> Box4 {
+    fn build_few(&self, references: &mut [Reference], depth: usize, tree: &mut Tree, at: usize) -> Box4 {
         let fit = self.policy.fit(references, depth);
         if let Fit::Leaf { spheres } = fit {
             let bounds = references.iter().fold(Box4::empty(), |b, r| b.union(r.box4()));
-            tree.set_leaf(at, bounds, references, spheres);
+            let held = if self.policy.has_parts { Reference::without_doubles(references) } else { references };
+            tree.set_leaf(at, bounds, held, spheres);
             return bounds;
         }
-        let (left, right): (Vec<Reference>, Vec<Reference>) = if fit == Fit::Mixed {
+        let (mut left, mut right): (Vec<Reference>, Vec<Reference>) = if fit == Fit::Mixed {
             references.iter().partition(|r| r.index() < self.policy.triangle_count)
         } else {
             let (left, right) = references.split_at(references.len() / 2);
             (left.to_vec(), right.to_vec())
         };
         let pair = tree.set_inner(at, Box4::empty());
-        let a = self.build_few(&left, depth + 1, tree, pair);
-        let b = self.build_few(&right, depth + 1, tree, pair + 1);
+        let a = self.build_few(&mut left, depth + 1, tree, pair);
+        let b = self.build_few(&mut right, depth + 1, tree, pair + 1);
         let bounds = a.union(b);
         tree.set_bounds(at, bounds);
         bounds
