@@ -13,7 +13,6 @@ mod policy;
 mod presplit;
 mod reference;
 mod refit;
-mod reinsert;
 mod spatial;
 mod split;
 mod sweep;
@@ -180,8 +179,7 @@ pub(crate) fn geometry_tree(
     let mut policy = Policy::new(options, purpose, triangles.len(), spheres.len());
     let count = triangles.len() + spheres.len();
     // Cutting is for blocks of four, where the cost of a few more is small.
-    let presplit =
-        purpose == Purpose::Eight && matches!(options.builder, Builder::Morton | Builder::Binned);
+    let presplit = purpose == Purpose::Eight && matches!(options.builder, Builder::Morton | Builder::Binned);
     let room = match options.builder {
         Builder::Spatial => spatial::room(count),
         _ if presplit => spheres.len() + presplit::room(triangles.len()),

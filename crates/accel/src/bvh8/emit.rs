@@ -134,7 +134,8 @@ impl Cut {
         // is to search come first. Of sponza, that saves such rays a fourth of their steps.
         let mut keys = [f32::INFINITY; 8];
         for (key, &at) in keys.iter_mut().zip(&children[..count]) {
-            *key = self.tree.nodes[at as usize].bounds().half_area().min(f32::MAX) / self.leaves_of(at) as f32;
+            *key =
+                self.tree.nodes[at as usize].bounds().half_area().min(f32::MAX) / self.leaves_of(at) as f32;
         }
         let mut places = [0usize; 8];
         for j in 0..8 {
