@@ -16,6 +16,11 @@ fn all_options() -> impl Iterator<Item = BuildOptions> {
     Builder::ALL.into_iter().map(BuildOptions::of)
 }
 
+/// Whether triangles may stand in several leaves of a hierarchy with eight children a node.
+fn cuts(options: &BuildOptions) -> bool {
+    matches!(options.builder, Builder::Spatial | Builder::Binned | Builder::Morton)
+}
+
 /// Triangles of many sizes: some long and crossing the whole, so that spatial splits have what to cut.
 fn city(count: usize, seed: u64) -> Vec<[Vec3; 3]> {
     let mut random = Random(seed);
@@ -186,7 +191,7 @@ fn wide_trees_hold_everything() {
     for options in all_options() {
         let name = options.builder.to_string();
         let bvh = Bvh8::build(&world.geometry(), &options);
-        check_wide(&world, &bvh, options.builder != Builder::Spatial, &name);
+        check_wide(&world, &bvh, !cuts(&options), &name);
         let mut pending = vec![bvh.instance_root];
         let mut seen = vec![0; world.instances.len()];
         while let Some(child) = pending.pop() {
@@ -322,7 +327,7 @@ fn nasty_input_is_bounded() {
             let bvh8 = Bvh8::build(&world.geometry(), &options);
             let infinite = name.starts_with("huge");
             if !infinite {
-                let depth = check_wide(world, &bvh8, options.builder != Builder::Spatial, &name);
+                let depth = check_wide(world, &bvh8, !cuts(&options), &name);
                 assert!(depth < MAX_BVH_DEPTH, "{name}: {depth}");
             }
             assert_same_hits(world, &bvh, &rays(world, 12, 3), &name);
@@ -371,12 +376,8 @@ fn refitted_trees_have_the_hits_of_new_ones() {
         assert_same_hits(&moved, &bvh, &rays, &name);
         let mut bvh8 = Bvh8::build(&world.geometry(), &options);
         bvh8.refit(&moved.geometry()).unwrap();
-        if options.builder == Builder::Spatial {
-            // Whole boxes, though several of some triangles.
-            check_wide(&moved, &bvh8, false, &name);
-        } else {
-            check_wide(&moved, &bvh8, true, &name);
-        }
+        // Whole boxes, though maybe several of some triangles.
+        check_wide(&moved, &bvh8, !cuts(&options), &name);
         // The same shapes again are the same boxes.
         let (before, before8) = (bvh.nodes.clone(), bvh8.clone());
         bvh.refit(&moved.geometry()).unwrap();
@@ -400,6 +401,33 @@ fn refitting_another_number_of_primitives_is_an_error() {
     assert_eq!(error, RefitError::Geometry { number: 0 });
     assert!(error.to_string().contains("geometry 0"), "{error}");
     assert_same_hits(&world, &bvh, &rays(&world, 100, 1), "unchanged");
+}
+
+/// A floor that is large beside all else is cut beforehand: without, its box would be that of every node above it. But
+/// where everything is large, nothing is.
+#[test]
+fn few_large_triangles_are_cut() {
+    let floor = |k: usize| {
+        let corner = |x: f32, y: f32| vec3(x, y, 0.1 * x - 0.2 * y);
+        let turned = if k == 0 { 1.0 } else { -1.0 };
+        [corner(-10.0, -10.0 * turned), corner(10.0, 10.0 * turned), corner(10.0 * turned, -10.0)]
+    };
+    let mut triangles = city(2000, 1);
+    triangles.retain(|t| (t[1] - t[0]).length().max((t[2] - t[0]).length()) < 1.0);
+    let references = |triangles: &[[Vec3; 3]], builder: Builder| {
+        let world = World::new(triangles.to_vec(), vec![]);
+        let bvh = Bvh8::build(&world.geometry(), &BuildOptions::of(builder));
+        bvh.blocks.iter().flat_map(|b| b.primitive).filter(|&p| p != u32::MAX).count() - triangles.len()
+    };
+    assert_eq!(references(&triangles, Builder::Binned), 0);
+    triangles.extend([floor(0), floor(1)]);
+    for builder in [Builder::Binned, Builder::Morton] {
+        let parts = references(&triangles, builder);
+        assert!((10..=triangles.len() / 16).contains(&parts), "{builder}: {parts}");
+    }
+    assert_eq!(references(&triangles, Builder::Sweep), 0);
+    let all_large: Vec<_> = city(2000, 1).into_iter().step_by(7).collect();
+    assert!(references(&all_large, Builder::Binned) <= all_large.len() / 16);
 }
 
 #[test]

@@ -41,7 +41,7 @@ impl Box4 {
 
     /// Whether it is not inside out.
     #[inline(always)]
-    pub(super) fn holds_something(self) -> bool {
+    pub(super) fn holds_something(&self) -> bool {
         let (l, h) = (self.low.array(), self.high.array());
         (l[0] <= h[0]) & (l[1] <= h[1]) & (l[2] <= h[2])
     }

@@ -10,6 +10,7 @@ mod morton;
 mod options;
 mod pack;
 mod policy;
+mod presplit;
 mod reference;
 mod refit;
 mod spatial;
@@ -175,10 +176,21 @@ pub(crate) fn geometry_tree(
     let triangles = &scene.triangles[geometry.first_triangle as usize..][..geometry.triangle_count as usize];
     let spheres = &scene.spheres[geometry.first_sphere as usize..][..geometry.sphere_count as usize];
     let spheres: Vec<Bounds> = spheres.iter().map(|s| sphere_bounds(s, padding)).collect();
-    let policy = Policy::new(options, purpose, triangles.len(), spheres.len());
-    let room =
-        if options.builder == Builder::Spatial { spatial::room(triangles.len() + spheres.len()) } else { 0 };
-    let (references, extent) = reference::make_references(triangles, padding, &spheres, room);
+    let mut policy = Policy::new(options, purpose, triangles.len(), spheres.len());
+    let count = triangles.len() + spheres.len();
+    // Cutting is for blocks of four, where the cost of a few more is small.
+    let presplit = purpose == Purpose::Eight && matches!(options.builder, Builder::Morton | Builder::Binned);
+    let room = match options.builder {
+        Builder::Spatial => spatial::room(count),
+        _ if presplit => spheres.len() + presplit::room(triangles.len()),
+        _ => count,
+    };
+    let (mut references, mut extent, largest) =
+        reference::make_references(triangles, padding, &spheres, room);
+    if presplit {
+        let ranges = largest.above(presplit::LARGE, &extent, triangles.len());
+        policy.has_parts = presplit::cut_large(&mut references, &mut extent, &ranges, triangles, padding);
+    }
     if options.builder == Builder::Spatial && !references.is_empty() {
         return spatial::build(references, &extent, &policy, triangles, padding).join();
     }
@@ -194,7 +206,7 @@ pub(crate) fn instance_tree(scene: &SceneGeometry, options: &BuildOptions, purpo
     }
     // There is nothing to clip.
     let builder = if options.builder == Builder::Spatial { Builder::Binned } else { options.builder };
-    let (references, extent) = reference::make_references(&[], 0.0, &bounds, 0);
+    let (references, extent, _) = reference::make_references(&[], 0.0, &bounds, 0);
     build_tree(references, &extent, &BuildOptions { builder, ..*options }, &policy)
 }
 

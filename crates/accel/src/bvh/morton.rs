@@ -58,34 +58,47 @@ fn codes(references: &[Reference], centers2: &Box4) -> Vec<Key> {
 /// Bits that are sorted at once.
 const DIGIT: u32 = 10;
 
-/// Radix sort: by the highest digit for all, then each of those groups by the two others, lowest first.
-fn sort(keys: &mut [Key]) {
+/// At most so many keys are sorted by one thread, all digits over all of them: two such arrays lie in its cache.
+const FEW_KEYS: usize = 1 << 17;
+
+/// Radix sort, by the highest digit for all and then each of those groups by the two others, lowest first.
+fn sort(keys: &mut Vec<Key>) {
     let mut other = filled(0, keys.len());
-    let starts = scatter(keys, &mut other, 32 + 2 * DIGIT);
-    let (mut rest, mut room) = (&mut other[..], &mut *keys);
+    let mut starts = [0u32; DIGITS + 1];
+    if keys.len() <= FEW_KEYS {
+        for digit in 0..3 {
+            scatter(keys, &mut other, 32 + digit * DIGIT, &mut starts);
+            std::mem::swap(keys, &mut other);
+        }
+        return;
+    }
+    scatter(keys, &mut other, 32 + 2 * DIGIT, &mut starts);
+    let (mut rest, mut room) = (&mut other[..], &mut keys[..]);
     let mut groups = Vec::new();
     for pair in starts.windows(2).filter(|p| p[1] > p[0]) {
-        let (group, others) = rest.split_at_mut(pair[1] - pair[0]);
-        let (group_room, other_room) = room.split_at_mut(pair[1] - pair[0]);
+        let size = (pair[1] - pair[0]) as usize;
+        let (group, others) = rest.split_at_mut(size);
+        let (group_room, other_room) = room.split_at_mut(size);
         (rest, room) = (others, other_room);
         groups.push((group, group_room));
     }
     groups.into_par_iter().for_each(|(group, room)| {
         if group.len() < 256 {
             group.sort_unstable();
-            room.copy_from_slice(group);
         } else {
-            scatter(group, room, 32);
-            scatter(room, group, 32 + DIGIT);
-            room.copy_from_slice(group);
+            let mut starts = [0u32; DIGITS + 1];
+            scatter(group, room, 32, &mut starts);
+            scatter(room, group, 32 + DIGIT, &mut starts);
         }
     });
+    std::mem::swap(keys, &mut other);
 }
 
-/// Sorts by one digit, keeping the order of equal ones; returns where each digit's keys start, and the end.
-fn scatter(from: &[Key], to: &mut [Key], shift: u32) -> Vec<usize> {
-    const DIGITS: usize = 1 << DIGIT;
-    let mut starts = vec![0usize; DIGITS + 1];
+const DIGITS: usize = 1 << DIGIT;
+
+/// Sorts by one digit, keeping the order of equal ones; tells where each digit's keys start, and the end.
+fn scatter(from: &[Key], to: &mut [Key], shift: u32, starts: &mut [u32; DIGITS + 1]) {
+    starts.fill(0);
     let digit = |key: Key| (key >> shift) as usize % DIGITS;
     for key in from {
         starts[digit(*key) + 1] += 1;
@@ -93,14 +106,13 @@ fn scatter(from: &[Key], to: &mut [Key], shift: u32) -> Vec<usize> {
     for d in 0..DIGITS {
         starts[d + 1] += starts[d];
     }
-    let mut next = [0usize; DIGITS];
+    let mut next = [0u32; DIGITS];
     next.copy_from_slice(&starts[..DIGITS]);
     for key in from {
         let place = &mut next[digit(*key)];
-        to[*place] = *key;
+        to[*place as usize] = *key;
         *place += 1;
     }
-    starts
 }
 
 struct Morton<'a> {
@@ -152,28 +164,30 @@ impl Morton<'_> {
             for (place, key) in few.iter_mut().zip(keys) {
                 *place = self.at(*key);
             }
-            return self.build_few(&few[..keys.len()], depth, tree, at);
+            return self.build_few(&mut few[..keys.len()], depth, tree, at);
         }
-        let many: Vec<Reference> = keys.iter().map(|k| self.at(*k)).collect();
-        self.build_few(&many, depth, tree, at)
+        let mut many: Vec<Reference> = keys.iter().map(|k| self.at(*k)).collect();
+        self.build_few(&mut many, depth, tree, at)
     }
 
-    fn build_few(&self, references: &[Reference], depth: usize, tree: &mut Tree, at: usize) -> Box4 {
+    fn build_few(&self, references: &mut [Reference], depth: usize, tree: &mut Tree, at: usize) -> Box4 {
         let fit = self.policy.fit(references, depth);
         if let Fit::Leaf { spheres } = fit {
             let bounds = references.iter().fold(Box4::empty(), |b, r| b.union(r.box4()));
-            tree.set_leaf(at, bounds, references, spheres);
+            let held =
+                if self.policy.has_parts { Reference::without_doubles(references) } else { references };
+            tree.set_leaf(at, bounds, held, spheres);
             return bounds;
         }
-        let (left, right): (Vec<Reference>, Vec<Reference>) = if fit == Fit::Mixed {
+        let (mut left, mut right): (Vec<Reference>, Vec<Reference>) = if fit == Fit::Mixed {
             references.iter().partition(|r| r.index() < self.policy.triangle_count)
         } else {
             let (left, right) = references.split_at(references.len() / 2);
             (left.to_vec(), right.to_vec())
         };
         let pair = tree.set_inner(at, Box4::empty());
-        let a = self.build_few(&left, depth + 1, tree, pair);
-        let b = self.build_few(&right, depth + 1, tree, pair + 1);
+        let a = self.build_few(&mut left, depth + 1, tree, pair);
+        let b = self.build_few(&mut right, depth + 1, tree, pair + 1);
         let bounds = a.union(b);
         tree.set_bounds(at, bounds);
         bounds

@@ -24,6 +24,8 @@ pub(super) struct Policy {
     pub(super) max_leaf: [u32; 2],
     /// Whether leaves that could be are always made: nothing is cheaper than one block.
     pub(super) always_leaf: bool,
+    /// Whether several references may be parts of one triangle.
+    pub(super) has_parts: bool,
     /// Primitives that are tested together at the cost of one, less one.
     block_mask: u32,
     /// The binary logarithm of the same.
@@ -52,6 +54,7 @@ impl Policy {
             mixed: triangles > 0 && others > 0,
             max_leaf: [leaf, leaf],
             always_leaf: false,
+            has_parts: false,
             block_mask: 0,
             block_shift: 0,
             traversal_cost: options.traversal_cost,

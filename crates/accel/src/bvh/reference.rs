@@ -6,6 +6,7 @@ use eosphor_core::geometry::Bounds;
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::math::Vec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A primitive's padded bounds and its number, 32 bytes: two SSE loads.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +63,18 @@ impl Reference {
         self.low[axis & 3]
     }
 
+    /// Several parts of one primitive in a leaf are the primitive once.
+    pub(super) fn without_doubles(references: &mut [Reference]) -> &[Reference] {
+        let mut kept = 0;
+        for k in 0..references.len() {
+            if references[..kept].iter().all(|r| r.index() != references[k].index()) {
+                references[kept] = references[k];
+                kept += 1;
+            }
+        }
+        &references[..kept]
+    }
+
     #[inline(always)]
     pub(super) fn high_on(&self, axis: usize) -> f32 {
         self.high[axis & 3]
@@ -92,18 +105,34 @@ impl Extent {
     }
 }
 
+/// For each [`CHUNK`] of triangles, the largest sizes of their boxes on the three axes.
+pub(super) struct Largest(Vec<Lanes>);
+
+impl Largest {
+    /// Ranges that triangles with boxes of more than this share of the whole's area lie in.
+    pub(super) fn above(&self, share: f32, extent: &Extent, triangles: usize) -> Vec<Range<usize>> {
+        let limit = extent.bounds.half_area() * share;
+        let may_be = |size: &Lanes| {
+            let s = size.array();
+            s[0] * s[1] + s[1] * s[2] + s[2] * s[0] > limit
+        };
+        let chunks = self.0.iter().enumerate().filter(|(_, size)| may_be(size));
+        chunks.map(|(chunk, _)| chunk * CHUNK..((chunk + 1) * CHUNK).min(triangles)).collect()
+    }
+}
+
 /// References are made, binned and moved in parallel in chunks of this many. Boxes and counts merge exactly and in
 /// order, so the result does not depend on threads.
 pub(super) const CHUNK: usize = 1 << 14;
 
 /// References to triangles and then to other primitives, which `others` gives the padded bounds of, with `room` for so
-/// many in all.
+/// many in all. Also tells what contains them, and how large triangles are.
 pub(super) fn make_references(
     triangles: &[[Vec3; 3]],
     padding: f32,
     others: &[Bounds],
     room: usize,
-) -> (Vec<Reference>, Extent) {
+) -> (Vec<Reference>, Extent, Largest) {
     let count = triangles.len() + others.len();
     let mut references: Vec<Reference> = room_for(room.max(count));
     let spare = &mut references.spare_capacity_mut()[..count];
@@ -113,17 +142,20 @@ pub(super) fn make_references(
         .zip(triangles.par_chunks(CHUNK))
         .enumerate()
         .map(|(chunk, (room, triangles))| {
-            let mut extent = Extent::empty();
+            let (mut extent, mut size) = (Extent::empty(), Lanes::splat(0.0));
             let first = (chunk * CHUNK) as u32;
             for ((place, triangle), index) in room.iter_mut().zip(triangles).zip(first..) {
                 let reference = Reference::with_box(triangle_box(triangle, padding), index);
+                let b = reference.box4();
                 extent.add(&reference);
+                size = b.high.minus(b.low).max(size);
                 place.write(reference);
             }
-            extent
+            (extent, size)
         })
         .collect::<Vec<_>>();
-    let mut extent = of_triangles.into_iter().fold(Extent::empty(), Extent::union);
+    let mut extent = of_triangles.iter().fold(Extent::empty(), |all, chunk| all.union(chunk.0));
+    let largest = Largest(of_triangles.into_iter().map(|chunk| chunk.1).collect());
     for ((place, bounds), index) in other_room.iter_mut().zip(others).zip(triangles.len() as u32..) {
         let reference = Reference::new(bounds, index);
         extent.add(&reference);
@@ -131,7 +163,7 @@ pub(super) fn make_references(
     }
     // SAFETY: the two loops have written all `count` references.
     unsafe { references.set_len(count) };
-    (references, extent)
+    (references, extent, largest)
 }
 
 /// [`PackedTriangle::bounds`] without packing: the same sums of the same edges. A triangle without area has the bounds

@@ -87,7 +87,8 @@ pub(crate) fn check(
 impl Bvh {
     /// Takes new vertices, spheres and transforms for the primitives and instances it was built over: boxes are made
     /// anew from the leaves up, so hits are those of a hierarchy that was built over the new scene. The farther things
-    /// have moved apart, the slower it gets. Triangles that spatial splits have cut get whole boxes everywhere.
+    /// have moved apart, the slower it gets. Triangles that were cut (by spatial splits, or in
+    /// the 8-wide hierarchy because they are large) get whole boxes everywhere.
     ///
     /// # Errors
     /// Where the scene has other numbers of primitives or instances than the one that was built over; nothing is

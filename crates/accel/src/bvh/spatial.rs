@@ -109,7 +109,7 @@ impl Spatial<'_> {
     ) {
         let choice = self.choose(&room, extent, depth, scratch);
         if let Choice::Leaf { spheres } = choice {
-            let used = without_doubles(&mut room.from[room.used]);
+            let used = Reference::without_doubles(&mut room.from[room.used]);
             tree.set_leaf(at, extent.bounds, used, spheres);
             return;
         }
@@ -274,16 +274,4 @@ impl Scratch {
     fn new() -> Scratch {
         Scratch { bins: Bins::empty(), slices: SliceBins::empty() }
     }
-}
-
-/// Several parts of one primitive in a leaf are the primitive once.
-fn without_doubles(references: &mut [Reference]) -> &[Reference] {
-    let mut kept = 0;
-    for k in 0..references.len() {
-        if references[..kept].iter().all(|r| r.index() != references[k].index()) {
-            references[kept] = references[k];
-            kept += 1;
-        }
-    }
-    &references[..kept]
 }

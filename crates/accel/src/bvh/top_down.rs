@@ -68,7 +68,10 @@ impl TopDown<'_> {
         bins: &mut Bins,
     ) {
         match self.choose(from, extent, depth, bins) {
-            Choice::Leaf { spheres } => tree.set_leaf(at, extent.bounds, from, spheres),
+            Choice::Leaf { spheres } => {
+                let held = if self.policy.has_parts { Reference::without_doubles(from) } else { from };
+                tree.set_leaf(at, extent.bounds, held, spheres);
+            }
             Choice::Inner(split) => {
                 let pair = tree.set_inner(at, extent.bounds);
                 let (left_from, right_from) = to.split_at_mut(split.left_count);

@@ -21,6 +21,8 @@ pub(super) struct Cut {
     pub(super) wide: Vec<u32>,
     /// The tree's leaves.
     pub(super) leaves: Vec<u32>,
+    /// For each node of the tree, the last first, how many leaves are below.
+    leaves_below: Vec<u32>,
 }
 
 /// Costs of representing what is below a node by at most 1, 2, … 8 nodes.
@@ -29,12 +31,12 @@ type Costs = [f32; WIDTH];
 impl Cut {
     /// Of least cost, where visiting a wide node costs as much as a leaf does.
     pub(super) fn best(tree: Tree) -> Cut {
-        let costs = AllCosts::new(&tree.nodes);
-        Cut::by(tree, &costs)
+        let (costs, leaves_below) = AllCosts::new(&tree.nodes);
+        Cut::by(tree, &costs, leaves_below)
     }
 
     /// Goes down from the root and gives each node its share of the eight places. Parents stand before their children.
-    fn by(tree: Tree, costs: &AllCosts) -> Cut {
+    fn by(tree: Tree, costs: &AllCosts, leaves_below: Vec<u32>) -> Cut {
         let nodes = &tree.nodes;
         // How many places a node has, less one.
         let mut places = filled(0u8, nodes.len());
@@ -68,7 +70,13 @@ impl Cut {
             places[node.first as usize] = best.1 as u8;
             places[node.first as usize + 1] = (k - 1 - best.1) as u8;
         }
-        Cut { tree, children, wide, leaves }
+        Cut { tree, children, wide, leaves, leaves_below }
+    }
+
+    /// How many leaves a node of the tree has.
+    #[inline(always)]
+    pub(super) fn leaves_of(&self, node: u32) -> u32 {
+        self.leaves_below[self.leaves_below.len() - 1 - node as usize]
     }
 
     /// The children of a wide node: nodes of the tree, from left to right, and how many.
@@ -110,16 +118,20 @@ impl AllCosts {
     }
 
     /// Children stand behind their parents.
-    fn new(nodes: &[BvhNode]) -> AllCosts {
+    fn new(nodes: &[BvhNode]) -> (AllCosts, Vec<u32>) {
         let mut costs = AllCosts { reversed: room_for(nodes.len()), nodes: nodes.len() };
+        let mut leaves_below: Vec<u32> = room_for(nodes.len());
         for node in nodes.iter().rev() {
             // Not a number where boxes are infinite: any cut will do there.
             let area = node.bounds().half_area().min(f32::MAX / 1e9);
             if !node.is_inner() {
                 costs.reversed.push([area; WIDTH]);
+                leaves_below.push(1);
                 continue;
             }
             let pair = node.first as usize;
+            let last = nodes.len() - 1 - pair;
+            leaves_below.push(leaves_below[last] + leaves_below[last - 1]);
             let (left, right) = (costs.of(pair), costs.of(pair + 1));
             let mut own = [f32::INFINITY; WIDTH];
             // What a leaf costs does not fall with its places, so it gets one.
@@ -145,6 +157,6 @@ impl AllCosts {
             }
             costs.reversed.push(own);
         }
-        costs
+        (costs, leaves_below)
     }
 }

@@ -27,7 +27,7 @@ pub struct Node8 {
     /// Boxes of the children: smallest x, largest x, smallest y, and so on. The far plane of an axis stands 32 bytes
     /// from the near one, whichever is which.
     pub planes: [[f32; 8]; 6],
-    /// The children; [`EMPTY`] ones may stand anywhere.
+    /// The children; [`EMPTY`] ones may stand anywhere. Any hit is most cheaply looked for in the last ones.
     pub children: [Child; 8],
     /// For each octant of directions (bit 0: x below 0, bit 1: y, bit 2: z), the places of the children in three bits
     /// each, farthest first, so that the nearest ends on top of the stack. Empty ones come first.
