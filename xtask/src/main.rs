@@ -4,6 +4,7 @@ mod fma;
 mod fuzz;
 mod ptx;
 mod sheet;
+mod structures;
 
 use anyhow::Context;
 use std::path::PathBuf;
@@ -21,6 +22,11 @@ const COMMANDS: &[Command] = &[
         "render a contact sheet of models, modes and materials to look at [--models] [OUT.png]",
         sheet::run,
     ),
+    (
+        "structures",
+        "measure every structure and builder, and write the tables of crates/accel/README.md [--quick] [SCENES_DIR]",
+        structures::run,
+    ),
 ];
 
 fn main() -> ExitCode {
@@ -28,7 +34,7 @@ fn main() -> ExitCode {
     let chosen = arguments.first().and_then(|name| COMMANDS.iter().find(|command| command.0 == name));
     let Some((name, _, run)) = chosen else {
         eprintln!("usage: cargo xtask COMMAND\n");
-        COMMANDS.iter().for_each(|(name, help, _)| eprintln!("  {name:8} {help}"));
+        COMMANDS.iter().for_each(|(name, help, _)| eprintln!("  {name:10} {help}"));
         return ExitCode::from(2);
     };
     match run(&arguments[1..]) {

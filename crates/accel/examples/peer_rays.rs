@@ -9,14 +9,9 @@
 //! the levels, `VARIANTS` and `BUILDS` choose from what is measured (comma-separated), `THREADS` lists thread counts.
 
 use eosphor_accel::{
-    BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, Filters, Quality, SceneGeometry,
-    SimdLevel,
+    BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, Filters, Hit, PrimitiveId, Quality, Ray,
+    RayFilter, Scene, SimdLevel, Tracer, Vec3, vec3,
 };
-use eosphor_core::geometry::{Bounds, Geometry, Instance};
-use eosphor_core::hierarchy::Tracer;
-use eosphor_core::material::NONE;
-use eosphor_core::math::{Affine, Vec3, vec3};
-use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use std::error::Error;
 use std::hint::black_box;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -249,29 +244,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     for scene in scenes.split(',') {
         let data = Data::read(folder, scene)?;
-        let extent = data.triangles.iter().flatten().map(|v| v.abs().max_component()).fold(0.0, f32::max);
-        let geometry = Geometry {
-            first_triangle: 0,
-            triangle_count: data.triangles.len() as u32,
-            first_sphere: 0,
-            sphere_count: 0,
-            extent,
-            first_sphere_object: 0,
-        };
-        let world = Instance {
-            object_from_world: Affine::IDENTITY,
-            world_from_object: Affine::IDENTITY,
-            world_bounds: Bounds::EMPTY,
-            geometry: 0,
-            material: NONE,
-            object: 0,
-        };
-        let scene_geometry = SceneGeometry {
-            triangles: &data.triangles,
-            spheres: &[],
-            geometries: &[geometry],
-            instances: &[world],
-        };
+        let world = Scene::new(&data.triangles, &[])?;
         for build in choices("BUILDS", "medium") {
             let options = match build.parse::<Quality>() {
                 Ok(quality) => quality.options(),
@@ -282,7 +255,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             for _ in 0..repeats.min(if data.triangles.len() > 500_000 { 2 } else { 5 }) {
                 let (seconds, cpu, bvh) = pool.install(|| {
                     let (start, cpu) = (Instant::now(), thread_seconds());
-                    let bvh = Bvh8::build(&scene_geometry, &options);
+                    let bvh = Bvh8::build(&world.geometry(), &options);
                     (start.elapsed().as_secs_f64(), thread_seconds() - cpu, bvh)
                 });
                 if best.as_ref().is_none_or(|b| cpu < b.1) {

@@ -1,7 +1,37 @@
-//! Acceleration hierarchies for ray tracing: parallel builders with deterministic results, and CPU traversals.
+//! Acceleration structures for ray tracing: BVHs of two and of eight children, octree, grid and kd-tree, with parallel
+//! builders, SIMD traversals, instances, spheres and refitting.
 //!
-//! Everything is built over a [`SceneGeometry`] and answers `eosphor-core`'s queries
-//! ([`eosphor_core::hierarchy::Tracer`]) with the canonical hit: every structure gives the same answers, bit for bit.
+//! Every structure gives the same hits, bit for bit, whatever the SIMD level and the number of threads: a hit is
+//! defined by ray and primitive alone. The README says which structure and builder to take.
+//!
+//! ```
+//! use eosphor_accel::{
+//!     BatchTracer, Bvh8, BuildOptions, Coherence, Filters, Hit, Ray, RayFilter, Scene, Tracer, vec3,
+//! };
+//!
+//! // Two triangles, one behind the other.
+//! let triangle = |z: f32| [vec3(-1.0, -1.0, z), vec3(1.0, -1.0, z), vec3(0.0, 1.0, z)];
+//! let scene = Scene::new(&[triangle(0.0), triangle(-2.0)], &[])?;
+//! let bvh = Bvh8::build(&scene.geometry(), &BuildOptions::default());
+//! let tracer = bvh.tracer();
+//!
+//! // One ray.
+//! let ray = Ray::new(vec3(0.0, 0.0, 5.0), vec3(0.0, 0.0, -1.0));
+//! let hit = tracer.closest_hit(&ray, &RayFilter::ALL);
+//! assert_eq!((hit.t, hit.id.primitive), (5.0, 0));
+//! assert!(tracer.occluded(&ray, &RayFilter::ALL));
+//!
+//! // Many rays: faster, and the same hits.
+//! let rays = [ray; 64];
+//! let mut hits = [Hit::miss(f32::INFINITY); 64];
+//! tracer.closest_hits(&rays, Filters::Shared(&RayFilter::ALL), Coherence::Auto, &mut hits);
+//! assert_eq!(hits, [hit; 64]);
+//! # Ok::<(), eosphor_accel::SceneError>(())
+//! ```
+//!
+//! [`Scene`] makes the [`SceneGeometry`] that everything is built over; a renderer with arrays of its own fills one
+//! itself. The structures implement or lend [`Tracer`] (one ray) and [`BatchTracer`] (many). Directions are of unit
+//! length. `eosphor-core` has the arithmetic; what its users need of it is exported here.
 
 mod batch;
 mod bvh;
@@ -13,6 +43,7 @@ mod kdtree;
 mod octree;
 mod packed;
 mod packet;
+mod scene;
 mod simd;
 mod simd_level;
 mod statistics;
@@ -26,5 +57,11 @@ pub use kdtree::{KdTree, KdTreeOptions};
 pub use octree::{Octree, OctreeOptions, Overlap};
 pub use packed::{PackedPrimitives, SceneGeometry};
 pub use packet::PacketTracer;
+pub use scene::{LARGEST_COORDINATE, MeshId, Scene, SceneError, indexed};
 pub use simd_level::SimdLevel;
 pub use statistics::HierarchyStatistics;
+
+pub use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
+pub use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch, Tracer, Work};
+pub use eosphor_core::math::{Affine, Vec3, vec3};
+pub use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};

@@ -73,6 +73,16 @@ impl Bounds {
         })
     }
 
+    /// The world box of an instance of what is in this box ([`Instance::world_bounds`]): that of the eight corners,
+    /// padded for the rounding errors of taking points either way. The padding is 2^-17 of the largest absolute
+    /// coordinate of that box plus the object's own extent as the map can grow it, some hundred times the error of a
+    /// mapped point.
+    pub fn placed(&self, world_from_object: &Affine) -> Bounds {
+        const SHARE: f32 = 1.0 / 131_072.0;
+        let world = self.transformed(world_from_object);
+        world.padded(SHARE * (world.extent() + self.extent() * world_from_object.growth()))
+    }
+
     /// The largest absolute coordinate; 0 for the empty box.
     pub fn extent(&self) -> f32 {
         if self.is_empty() { 0.0 } else { self.min.abs().max(self.max.abs()).max_component() }

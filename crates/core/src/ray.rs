@@ -17,6 +17,14 @@ pub struct Ray {
     pub t_max: f32,
 }
 
+impl Ray {
+    /// All of the ray from its origin on. The direction is of unit length.
+    #[inline(always)]
+    pub const fn new(origin: Vec3, direction: Vec3) -> Ray {
+        Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
+    }
+}
+
 /// Names a primitive: the instance that places it and its number in its geometry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]

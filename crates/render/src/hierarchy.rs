@@ -128,9 +128,9 @@ structures! {
     scalar: |s, work| s.tracer(work),
     batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
 
-    /// The same octree, octants in the order of the ray (Revelles et al. 2000).
+    /// Octree of smaller leaves, octants in the order of the ray (Revelles et al. 2000).
     OctreeParametric, "octree-parametric", OctreeParametric(Octree),
-    build: |scene, _options| Octree::build(scene, &OctreeOptions::default()),
+    build: |scene, _options| Octree::build(scene, &OctreeOptions::parametric()),
     scalar: |s, work| s.parametric_tracer(work),
     batches: |s, _simd| OneByOne(s.parametric_tracer(IgnoreWork));
 

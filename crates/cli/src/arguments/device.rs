@@ -46,6 +46,8 @@ pub(crate) enum AccelChoice {
     One(Accel),
     /// Every structure, in one table.
     All,
+    /// Bounding volume hierarchies by every builder, in one table.
+    Builders,
 }
 
 /// A level of instructions; `None` is the widest that the CPU has. (clap takes a bare `Option` to mean a flag that may
@@ -87,9 +89,10 @@ fn builder() -> impl TypedValueParser<Value = Builder> {
 
 /// The name of a structure, or all.
 pub(super) fn accels() -> impl TypedValueParser<Value = AccelChoice> {
-    let names = ["all"].into_iter().chain(Accel::ALL.iter().map(|accel| accel.name()));
+    let names = ["all", "builders"].into_iter().chain(Accel::ALL.iter().map(|accel| accel.name()));
     PossibleValuesParser::new(names).try_map(|name| match name.as_str() {
         "all" => Ok(AccelChoice::All),
+        "builders" => Ok(AccelChoice::Builders),
         name => name.parse().map(AccelChoice::One),
     })
 }

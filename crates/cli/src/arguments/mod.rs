@@ -46,7 +46,8 @@ const SCENE_HELP: &str = "An OBJ, glTF, PLY or JSON file, or a built-in scene: b
 pub(crate) struct InfoFlags {
     #[arg(help = SCENE_HELP)]
     pub(crate) scene: String,
-    /// The hierarchy over the primitives; all: a table of every one, with its work and speed on camera rays
+    /// The hierarchy over the primitives; all: a table of every one, with its work and speed on camera rays; builders:
+    /// the same of bvh and bvh8 by every builder
     #[arg(long, value_name = "NAME", value_parser = device::accels())]
     pub(crate) accel: Option<AccelChoice>,
     #[command(flatten)]

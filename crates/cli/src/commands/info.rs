@@ -52,7 +52,8 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
     let (data, notes) = SceneData::flatten(&loaded.scene)?;
     let accel = match flags.accel {
         Some(AccelChoice::One(accel)) => Some(accel),
-        Some(AccelChoice::All) => return structures(flags, &data),
+        Some(AccelChoice::All) => return structures(flags, &data, false),
+        Some(AccelChoice::Builders) => return structures(flags, &data, true),
         None => None,
     };
     let warnings = loaded.warnings.iter().map(ToString::to_string);

@@ -1,11 +1,11 @@
-//! `eosphor info --accel all SCENE`: every structure over one scene.
+//! `eosphor info --accel all SCENE`: every structure over one scene; `--accel builders`: every builder.
 
 use crate::arguments::InfoFlags;
 use crate::backend::{builder_for, cpu_backend};
 use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
-use eosphor::{Accel, CameraSpeed, Hierarchy, HierarchyStatistics, SceneData};
+use eosphor::{Accel, Builder, CameraSpeed, Hierarchy, HierarchyStatistics, SceneData};
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Duration;
@@ -16,24 +16,35 @@ const TRACING: Duration = Duration::from_millis(500);
 #[derive(Serialize)]
 struct Row {
     accel: Accel,
+    /// Of bounding volume hierarchies.
+    builder: Option<&'static str>,
     statistics: HierarchyStatistics,
     /// On one thread.
     camera_rays: CameraSpeed,
 }
 
-pub(super) fn structures(flags: &InfoFlags, data: &SceneData) -> Result<(), Failure> {
+/// `by_builder`: bounding volume hierarchies alone, by every builder.
+pub(super) fn structures(flags: &InfoFlags, data: &SceneData, by_builder: bool) -> Result<(), Failure> {
+    let is_built = |accel: &&Accel| matches!(accel, Accel::Bvh | Accel::Bvh8);
+    let chosen: Vec<(Accel, Builder)> = if by_builder {
+        let with_all = |&accel: &Accel| Builder::ALL.map(|builder| (accel, builder));
+        Accel::ALL.iter().filter(is_built).flat_map(with_all).collect()
+    } else {
+        Accel::ALL.iter().map(|&accel| (accel, builder_for(&flags.device))).collect()
+    };
     let mut rows = Vec::new();
-    for &accel in Accel::ALL {
+    for (accel, builder) in chosen {
         let backend = cpu_backend(&flags.device, Some(accel))?;
-        let hierarchy = Hierarchy::build(accel, builder_for(&flags.device), data);
+        let hierarchy = Hierarchy::build(accel, builder, data);
         let camera_rays = backend.camera_speed(data, &hierarchy, TRACING);
-        rows.push(Row { accel, statistics: hierarchy.statistics(), camera_rays });
+        let builder = is_built(&&accel).then(|| builder.name());
+        rows.push(Row { accel, builder, statistics: hierarchy.statistics(), camera_rays });
     }
     if flags.json { streams::json(&rows) } else { streams::result(&table(&rows)) }
 }
 
 /// Titles of the columns.
-const TITLES: [&str; 13] = [
+const TITLES: [&str; 14] = [
     "hierarchy",
     "build s",
     "nodes",
@@ -47,6 +58,7 @@ const TITLES: [&str; 13] = [
     "nodes/ray",
     "tests/ray",
     "Mrays/s",
+    "diffuse",
 ];
 
 fn table(rows: &[Row]) -> String {
@@ -63,16 +75,17 @@ fn table(rows: &[Row]) -> String {
         text.push('\n');
     }
     text.push_str(
-        "nodes/ray, tests/ray and Mrays/s are of camera rays on one thread; depth and leaf size are means\n",
+        "nodes/ray, tests/ray and Mrays/s are of camera rays on one thread, diffuse is Mrays/s of rays from what \
+         they hit; depth and leaf size are means\n",
     );
     text
 }
 
 impl Row {
     fn cells(&self) -> [String; TITLES.len()] {
-        let Row { accel, statistics: s, camera_rays: rays } = self;
+        let Row { accel, builder, statistics: s, camera_rays: rays } = self;
         [
-            accel.to_string(),
+            builder.map_or(accel.to_string(), |builder| format!("{accel} {builder}")),
             format!("{:.3}", s.build_seconds),
             grouped(s.nodes),
             grouped(s.leaves),
@@ -85,6 +98,7 @@ impl Row {
             format!("{:.2}", rays.nodes_a_ray),
             format!("{:.2}", rays.tests_a_ray),
             format!("{:.3}", rays.mrays_per_second),
+            format!("{:.3}", rays.diffuse_mrays_per_second),
         ]
     }
 }

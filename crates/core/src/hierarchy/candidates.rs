@@ -1,7 +1,7 @@
 //! From a primitive that a traversal has reached to a hit that counts.
 
 use crate::geometry::{Geometry, Instance, Sphere};
-use crate::intersect::{LocalRay, PackedTriangle, Slab, intersect_sphere, intersect_triangle};
+use crate::intersect::{LocalRay, PackedTriangle, Slab, intersect_sphere, intersect_triangle_unless};
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
 
 /// Primitives and instances, as every hierarchy holds them. Primitives stand in the hierarchy's own order within each
@@ -115,11 +115,12 @@ impl PrimitivesView<'_> {
         let mut k = first;
         while k < first + count {
             let triangle = item(self.triangles, k);
-            if let Some((t, u, v)) = intersect_triangle(ray, triangle, filter.cull_back_faces) {
-                let id = PrimitiveId { instance: placement.instance, primitive: triangle.primitive };
+            let id = PrimitiveId { instance: placement.instance, primitive: triangle.primitive };
+            // Rays meet the triangle that they start on, and the one that they go to, more often than any other.
+            let skips = || filter.skips(id);
+            if let Some((t, u, v)) = intersect_triangle_unless(ray, triangle, filter.cull_back_faces, skips) {
                 let (near, far) = placement.world_interval;
-                let counts = Slab::passes(near, far, t) & !filter.skips(id);
-                if counts && search.offer(Hit { t, u, v, id }) {
+                if Slab::passes(near, far, t) && search.offer(Hit { t, u, v, id }) {
                     return true;
                 }
             }

@@ -13,6 +13,7 @@ mod triangle;
 pub use local_ray::{LARGEST_NUMBER, LocalRay};
 pub use slab::{SLAB_SLACK, SMALLEST_DIRECTION, Slab};
 pub use sphere::{intersect_sphere, sphere_bounds};
+pub(crate) use triangle::intersect_triangle_unless;
 pub use triangle::{Confirmed, EdgeTest, PackedTriangle, intersect_triangle, longest_edge_last};
 
 /// Bounds of primitives are padded by this times the extent of their geometry: over the rounding errors of the slab

@@ -121,9 +121,20 @@ pub fn intersect_triangle(
     triangle: &PackedTriangle,
     cull_back_faces: bool,
 ) -> Option<(f32, f32, f32)> {
+    intersect_triangle_unless(ray, triangle, cull_back_faces, || false)
+}
+
+/// The same, but what `skips` says true of is not there. It is asked of candidates only, before they are confirmed.
+#[inline(always)]
+pub(crate) fn intersect_triangle_unless(
+    ray: &LocalRay,
+    triangle: &PackedTriangle,
+    cull_back_faces: bool,
+    skips: impl FnOnce() -> bool,
+) -> Option<(f32, f32, f32)> {
     let normal = triangle.normal();
     let edges = triangle.test_edges(ray, normal, cull_back_faces);
-    if !edges.candidate {
+    if !edges.candidate || skips() {
         return None;
     }
     let hit = triangle.confirm(ray, normal, edges.determinant);

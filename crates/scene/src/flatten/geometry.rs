@@ -95,7 +95,7 @@ impl Flat {
     }
 
     fn place(&mut self, geometry: u32, (world_from_object, object_from_world): (Affine, Affine), part: Part) {
-        let world_bounds = padded_world_bounds(&self.bounds[geometry as usize], &world_from_object);
+        let world_bounds = self.bounds[geometry as usize].placed(&world_from_object);
         let (material, object) = (part.material.unwrap_or(NONE), part.object);
         self.instances.push(Instance {
             object_from_world,
@@ -244,15 +244,6 @@ fn maps(scene: &Scene, number: usize) -> Result<(Affine, Affine), SceneError> {
         Problem::new(format!("instances[{number}] (mesh \"{name}\")"), message)
     })?;
     Ok((map, inverse))
-}
-
-/// The world box of an instance: that of the eight corners of its object box, padded for the rounding errors of
-/// taking points either way. The padding is 2^-17 of the largest absolute coordinate of that box plus the object's
-/// own extent as the map can grow it, some hundred times the error of a mapped point.
-pub(super) fn padded_world_bounds(object: &Bounds, world_from_object: &Affine) -> Bounds {
-    const SHARE: f32 = 1.0 / 131_072.0;
-    let world = object.transformed(world_from_object);
-    world.padded(SHARE * (world.extent() + object.extent() * world_from_object.growth()))
 }
 
 fn corner_extra(mesh: &Mesh, t: &Triangle) -> TriangleExtra {

@@ -1,6 +1,5 @@
 //! Known answers of flattening.
 
-use super::geometry::padded_world_bounds;
 use super::materials::compose;
 use super::{Note, SceneData};
 use crate::model::*;
@@ -116,7 +115,7 @@ fn padded_bounds_hold_mapped_points() {
         matrix: None,
     };
     let object = Bounds { min: vec3(-1.0, -2.0, -3.0), max: vec3(0.5, 7.0, 1.0) };
-    let world = padded_world_bounds(&object, &transform.affine());
+    let world = object.placed(&transform.affine());
     for i in 0..=10 {
         let x = object.min + (object.max - object.min) * (i as f32 / 10.0);
         let p = transform.affine().point(x);

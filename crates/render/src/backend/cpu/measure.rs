@@ -7,6 +7,9 @@ use crate::Hierarchy;
 use eosphor_accel::{Coherence, Filters};
 use eosphor_core::hierarchy::CountWork;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
+use eosphor_core::sampling::{cosine_lobe, orthonormal_basis, point_2d};
+use eosphor_core::shading::SurfacePoint;
+use eosphor_core::view::SceneView;
 use eosphor_scene::SceneData;
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -14,7 +17,7 @@ use std::time::{Duration, Instant};
 /// Side of the tiles whose rays are traced together.
 const TILE: u32 = 32;
 
-/// Closest hits of camera rays, on one thread.
+/// Closest hits of camera rays, and of rays that leave what those hit in random directions, on one thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CameraSpeed {
     /// Rays traced.
@@ -25,6 +28,8 @@ pub struct CameraSpeed {
     pub nodes_a_ray: f64,
     /// Primitive tests, mean over the rays, by the scalar traversal.
     pub tests_a_ray: f64,
+    /// Million rays a second that leave the points hit by camera rays, one from each, distributed as diffuse light is.
+    pub diffuse_mrays_per_second: f64,
 }
 
 impl CpuBackend {
@@ -35,7 +40,7 @@ impl CpuBackend {
         let settings = view.settings;
         let tiling = Tiling::new(settings.width, 0..settings.height, TILE);
         let start = Instant::now();
-        let (mut rays_traced, mut seconds, count) = (0, 0.0, CountWork::default());
+        let (count, mut camera, mut diffuse) = (CountWork::default(), Clock::default(), Clock::default());
         let mut paths = Vec::new();
         for number in spread(tiling.len()) {
             paths.clear();
@@ -44,28 +49,73 @@ impl CpuBackend {
             let rays: Vec<Ray> = paths.iter().map(|path| path.ray.ray()).collect();
             let filters: Vec<RayFilter> = paths.iter().map(|path| path.ray.filter(settings)).collect();
             let mut hits = vec![Hit::miss(f32::INFINITY); rays.len()];
-            let each = Filters::Each(&filters);
+            let coherent = Coherence::Coherent;
             hierarchy.with_batches(self.simd, |queries| {
-                let begin = Instant::now();
-                queries.closest_hits(&rays, each, Coherence::Coherent, &mut hits);
-                seconds += begin.elapsed().as_secs_f64();
+                let each = Filters::Each(&filters);
+                camera.time(rays.len(), || queries.closest_hits(&rays, each, coherent, &mut hits));
+            });
+            let (next_rays, next_filters) = diffuse_rays(&view, &rays, &filters, &hits);
+            hierarchy.with_batches(self.simd, |queries| {
+                let each = Filters::Each(&next_filters);
+                let mut hits = vec![Hit::miss(f32::INFINITY); next_rays.len()];
+                let how = Coherence::Incoherent;
+                diffuse.time(next_rays.len(), || queries.closest_hits(&next_rays, each, how, &mut hits));
             });
             hierarchy.with_counting(&count, self.simd, |queries| {
-                queries.closest_hits(&rays, each, Coherence::Coherent, &mut hits);
+                queries.closest_hits(&rays, Filters::Each(&filters), coherent, &mut hits);
             });
-            rays_traced += rays.len() as u64;
             if start.elapsed() > time {
                 break;
             }
         }
-        let mean = |number: u64| number as f64 / rays_traced.max(1) as f64;
+        let mean = |number: u64| number as f64 / camera.rays.max(1) as f64;
         CameraSpeed {
-            rays: rays_traced,
-            mrays_per_second: if seconds > 0.0 { rays_traced as f64 * 1e-6 / seconds } else { 0.0 },
+            rays: camera.rays,
+            mrays_per_second: camera.mrays_per_second(),
             nodes_a_ray: mean(count.nodes.get()),
             tests_a_ray: mean(count.primitives.get()),
+            diffuse_mrays_per_second: diffuse.mrays_per_second(),
         }
     }
+}
+
+/// Rays and the time that they took.
+#[derive(Default)]
+struct Clock {
+    rays: u64,
+    seconds: f64,
+}
+
+impl Clock {
+    fn time(&mut self, rays: usize, trace: impl FnOnce()) {
+        let begin = Instant::now();
+        trace();
+        self.seconds += begin.elapsed().as_secs_f64();
+        self.rays += rays as u64;
+    }
+
+    fn mrays_per_second(&self) -> f64 {
+        if self.seconds > 0.0 { self.rays as f64 * 1e-6 / self.seconds } else { 0.0 }
+    }
+}
+
+/// A ray from each hit, distributed by the cosine to the normal.
+fn diffuse_rays(
+    view: &SceneView,
+    rays: &[Ray],
+    filters: &[RayFilter],
+    hits: &[Hit],
+) -> (Vec<Ray>, Vec<RayFilter>) {
+    let found = rays.iter().zip(filters).zip(hits).filter(|(_, hit)| !hit.is_miss());
+    let leaving = (0..).zip(found).map(|(number, ((ray, filter), hit))| {
+        let point = SurfacePoint::new(view, ray, hit);
+        let normal = point.geometric_normal;
+        let (x, y) = orthonormal_basis(normal);
+        let local = cosine_lobe(1.0, point_2d(number, 1));
+        let direction = (x * local.x).along(y, local.y).along(normal, local.z);
+        (Ray::new(point.leave(direction), direction), RayFilter { start: hit.id, ..*filter })
+    });
+    leaving.unzip()
 }
 
 /// All numbers below `count`, so that those that come early lie all over: steps of the golden ratio.
