@@ -218,6 +218,11 @@ impl<S: Simd> Packet<S> {
         debug_assert!(QUERY != NEXT);
         let zero = S::F16::splat(0.0);
         let active = MaskOf::<S>::from_bits(active);
+        if QUERY == ANY {
+            // That end marks rays with a hit. One that comes with it has none, as with any end that is no number.
+            let marked = self.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY));
+            self.t_max = S::F16::splat(f32::NAN).or_else(marked, self.t_max);
+        }
         let extent = bvh.geometries[0].extent;
         let leg = Leg {
             ray: RayV::new(self.origin, self.direction, self.t_min, extent),
