@@ -55,6 +55,10 @@ impl<const W: usize> Packet<W> {
             packet.far_offset[2][lane] = ray.slab.far_offset.z;
             packet.inverse_direction_squared[lane] = ray.inverse_direction_squared;
             packet.edge_tolerance[lane] = ray.edge_tolerance;
+            // A ray with numbers out of range hits nothing.
+            if ray.t_min.is_nan() {
+                packet.t_max[lane] = f32::NAN;
+            }
         }
         packet
     }

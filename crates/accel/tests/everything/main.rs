@@ -26,7 +26,12 @@ use ways::Structures;
 /// `PROPTEST_CASES` times as many as are usual.
 fn cases(count: u32) -> ProptestConfig {
     let times = std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
-    ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(count * times) }
+    ProptestConfig {
+        failure_persistence: None,
+        // A seed does not shrink to anything simpler.
+        max_shrink_iters: 20,
+        ..ProptestConfig::with_cases(count * times)
+    }
 }
 
 /// Sizes of batches: below, at and above what kernels take at a time.

@@ -100,7 +100,10 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         let t = packet.t_max.to_array();
         if QUERY == ANY {
             for lane in 0..count {
-                self.hidden[numbers[lane] as usize] = t.as_ref()[lane] == f32::NEG_INFINITY;
+                let number = numbers[lane] as usize;
+                // A ray may have come with this end, and then nothing hides it.
+                let is_marked = t.as_ref()[lane] == f32::NEG_INFINITY;
+                self.hidden[number] = is_marked & (self.rays[number].t_max != f32::NEG_INFINITY);
             }
             return;
         }

@@ -26,7 +26,8 @@ pub(super) struct RayV<F> {
     pub(super) padding: f32,
     /// Determinants over this times the lengths of the two edges are far from 0: see [`in_window`].
     pub(super) steep: F,
-    /// By how much the second step can move the `t` of the first then.
+    /// By how much the second step can move the `t` of the first then. Infinite where products may leave the range of
+    /// normal numbers, which shifts `t` by more than rounding.
     pub(super) t_slack: F,
 }
 
@@ -36,6 +37,13 @@ pub(super) const STEEP: f32 = 1.0 / 32.0;
 /// The first step's `t` of a steep ray has an error of some 2^-21 of the extent of geometry and ray over the cosine:
 /// below 2^-15. This is eight times that.
 pub(super) const T_SLACK: f32 = 1.0 / 4096.0;
+
+/// That holds for products that neither underflow nor overflow: where the extent of geometry and ray is in this range,
+pub(super) const USUAL_REACH: [f32; 2] = [1.0 / 65_536.0, 1e15];
+/// the direction's length in this one,
+pub(super) const USUAL_LENGTH: [f32; 2] = [1e-6, 1e6];
+/// and determinants are above this, 2^-90.
+const SMALLEST_DETERMINANT: f32 = 8.077_935_7e-28;
 
 impl<F: Float> SlabV<F> {
     #[inline(always)]
@@ -71,6 +79,11 @@ fn largest_component<F: Float>(v: &Vec3V<F>) -> F {
     v[0].abs().max(v[1].abs().max(v[2].abs()))
 }
 
+#[inline(always)]
+fn within<F: Float>(x: F, [low, high]: [f32; 2]) -> F::Mask {
+    F::splat(low).le(x).and(x.le(F::splat(high)))
+}
+
 impl<F: Float> RayV<F> {
     /// As `LocalRay::new`.
     #[inline(always)]
@@ -82,6 +95,8 @@ impl<F: Float> RayV<F> {
         let length = squared.sqrt();
         let hit_tolerance = HIT_TOLERANCE * extent;
         let inverse_direction_squared = F::splat(1.0).div(squared);
+        let t_slack = F::splat(T_SLACK).mul(reach).mul(length.mul(inverse_direction_squared));
+        let is_usual = within(reach, USUAL_REACH).and(within(length, USUAL_LENGTH));
         RayV {
             origin,
             direction,
@@ -92,7 +107,7 @@ impl<F: Float> RayV<F> {
             hit_tolerance_squared: hit_tolerance * hit_tolerance,
             padding: PADDING * extent,
             steep: F::splat(STEEP).mul(length),
-            t_slack: F::splat(T_SLACK).mul(reach).mul(length.mul(inverse_direction_squared)),
+            t_slack: t_slack.or_else(is_usual, F::splat(f32::INFINITY)),
         }
     }
 }
@@ -156,7 +171,8 @@ impl<F: Float> TriangleV<F> {
         let t = dot(&self.normal, &edges.from_origin).xor(edges.determinant.sign());
         let late = determinant.mul(t_max.add(ray.t_slack)).lt(t);
         let early = t.lt(determinant.mul(ray.t_min.sub(ray.t_slack)));
-        let steep = ray.steep.mul(self.length1.mul(self.length2)).le(determinant);
+        let lengths = self.length1.mul(self.length2);
+        let steep = ray.steep.fma(lengths, F::splat(SMALLEST_DETERMINANT)).le(determinant);
         edges.candidates.without(late.or(early).and(steep))
     }
 

@@ -1,6 +1,6 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
-use super::lanes::{RayV, STEEP, SlabV, T_SLACK, TriangleV};
+use super::lanes::{RayV, STEEP, SlabV, T_SLACK, TriangleV, USUAL_LENGTH, USUAL_REACH};
 use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, each};
@@ -41,6 +41,8 @@ impl SingleRay {
         let t_min = if in_range { t_min } else { f32::NAN };
         let length = squared.sqrt();
         let inverse_direction_squared = 1.0 / squared;
+        let within = |x: f32, [low, high]: [f32; 2]| (low <= x) & (x <= high);
+        let is_usual = within(reach, USUAL_REACH) & within(length, USUAL_LENGTH);
         let origin = [origin.x, origin.y, origin.z, t_min];
         let direction = [direction.x, direction.y, direction.z, 1.0];
         let (o, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
@@ -58,7 +60,11 @@ impl SingleRay {
             inverse_direction_squared,
             edge_tolerance: EDGE_TOLERANCE * reach * length,
             steep: STEEP * length,
-            t_slack: T_SLACK * reach * (length * inverse_direction_squared),
+            t_slack: if is_usual {
+                T_SLACK * reach * (length * inverse_direction_squared)
+            } else {
+                f32::INFINITY
+            },
             extent,
             octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
         }
