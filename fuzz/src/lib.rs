@@ -1,4 +1,10 @@
-//! What all targets share: files in memory, loaded and flattened.
+//! What all targets share: files in memory, loaded and flattened; worlds under every structure.
+
+mod hits;
+#[path = "../../crates/accel/tests/support/mod.rs"]
+mod support;
+
+pub use hits::{build, traverse};
 
 use eosphor_scene::{LoadOptions, SceneData, load_from_memory};
 use std::path::PathBuf;

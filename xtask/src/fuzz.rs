@@ -8,10 +8,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const TARGETS: [&str; 9] = ["obj", "mtl", "gltf", "glb", "ply", "json", "pg1", "texture", "picture"];
+const TARGETS: [&str; 11] =
+    ["obj", "mtl", "gltf", "glb", "ply", "json", "pg1", "texture", "picture", "builders", "traversals"];
 
 /// What libFuzzer needs of the compiler; these are cargo-fuzz's, without a sanitizer, so that stable Rust will do. The
-/// readers have no unsafe code to sanitize.
+/// readers have no unsafe code to sanitize; the traversals have debug assertions where they index unchecked.
 const RUSTFLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing -Ccodegen-units=1";
@@ -77,6 +78,8 @@ fn stage() -> anyhow::Result<PathBuf> {
 /// checkout where they are.
 fn gather_seeds(target: &str, folder: &Path) -> anyhow::Result<()> {
     let endings: &[&str] = match target {
+        // Made of bytes that no file has.
+        "builders" | "traversals" => &[],
         "gltf" => &["gltf"],
         "glb" => &["glb"],
         "json" | "pg1" => &["json"],
@@ -118,7 +121,7 @@ set -uo pipefail
 cd "$(dirname "$(readlink -f "$0")")"
 out=${OUT:-.}
 seconds=$1; shift
-[ $# -gt 0 ] || set -- obj mtl gltf glb ply json pg1 texture picture
+[ $# -gt 0 ] || set -- obj mtl gltf glb ply json pg1 texture picture builders traversals
 mkdir -p "$out/found" "$out/logs"
 for target in "$@"; do
   mkdir -p "corpus/$target"

@@ -3,7 +3,11 @@
 use crate::material::NONE;
 use crate::math::Vec3;
 
-/// A ray in world space. The direction is of unit length, so `t` is a distance in world units.
+/// A ray in world space. The direction is of unit length, so `t` is a distance in world units. Queries answer for other
+/// lengths too, in units of that length.
+///
+/// Where a number of origin or direction is infinite, NaN or larger than [`crate::intersect::LARGEST_NUMBER`] (their sum
+/// is what is compared), the direction is 0, or an end is NaN, nothing is hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(16))]
 pub struct Ray {

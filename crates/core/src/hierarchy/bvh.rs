@@ -107,7 +107,10 @@ impl<C: Work> BvhTracer<'_, C> {
     #[inline(always)]
     pub fn occluded_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
         let mut search = Any { t_max: ray.t_max, found: false };
-        if self.bvh.primitives.instances.len() > 1 {
+        let primitives = &self.bvh.primitives;
+        let world_extent = item(primitives.geometries, 0).extent;
+        let world_ray = LocalRay::new(ray.origin, ray.direction, ray.t_min, world_extent);
+        if primitives.instances.len() > 1 && !world_ray.t_min.is_nan() {
             self.search_instances(ray, filter, &mut search);
         }
         search.found

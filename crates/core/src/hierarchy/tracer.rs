@@ -3,7 +3,8 @@
 use crate::math::{Vec3, vec3};
 use crate::ray::{Hit, Ray, RayFilter};
 
-/// Answers queries about a scene. Every implementation gives the same answers, bit for bit.
+/// Answers queries about a scene. Every implementation gives the same answers, bit for bit, whatever the numbers of the
+/// ray are: one with infinities or NaN hits nothing (see [`Ray`]).
 pub trait Tracer {
     /// The nearest hit in `t_min < t <= t_max`; ties go to the lowest (instance, primitive).
     fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit;

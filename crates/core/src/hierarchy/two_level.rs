@@ -65,7 +65,8 @@ pub(super) trait SearchScene {
         if self.search_geometry(0, &world_ray, &Placement::WORLD, filter, search) {
             return;
         }
-        if primitives.instances.len() > 1 {
+        // A ray with numbers out of range hits nothing, though in an instance's own space they may be in range.
+        if primitives.instances.len() > 1 && !world_ray.t_min.is_nan() {
             self.search_instances(ray, filter, search);
         }
     }

@@ -1,0 +1,148 @@
+//! Every way to ask for hits: structure, builder, traversal, SIMD level, what is known about the rays.
+
+use crate::support::World;
+use eosphor_accel::{
+    BatchTracer, BuildOptions, Builder, Bvh, Bvh8, Coherence, Exhaustive, Filters, Grid, GridOptions, KdTree,
+    KdTreeOptions, Octree, OctreeOptions, OneByOne, PacketTracer, Quality, SimdLevel,
+};
+use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch};
+use eosphor_core::ray::{Hit, Ray, RayFilter};
+
+/// What every way answers, for many rays.
+pub(crate) trait Answers {
+    fn closest(&self, rays: &[Ray], filters: Filters, hits: &mut [Hit]);
+    fn occluded(&self, rays: &[Ray], filters: Filters, hidden: &mut [bool]);
+    fn next(&self, rays: &[Ray], filters: Filters, hits: &mut [Hit]);
+    fn shadows1(&self, batch: &ShadowBatch<1>, filter: &RayFilter, active: &[bool; 1]) -> [bool; 1];
+    fn shadows8(&self, batch: &ShadowBatch<8>, filter: &RayFilter, active: &[bool; 8]) -> [bool; 8];
+    fn shadows16(&self, batch: &ShadowBatch<16>, filter: &RayFilter, active: &[bool; 16]) -> [bool; 16];
+}
+
+/// A tracer, told this about its rays.
+struct Asked<T>(T, Coherence);
+
+impl<T: BatchTracer> Answers for Asked<T> {
+    fn closest(&self, rays: &[Ray], filters: Filters, hits: &mut [Hit]) {
+        self.0.closest_hits(rays, filters, self.1, hits);
+    }
+    fn occluded(&self, rays: &[Ray], filters: Filters, hidden: &mut [bool]) {
+        self.0.occluded_rays(rays, filters, self.1, hidden);
+    }
+    fn next(&self, rays: &[Ray], filters: Filters, hits: &mut [Hit]) {
+        self.0.next_hits(rays, filters, self.1, hits);
+    }
+    fn shadows1(&self, batch: &ShadowBatch<1>, filter: &RayFilter, active: &[bool; 1]) -> [bool; 1] {
+        self.0.occluded_batch(batch, filter, active)
+    }
+    fn shadows8(&self, batch: &ShadowBatch<8>, filter: &RayFilter, active: &[bool; 8]) -> [bool; 8] {
+        self.0.occluded_batch(batch, filter, active)
+    }
+    fn shadows16(&self, batch: &ShadowBatch<16>, filter: &RayFilter, active: &[bool; 16]) -> [bool; 16] {
+        self.0.occluded_batch(batch, filter, active)
+    }
+}
+
+/// A way and its name.
+pub(crate) struct Way<'a> {
+    pub(crate) name: String,
+    pub(crate) answers: Box<dyn Answers + 'a>,
+}
+
+/// A world under every structure, with the settings that are usual and some that make other trees.
+pub(crate) struct Structures {
+    pub(crate) exhaustive: Exhaustive,
+    bvhs: Vec<(String, Bvh)>,
+    bvh8s: Vec<(String, Bvh8)>,
+    octrees: Vec<(String, Octree)>,
+    grids: Vec<(String, Grid)>,
+    kdtrees: Vec<(String, KdTree)>,
+}
+
+/// With a name.
+fn named<O, T>(options: Vec<(String, O)>, build: impl Fn(&O) -> T) -> Vec<(String, T)> {
+    options.into_iter().map(|(name, options)| (name, build(&options))).collect()
+}
+
+fn two<O>(usual: O, fine: O) -> Vec<(String, O)> {
+    vec![(String::new(), usual), (" fine".to_owned(), fine)]
+}
+
+fn binary_options() -> Vec<(String, BuildOptions)> {
+    let usual = Builder::ALL.map(|b| (b.to_string(), BuildOptions::of(b)));
+    let leaves = [(Builder::Binned, 1, 0.0), (Builder::Spatial, 1, 0.0), (Builder::Median, 255, 1e9)];
+    let others = leaves.map(|(builder, max_leaf_primitives, traversal_cost)| {
+        let options = BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::of(builder) };
+        (format!("{builder} with leaves of {max_leaf_primitives}"), options)
+    });
+    usual.into_iter().chain(others).collect()
+}
+
+fn eight_wide_options() -> Vec<(String, BuildOptions)> {
+    let builders = Builder::ALL.map(|b| (b.to_string(), BuildOptions::of(b)));
+    // Qualities name builders: those that are not among the above come again.
+    let known = builders.clone();
+    let qualities = Quality::ALL.map(|q| (q.to_string(), q.options()));
+    let new = qualities.into_iter().filter(move |(_, o)| known.iter().all(|(_, k)| k != o));
+    let cheap = BuildOptions { traversal_cost: 0.0, ..BuildOptions::of(Builder::Spatial) };
+    builders.into_iter().chain(new).chain([("spatial, cheap nodes".to_owned(), cheap)]).collect()
+}
+
+impl Structures {
+    pub(crate) fn new(world: &World) -> Structures {
+        let scene = world.geometry();
+        let (octree, grid, kdtree) =
+            (OctreeOptions::default(), GridOptions::default(), KdTreeOptions::default());
+        let octree_fine =
+            OctreeOptions { max_leaf_primitives: 1, max_depth: 6, only_if_cheaper: false, ..octree };
+        let grid_fine = GridOptions { density: 100.0, max_duplication: 200.0, ..grid };
+        let kdtree_fine =
+            KdTreeOptions { traversal_cost: 0.01, patience: 5, max_depth: 40, empty_bonus: 0.8, ..kdtree };
+        Structures {
+            exhaustive: Exhaustive::new(&scene),
+            bvhs: named(binary_options(), |o| Bvh::build(&scene, o)),
+            bvh8s: named(eight_wide_options(), |o| Bvh8::build(&scene, o)),
+            octrees: named(two(octree, octree_fine), |o| Octree::build(&scene, o)),
+            grids: named(two(grid, grid_fine), |o| Grid::build(&scene, o)),
+            kdtrees: named(two(kdtree, kdtree_fine), |o| KdTree::build(&scene, o)),
+        }
+    }
+
+    /// All ways but the reference.
+    pub(crate) fn ways(&self) -> Vec<Way<'_>> {
+        let mut ways = Vec::new();
+        for (name, bvh) in &self.bvhs {
+            let scalar = bvh.tracer(IgnoreWork);
+            add(&mut ways, format!("bvh {name}"), OneByOne(scalar));
+            add(&mut ways, format!("bvh {name}, packets"), OneByOne(PacketTracer { scalar }));
+        }
+        for (name, bvh8) in &self.bvh8s {
+            for level in SimdLevel::available() {
+                let Some(tracer) = bvh8.tracer_at(level) else { continue };
+                let name = format!("bvh8 {name} at {level}");
+                add(&mut ways, format!("{name}, one ray"), OneByOne(tracer));
+                for coherence in [Coherence::Auto, Coherence::Coherent, Coherence::Incoherent] {
+                    let answers = Box::new(Asked(tracer, coherence));
+                    ways.push(Way { name: format!("{name}, {coherence:?}"), answers });
+                }
+            }
+            let counting = OneByOne(bvh8.counting_tracer(CountWork::default()));
+            add(&mut ways, format!("bvh8 {name}, counting"), counting);
+        }
+        for (name, octree) in &self.octrees {
+            add(&mut ways, format!("octree{name}"), OneByOne(octree.tracer(IgnoreWork)));
+            let parametric = octree.parametric_tracer(IgnoreWork);
+            add(&mut ways, format!("octree{name}, parametric"), OneByOne(parametric));
+        }
+        for (name, grid) in &self.grids {
+            add(&mut ways, format!("grid{name}"), OneByOne(grid.tracer(IgnoreWork)));
+        }
+        for (name, kdtree) in &self.kdtrees {
+            add(&mut ways, format!("kd-tree{name}"), OneByOne(kdtree.tracer(IgnoreWork)));
+        }
+        ways
+    }
+}
+
+fn add<'a>(ways: &mut Vec<Way<'a>>, name: String, tracer: impl BatchTracer + 'a) {
+    ways.push(Way { name, answers: Box::new(Asked(tracer, Coherence::Auto)) });
+}
