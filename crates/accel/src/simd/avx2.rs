@@ -1,5 +1,10 @@
 //! AVX2 and FMA: 128- and 256-bit registers.
 
+#![allow(
+    clippy::undocumented_unsafe_blocks,
+    reason = "all alike: the instruction set is there (see super), and who calls a function that takes a pointer sees to it"
+)]
+
 use super::{Float, Kernel, Mask, Simd};
 use std::arch::x86_64::*;
 

@@ -1,5 +1,10 @@
 //! AVX-512: 512-bit registers for packets; the rest as for AVX2, which is as fast there.
 
+#![allow(
+    clippy::undocumented_unsafe_blocks,
+    reason = "all alike: the instruction set is there (see super), and who calls a function that takes a pointer sees to it"
+)]
+
 use super::avx2::{Avx2, X4, X8, X8Order, scatter8, transpose8};
 use super::{Float, Kernel, Mask, Simd};
 use std::arch::x86_64::*;

@@ -60,8 +60,8 @@ impl<'a> Aims<'a> {
         let length = ray.direction.length();
         for _ in 0..random.below(40) {
             let mut near = *ray;
-            near.origin = near.origin + random.in_cube() * apart;
-            near.direction = near.direction + random.in_cube() * (spread * length);
+            near.origin += random.in_cube() * apart;
+            near.direction += random.in_cube() * (spread * length);
             if wildness == Wildness::Wild && random.below(30) == 0 {
                 near = wild(&near, self.frame.size, random);
             }

@@ -43,7 +43,7 @@ pub(super) const USUAL_REACH: [f32; 2] = [1.0 / 65_536.0, 1e15];
 /// the direction's length in this one,
 pub(super) const USUAL_LENGTH: [f32; 2] = [1e-6, 1e6];
 /// and determinants are above this, 2^-90.
-const SMALLEST_DETERMINANT: f32 = 8.077_935_7e-28;
+const SMALLEST_DETERMINANT: f32 = 1.0 / (1u128 << 90) as f32;
 
 #[inline(always)]
 fn within<F: Float>(x: F, [low, high]: [f32; 2]) -> F::Mask {
