@@ -23,14 +23,17 @@ use scenes::{Frame, Kind};
 use support::{Random, World};
 use ways::Structures;
 
-/// `PROPTEST_CASES` times as many as are usual.
+/// How many times the usual number of cases.
+fn times() -> u32 {
+    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(1)
+}
+
 fn cases(count: u32) -> ProptestConfig {
-    let times = std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     ProptestConfig {
         failure_persistence: None,
         // A seed does not shrink to anything simpler.
         max_shrink_iters: 20,
-        ..ProptestConfig::with_cases(count * times)
+        ..ProptestConfig::with_cases(count * times())
     }
 }
 
@@ -83,7 +86,7 @@ fn wildness() -> impl Strategy<Value = Wildness> {
 }
 
 proptest! {
-    #![proptest_config(cases(40))]
+    #![proptest_config(cases(20))]
 
     #[test]
     fn all_agree_on_triangles_and_spheres(
@@ -128,7 +131,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(cases(2))]
+    #![proptest_config(cases(1))]
 
     #[test]
     fn all_agree_on_large_batches(seed in any::<u64>(), kind in kind(), instances in 0usize..3) {
