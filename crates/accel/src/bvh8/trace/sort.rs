@@ -89,7 +89,7 @@ mod tests {
     fn orders_hold_every_ray_once() {
         let ray = |k: u32| {
             let x = |s: u32| ((k * 7919 + s) % 1013) as f32 / 500.0 - 1.0;
-            let origin = Vec3 { x: x(0), y: x(311), z: if k % 50 == 0 { f32::NAN } else { x(523) } };
+            let origin = Vec3 { x: x(0), y: x(311), z: if k.is_multiple_of(50) { f32::NAN } else { x(523) } };
             Ray { origin, t_min: 0.0, direction: Vec3 { x: x(77), y: x(99), z: x(5) }, t_max: 1.0 }
         };
         let rays: Vec<Ray> = (0..5000).map(ray).collect();
