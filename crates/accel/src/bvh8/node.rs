@@ -5,7 +5,7 @@ use eosphor_core::math::Vec3;
 
 /// Where a child is: an inner node, or a leaf by kind.
 ///
-/// Inner nodes are plain numbers of nodes. Leaves have [`LEAF`] set; with [`SPHERES`] they are one sphere, with
+/// Inner nodes are plain numbers of nodes. Leaves have [`LEAF`] set; with [`SPHERE`] they are one sphere, with
 /// [`INSTANCE`] one place in the order of the instances, with neither one block of triangles.
 pub type Child = u32;
 
