@@ -84,7 +84,7 @@ fn trace_picture(triangles: &[[Vec3; 3]], mut trace: impl FnMut(&Ray, &RayFilter
             let t_max = to.length() * (1.0 - 1.0 / 8192.0);
             trace(&start(facing, unit(to), t_max), &RayFilter { target, ..from });
             let is_ball = hit.id.primitive < BALLS;
-            if depth == if is_ball { 3 } else { 1 } {
+            if depth >= if is_ball { 4 } else { 1 } {
                 continue;
             }
             let d = ray.direction;
