@@ -3,7 +3,7 @@
 //! `cargo run --release -p eosphor-accel --example occlusion`
 
 use eosphor_accel::{
-    BatchTracer, BuildOptions, Bvh8, Coherence, Filters, Quality, Ray, RayFilter, Scene, SceneError, Vec3,
+    BatchTracer, Bvh8, Coherence, Filters, Quality, Ray, RayFilter, Scene, SceneError, Vec3,
     indexed, vec3,
 };
 use std::f32::consts::TAU;
