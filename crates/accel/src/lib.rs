@@ -65,3 +65,8 @@ pub use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 pub use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch, Tracer, Work};
 pub use eosphor_core::math::{Affine, Vec3, vec3};
 pub use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

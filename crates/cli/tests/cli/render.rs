@@ -213,5 +213,9 @@ fn all_structures_in_a_table() {
     let tests = |row: usize| json[row]["camera_rays"]["tests_a_ray"].as_f64().unwrap();
     assert_eq!([&json[0]["accel"], &json[1]["accel"]], ["none", "bvh"]);
     assert!(tests(0) > tests(1) && tests(1) > 0.0, "{json}");
+    let json = place.run(&["info", "builtin:cornell", "--accel", "builders", "--json"]).succeeded().json();
+    let rows = json.as_array().unwrap();
+    assert_eq!(rows.len(), 2 * 6, "two structures by six builders");
+    assert!(rows.iter().all(|row| row["builder"].is_string()), "{json}");
     place.render("a.png", &["--accel", "all"]).is_wrong_usage(&["none", "bvh"]);
 }
