@@ -25,6 +25,9 @@ pub struct LocalRay {
     pub padding: f32,
 }
 
+/// Rays whose direction is shorter hit nothing: beside it, the slab test's smallest component would be a tilt.
+pub const SHORTEST_DIRECTION: f32 = 1e-11;
+
 /// Rays with larger numbers, infinities or NaN hit nothing: products of smaller ones stay finite.
 pub const LARGEST_NUMBER: f32 = 1e18;
 
@@ -37,7 +40,7 @@ impl LocalRay {
         // At least the length, and cheaper.
         let length = d.x + d.y + d.z;
         // The sum is NaN where one of them is.
-        let in_range = (o.x + o.y + o.z) + length <= LARGEST_NUMBER;
+        let in_range = ((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
         let reach = extent + origin.abs().max_component();
         let hit_tolerance = HIT_TOLERANCE * extent;
         LocalRay {

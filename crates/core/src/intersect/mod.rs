@@ -10,7 +10,7 @@ mod slab;
 mod sphere;
 mod triangle;
 
-pub use local_ray::{LARGEST_NUMBER, LocalRay};
+pub use local_ray::{LARGEST_NUMBER, LocalRay, SHORTEST_DIRECTION};
 pub use slab::{SLAB_SLACK, SMALLEST_DIRECTION, Slab};
 pub use sphere::{intersect_sphere, sphere_bounds};
 pub(crate) use triangle::intersect_triangle_unless;

@@ -2,7 +2,8 @@
 
 use crate::simd::{Float, Mask, Vec3V, along, cross, dot, each, subtract};
 use eosphor_core::intersect::{
-    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, PADDING, SLAB_SLACK, SMALLEST_DIRECTION,
+    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, PADDING, SHORTEST_DIRECTION, SLAB_SLACK,
+    SMALLEST_DIRECTION,
 };
 
 /// What the slab test needs of a ray a lane: as `Slab`.
@@ -93,6 +94,7 @@ impl<F: Float> RayV<F> {
         let (o, d) = (each!(k => origin[k].abs()), each!(k => direction[k].abs()));
         let length = d[0].add(d[1]).add(d[2]);
         let in_range = o[0].add(o[1]).add(o[2]).add(length).le(F::splat(LARGEST_NUMBER));
+        let in_range = in_range.and(F::splat(SHORTEST_DIRECTION).le(length));
         let hit_tolerance = HIT_TOLERANCE * extent;
         let inverse_direction_squared = F::splat(1.0).div(squared);
         let t_slack = F::splat(T_SLACK).mul(reach).mul(length.mul(inverse_direction_squared));

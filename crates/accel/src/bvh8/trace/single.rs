@@ -5,8 +5,8 @@ use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, each};
 use eosphor_core::intersect::{
-    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SLAB_SLACK, SMALLEST_DIRECTION, Slab,
-    intersect_sphere,
+    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SHORTEST_DIRECTION, SLAB_SLACK,
+    SMALLEST_DIRECTION, Slab, intersect_sphere,
 };
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
@@ -38,7 +38,7 @@ impl SingleRay {
         let reach = extent + largest;
         let (o, d) = (origin.abs(), direction.abs());
         let length = d.x + d.y + d.z;
-        let in_range = (o.x + o.y + o.z) + length <= LARGEST_NUMBER;
+        let in_range = ((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
         let t_min = if in_range { t_min } else { f32::NAN };
         let inverse_direction_squared = 1.0 / squared;
         let [[reach_low, reach_high], [length_low, length_high]] = [USUAL_REACH, USUAL_LENGTH];
