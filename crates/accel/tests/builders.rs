@@ -416,7 +416,8 @@ fn few_large_triangles_are_cut() {
     triangles.retain(|t| (t[1] - t[0]).length().max((t[2] - t[0]).length()) < 1.0);
     let references = |triangles: &[[Vec3; 3]], builder: Builder| {
         let world = World::new(triangles.to_vec(), vec![]);
-        let bvh = Bvh8::build(&world.geometry(), &BuildOptions::of(builder));
+        let options = BuildOptions { cut_large_triangles: true, ..BuildOptions::of(builder) };
+        let bvh = Bvh8::build(&world.geometry(), &options);
         bvh.blocks.iter().flat_map(|b| b.primitive).filter(|&p| p != u32::MAX).count() - triangles.len()
     };
     assert_eq!(references(&triangles, Builder::Binned), 0);

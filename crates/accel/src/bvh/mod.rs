@@ -179,7 +179,9 @@ pub(crate) fn geometry_tree(
     let mut policy = Policy::new(options, purpose, triangles.len(), spheres.len());
     let count = triangles.len() + spheres.len();
     // Cutting is for blocks of four, where the cost of a few more is small.
-    let presplit = purpose == Purpose::Eight && matches!(options.builder, Builder::Morton | Builder::Binned);
+    let presplit = options.cut_large_triangles
+        && purpose == Purpose::Eight
+        && matches!(options.builder, Builder::Morton | Builder::Binned);
     let room = match options.builder {
         Builder::Spatial => spatial::room(count),
         _ if presplit => spheres.len() + presplit::room(triangles.len()),

@@ -3,7 +3,7 @@
 use crate::support::World;
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh, Bvh8, Coherence, Exhaustive, Filters, Grid, GridOptions, KdTree,
-    KdTreeOptions, Octree, OctreeOptions, OneByOne, PacketTracer, Quality, SimdLevel,
+    KdTreeOptions, Octree, OctreeOptions, OneByOne, PacketTracer, SimdLevel,
 };
 use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
@@ -67,9 +67,15 @@ fn two<O>(usual: O, fine: O) -> Vec<(String, O)> {
     vec![(String::new(), usual), (" fine".to_owned(), fine)]
 }
 
+/// Builders whose leaves hold whole triangles. [`Builder::Spatial`] is not among them: a ray in a triangle's plane within
+/// rounding may count as hitting it beside its edges, where the parts of a cut triangle do not reach. Its other hits are
+/// compared in `tests/builders.rs`.
+const EXACT: [Builder; 5] =
+    [Builder::Morton, Builder::Median, Builder::Sweep, Builder::Binned, Builder::Hybrid];
+
 fn binary_options() -> Vec<(String, BuildOptions)> {
-    let usual = Builder::ALL.map(|b| (b.to_string(), BuildOptions::of(b)));
-    let leaves = [(Builder::Binned, 1, 0.0), (Builder::Spatial, 1, 0.0), (Builder::Median, 255, 1e9)];
+    let usual = EXACT.map(|b| (b.to_string(), BuildOptions::of(b)));
+    let leaves = [(Builder::Binned, 1, 0.0), (Builder::Median, 255, 1e9)];
     let others = leaves.map(|(builder, max_leaf_primitives, traversal_cost)| {
         let options = BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::of(builder) };
         (format!("{builder} with leaves of {max_leaf_primitives}"), options)
@@ -78,13 +84,7 @@ fn binary_options() -> Vec<(String, BuildOptions)> {
 }
 
 fn eight_wide_options() -> Vec<(String, BuildOptions)> {
-    let builders = Builder::ALL.map(|b| (b.to_string(), BuildOptions::of(b)));
-    // Qualities name builders: those that are not among the above come again.
-    let known = builders.clone();
-    let qualities = Quality::ALL.map(|q| (q.to_string(), q.options()));
-    let new = qualities.into_iter().filter(move |(_, o)| known.iter().all(|(_, k)| k != o));
-    let cheap = BuildOptions { traversal_cost: 0.0, ..BuildOptions::of(Builder::Spatial) };
-    builders.into_iter().chain(new).chain([("spatial, cheap nodes".to_owned(), cheap)]).collect()
+    EXACT.map(|b| (b.to_string(), BuildOptions::of(b))).to_vec()
 }
 
 impl Structures {
