@@ -17,7 +17,7 @@ pub(crate) struct DeviceFlags {
     /// Side of the squares that threads render, in pixels
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=4096))]
     pub(crate) tile: Option<u32>,
-    /// How bounding volume hierarchies are built; low, medium and high stand for morton, binned and spatial
+    /// How bounding volume hierarchies are built; low and medium stand for morton and binned
     #[arg(long, value_name = "NAME", value_parser = builder())]
     pub(crate) builder: Option<Builder>,
     /// Instructions of the CPU; auto takes the widest there are
@@ -82,7 +82,9 @@ pub(super) fn accel() -> impl TypedValueParser<Value = Accel> {
 fn builder() -> impl TypedValueParser<Value = Builder> {
     let builders = Builder::ALL.map(|b| (b.name(), b));
     let qualities = Quality::ALL.map(|q| (q.name(), q.options().builder));
-    let named = [&qualities[..], &builders[..]].concat();
+    let mut named = [&qualities[..], &builders[..]].concat();
+    // Trees of spatial splits can lose a ray in a triangle's plane: no flag may change a pixel.
+    named.retain(|n| n.1 != Builder::Spatial);
     PossibleValuesParser::new(named.iter().map(|n| n.0))
         .try_map(move |name| named.iter().find(|n| n.0 == name).map(|n| n.1).ok_or("no such builder"))
 }
