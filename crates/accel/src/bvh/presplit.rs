@@ -41,7 +41,7 @@ pub(super) fn cut_large(
     if !(root > 0.0 && root < f32::MAX) {
         return false;
     }
-    let mut limit = root * LARGE;
+    let mut limit = (root * LARGE).max(f32::MIN_POSITIVE);
     let mut large: Vec<(usize, f32)> = Vec::new();
     for range in ranges {
         for at in range.clone() {
@@ -53,7 +53,9 @@ pub(super) fn cut_large(
     }
     // No more parts than there is room for: where very many are large, none are.
     let budget = triangles.len() / BUDGET;
-    while !large.is_empty() && large.iter().map(|(_, area)| (area / limit) as usize).sum::<usize>() > budget {
+    while !large.is_empty()
+        && large.iter().fold(0usize, |sum, (_, area)| sum.saturating_add((area / limit) as usize)) > budget
+    {
         limit *= 2.0;
         large.retain(|(_, area)| *area > limit);
     }

@@ -12,7 +12,8 @@ pub struct CpuOptions {
     pub tile: Option<u32>,
     /// The hierarchy.
     pub accel: Accel,
-    /// How bounding volume hierarchies are built.
+    /// How bounding volume hierarchies are built. Trees of [`Builder::Spatial`] can lose a ray that lies in a triangle's
+    /// plane to within rounding; all others give the same picture.
     pub builder: Builder,
     /// SIMD level; `None`: the best that the CPU has.
     pub simd: Option<SimdLevel>,
