@@ -3,7 +3,7 @@
 use crate::support::World;
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh, Bvh8, Coherence, Exhaustive, Filters, Grid, GridOptions, KdTree,
-    KdTreeOptions, Octree, OctreeOptions, PacketTracer, SimdLevel,
+    KdTreeOptions, Octree, OctreeOptions, SimdLevel,
 };
 use eosphor_core::geometry::Sphere;
 use eosphor_core::hierarchy::{IgnoreWork, Tracer};
@@ -182,8 +182,6 @@ pub fn traverse(bytes: &[u8]) {
         };
         for bvh in &structures.bvhs {
             same("bvh", all_queries(&bvh.tracer(IgnoreWork), ray, filter));
-            let packets = PacketTracer { scalar: bvh.tracer(IgnoreWork) };
-            same("bvh packets", all_queries(&packets, ray, filter));
         }
         let octree = &structures.octree;
         same("octree", all_queries(&octree.tracer(IgnoreWork), ray, filter));

@@ -6,7 +6,7 @@
 //! t_max); the `.ref` files are a count and (t, primitive) a ray, with primitive `ffffffff` for a miss.
 //!
 //! Environment: `HITS_DIR` writes `SCENE_QUERY.eosphor-VARIANT-BUILD.hits` in the form of the `.ref` files; `SIMD` is one of
-//! the levels, `VARIANTS` and `BUILDS` choose from what is measured (comma-separated), `THREADS` lists thread counts.
+//! the levels, `VARIANTS`, `BUILDS` and `QUERIES` choose from what is measured (comma-separated), `THREADS` lists thread counts.
 
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, Filters, Hit, PrimitiveId, Quality, Ray,
@@ -270,7 +270,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 data.triangles.len(),
             );
             let tracer = bvh.tracer_at(level).ok_or_else(|| format!("this CPU has no {level}"))?;
-            for query in 0..3 {
+            let queries = choices("QUERIES", "primary,diffuse,shadow");
+            for query in (0..3).filter(|&query| queries.iter().any(|name| name == QUERIES[query])) {
                 for name in choices("VARIANTS", "1ray,batch") {
                     measure(&data, &tracer, query, (&build, &name), repeats)?;
                 }

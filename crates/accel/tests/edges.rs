@@ -2,7 +2,7 @@
 
 mod support;
 
-use eosphor_accel::{BuildOptions, Bvh};
+use eosphor_accel::{BuildOptions, Bvh, Exhaustive};
 use eosphor_core::hierarchy::{IgnoreWork, Tracer};
 use eosphor_core::intersect::longest_edge_last;
 use eosphor_core::math::{Vec3, vec3};
@@ -439,5 +439,58 @@ fn meshes_of_sizes_from_1e_minus_9_to_1e12_are_closed() {
             })
             .count();
         assert_eq!(missed, 0, "size 1e{exponent}");
+    }
+}
+
+// --- Slivers ---------------------------------------------------------------------------------------------------------
+
+#[test]
+fn rays_well_inside_slivers_hit_them() {
+    let mut random = Random(1);
+    for height in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
+        let (mut rays, mut largest_error) = (0, 0.0f64);
+        for case in 0..20_000 {
+            // A long edge of length 1, the third corner above its middle or above one end.
+            let (a, along_edge) = (double(random.in_cube()), double(random.direction()));
+            let other = double(random.direction());
+            let up = along(other, along_edge, -dot(other, along_edge));
+            if length(up) < 0.1 {
+                continue;
+            }
+            let foot = if case % 2 == 0 { 0.2 + 0.6 * random.unit() } else { 0.0 };
+            let c = along(along(a, along_edge, foot), unit(up), height);
+            let corners =
+                [a, along(a, along_edge, 1.0), c].map(|p| vec3(p[0] as f32, p[1] as f32, p[2] as f32));
+            let corners = in_order(corners);
+            let [a, b, c] = corners.map(double);
+            let (e1, e2) = (sub(b, a), sub(c, a));
+            let normal = unit(cross(e1, e2));
+            let direction = double(random.direction());
+            if dot(direction, normal).abs() < 0.2 {
+                continue;
+            }
+            let (u, v) = (0.1 + 0.4 * random.unit(), 0.1 + 0.3 * random.unit());
+            let target = along(along(a, e1, u), e2, v);
+            let from = along(target, direction, -0.5 - 3.0 * random.unit());
+            let single = |p: V| vec3(p[0] as f32, p[1] as f32, p[2] as f32);
+            let ray = Ray::new(single(from), single(direction));
+            // What the rounded ray meets: its rounding moves it off the thinnest ones.
+            let (o, d) = (double(ray.origin), double(ray.direction));
+            let determinant = dot(cross(e1, e2), d);
+            let r = cross(sub(a, o), d);
+            let (u, v) = (dot(r, e2) / determinant, -dot(r, e1) / determinant);
+            if u < 0.05 || v < 0.05 || u + v > 0.95 {
+                continue;
+            }
+            let world = World::new(vec![corners], vec![]);
+            let hit =
+                Exhaustive::new(&world.geometry()).tracer(IgnoreWork).closest_hit(&ray, &RayFilter::ALL);
+            assert!(!hit.is_miss(), "height {height}: {corners:?} {ray:?}");
+            let t = dot(cross(e1, e2), sub(a, o)) / determinant;
+            largest_error = largest_error.max((hit.t as f64 - t).abs());
+            rays += 1;
+        }
+        println!("height {height}: {rays} rays, t is wrong by at most {largest_error:e}");
+        assert!(rays > 1000 && largest_error < 2e-6);
     }
 }

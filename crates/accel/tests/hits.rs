@@ -2,7 +2,7 @@
 
 mod support;
 
-use eosphor_accel::{BuildOptions, Bvh, Exhaustive, PacketTracer};
+use eosphor_accel::{BuildOptions, Bvh, Exhaustive};
 use eosphor_core::geometry::{Bounds, Sphere};
 use eosphor_core::hierarchy::{BvhNode, IgnoreWork, MAX_BVH_DEPTH, ShadowBatch, Tracer};
 use eosphor_core::math::{Affine, Vec3, vec3};
@@ -102,9 +102,8 @@ impl Structures {
                 std::array::from_fn(|i| !active[i] || reference.occluded(&batch.ray(i), filter));
             assert_eq!(reference.occluded_batch(&batch, filter, &active), expected);
             for bvh in &self.bvhs {
-                let packets = PacketTracer { scalar: bvh.tracer(IgnoreWork) };
-                assert_eq!(packets.occluded_batch(&batch, filter, &active), expected, "{batch:?}");
-                assert_eq!(packets.scalar.occluded_batch(&batch, filter, &active), expected, "{batch:?}");
+                let tracer = bvh.tracer(IgnoreWork);
+                assert_eq!(tracer.occluded_batch(&batch, filter, &active), expected, "{batch:?}");
             }
         }
     }
@@ -378,7 +377,6 @@ fn the_deepest_trees_are_traversed_within_the_stack() {
         BuildOptions { max_leaf_primitives: 1, traversal_cost: 0.0, ..BuildOptions::default() };
     let bvh = Bvh::build(&world.geometry(), &tracer_options);
     let (tracer, reference) = (bvh.tracer(IgnoreWork), Exhaustive::new(&world.geometry()));
-    let packets = PacketTracer { scalar: bvh.tracer(IgnoreWork) };
     for ray in [
         ray(vec3(-1.0, -1e-15, -1e-15), vec3(1.0, 0.0, 0.0)),
         ray(vec3(4e13, -1.0, -1.0), vec3(-1.0, 0.0, -0.0)),
@@ -396,7 +394,7 @@ fn the_deepest_trees_are_traversed_within_the_stack() {
             z: [ray.direction.z],
             t_max: [f32::INFINITY],
         };
-        assert_eq!(packets.occluded_batch(&batch, &RayFilter::ALL, &[true]), [!expected.is_miss()]);
+        assert_eq!(tracer.occluded_batch(&batch, &RayFilter::ALL, &[true]), [!expected.is_miss()]);
     }
 }
 

@@ -1,9 +1,9 @@
 //! The hierarchy that a backend traces rays through.
 
-use crate::backend::cpu::{ByOrigin, Queries, SimdLevel, with_level};
+use crate::backend::cpu::{Queries, SimdLevel, with_level};
 use eosphor_accel::{
     BuildOptions, Builder, Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree,
-    KdTreeOptions, Octree, OctreeOptions, OneByOne, PacketTracer, SceneGeometry,
+    KdTreeOptions, Octree, OctreeOptions, OneByOne, SceneGeometry,
 };
 use eosphor_core::hierarchy::{CountWork, IgnoreWork, Work};
 use eosphor_scene::SceneData;
@@ -114,7 +114,7 @@ structures! {
     Bvh, "bvh", Bvh(Bvh),
     build: |scene, options| Bvh::build(scene, options),
     scalar: |s, work| s.tracer(work),
-    batches: |s, _simd| ByOrigin(PacketTracer { scalar: s.tracer(IgnoreWork) });
+    batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
 
     /// The same with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),

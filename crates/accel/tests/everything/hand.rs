@@ -2,9 +2,10 @@
 
 use crate::check::{check, check_shadows};
 use crate::fused::Fused;
-use crate::scenes::{Kind, primitives};
+use crate::scenes::{Kind, on_planes, primitives};
 use crate::support::{Random, World};
 use crate::ways::Structures;
+use eosphor_accel::{BuildOptions, Builder, Bvh, Exhaustive};
 use eosphor_core::hierarchy::{IgnoreWork, Tracer};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use eosphor_core::ray::{Ray, RayFilter};
@@ -109,6 +110,32 @@ fn triangles_whose_products_underflow_are_hit_at_the_same_t() {
             }
             println!("2^{exponent}, large {large}: {} hits", (asked.len() - 100) / 2);
             check(&structures, &asked, &[48, 1]);
+        }
+    }
+}
+
+#[test]
+fn rays_in_the_plane_of_a_cut_triangle_hit_no_more_and_no_less() {
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        let world = World::new(primitives(Kind::OnPlanes, 100, &mut random).0, vec![]);
+        let exhaustive = Exhaustive::new(&world.geometry());
+        let options = BuildOptions {
+            max_leaf_primitives: 1,
+            traversal_cost: 0.0,
+            ..BuildOptions::of(Builder::Spatial)
+        };
+        let bvh = Bvh::build(&world.geometry(), &options);
+        for _ in 0..2000 {
+            let axis = [vec3(0.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 0.0, -1.0)][random.below(3)];
+            let direction = (axis + random.direction() * 1e-7).normalize();
+            let ray = ray(on_planes(&mut random), direction);
+            let expected = Fused(exhaustive.tracer(IgnoreWork)).closest_hit(&ray, &RayFilter::ALL);
+            let hit = Fused(bvh.tracer(IgnoreWork)).closest_hit(&ray, &RayFilter::ALL);
+            assert_eq!(hit, expected, "seed {seed}: {ray:?}");
+            assert!(
+                expected.is_miss() || (0.0..=1.0).contains(&expected.u) && (0.0..=1.0).contains(&expected.v)
+            );
         }
     }
 }

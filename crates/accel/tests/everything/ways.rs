@@ -3,7 +3,7 @@
 use crate::support::World;
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh, Bvh8, Coherence, Exhaustive, Filters, Grid, GridOptions, KdTree,
-    KdTreeOptions, Octree, OctreeOptions, OneByOne, PacketTracer, SimdLevel,
+    KdTreeOptions, Octree, OctreeOptions, OneByOne, SimdLevel,
 };
 use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
@@ -67,15 +67,9 @@ fn two<O>(usual: O, fine: O) -> Vec<(String, O)> {
     vec![(String::new(), usual), (" fine".to_owned(), fine)]
 }
 
-/// Builders whose leaves hold whole triangles. [`Builder::Spatial`] is not among them: a ray in a triangle's plane within
-/// rounding may count as hitting it beside its edges, where the parts of a cut triangle do not reach. Its other hits are
-/// compared in `tests/builders.rs`.
-const EXACT: [Builder; 5] =
-    [Builder::Morton, Builder::Median, Builder::Sweep, Builder::Binned, Builder::Hybrid];
-
 fn binary_options() -> Vec<(String, BuildOptions)> {
-    let usual = EXACT.map(|b| (b.to_string(), BuildOptions::of(b)));
-    let leaves = [(Builder::Binned, 1, 0.0), (Builder::Median, 255, 1e9)];
+    let usual = Builder::ALL.map(|b| (b.to_string(), BuildOptions::of(b)));
+    let leaves = [(Builder::Binned, 1, 0.0), (Builder::Spatial, 1, 0.0), (Builder::Median, 255, 1e9)];
     let others = leaves.map(|(builder, max_leaf_primitives, traversal_cost)| {
         let options = BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::of(builder) };
         (format!("{builder} with leaves of {max_leaf_primitives}"), options)
@@ -84,7 +78,12 @@ fn binary_options() -> Vec<(String, BuildOptions)> {
 }
 
 fn eight_wide_options() -> Vec<(String, BuildOptions)> {
-    EXACT.map(|b| (b.to_string(), BuildOptions::of(b))).to_vec()
+    let usual = Builder::ALL.map(|b| (b.to_string(), BuildOptions::of(b)));
+    let cut = [Builder::Morton, Builder::Binned].map(|b| {
+        let options = BuildOptions { cut_large_triangles: true, ..BuildOptions::of(b) };
+        (format!("{b}, large triangles cut"), options)
+    });
+    usual.into_iter().chain(cut).collect()
 }
 
 impl Structures {
@@ -113,7 +112,6 @@ impl Structures {
         for (name, bvh) in &self.bvhs {
             let scalar = bvh.tracer(IgnoreWork);
             add(&mut ways, format!("bvh {name}"), OneByOne(scalar));
-            add(&mut ways, format!("bvh {name}, packets"), OneByOne(PacketTracer { scalar }));
         }
         for (name, bvh8) in &self.bvh8s {
             for level in SimdLevel::available() {

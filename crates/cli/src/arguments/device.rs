@@ -82,9 +82,7 @@ pub(super) fn accel() -> impl TypedValueParser<Value = Accel> {
 fn builder() -> impl TypedValueParser<Value = Builder> {
     let builders = Builder::ALL.map(|b| (b.name(), b));
     let qualities = Quality::ALL.map(|q| (q.name(), q.options().builder));
-    let mut named = [&qualities[..], &builders[..]].concat();
-    // Trees of spatial splits can lose a ray in a triangle's plane: no flag may change a pixel.
-    named.retain(|n| n.1 != Builder::Spatial);
+    let named = [&qualities[..], &builders[..]].concat();
     PossibleValuesParser::new(named.iter().map(|n| n.0))
         .try_map(move |name| named.iter().find(|n| n.0 == name).map(|n| n.1).ok_or("no such builder"))
 }

@@ -1,6 +1,6 @@
 //! A ray in the space of a geometry, with what the intersection tests need of it.
 
-use super::{EDGE_TOLERANCE, HIT_TOLERANCE, PADDING, Slab};
+use super::{EDGE_TOLERANCE, HIT_TOLERANCE, PADDING, STEEP, Slab};
 use crate::math::Vec3;
 
 /// A ray in a geometry's space. The direction is not of unit length where an instance scales; `t` means the same in
@@ -15,12 +15,14 @@ pub struct LocalRay {
     pub t_min: f32,
     /// For boxes.
     pub slab: Slab,
-    /// One over the squared length of the direction.
+    /// One over the squared length of the direction, for spheres.
     pub inverse_direction_squared: f32,
     /// What the edge functions of a triangle may be below 0, over the length of the edge.
     pub edge_tolerance: f32,
-    /// Square of what the points on ray and primitive may differ.
-    pub hit_tolerance_squared: f32,
+    /// From this times the lengths of two edges on, a determinant is one that single precision can be trusted with.
+    pub steep: f32,
+    /// What the points on ray and primitive may differ.
+    pub hit_tolerance: f32,
     /// Primitive bounds are grown by this.
     pub padding: f32,
 }
@@ -42,7 +44,6 @@ impl LocalRay {
         // The sum is NaN where one of them is.
         let in_range = ((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
         let reach = extent + origin.abs().max_component();
-        let hit_tolerance = HIT_TOLERANCE * extent;
         LocalRay {
             origin,
             direction,
@@ -50,7 +51,8 @@ impl LocalRay {
             slab: Slab::new(origin, direction),
             inverse_direction_squared: 1.0 / squared,
             edge_tolerance: EDGE_TOLERANCE * reach * length,
-            hit_tolerance_squared: hit_tolerance * hit_tolerance,
+            steep: STEEP * length,
+            hit_tolerance: HIT_TOLERANCE * extent,
             padding: PADDING * extent,
         }
     }

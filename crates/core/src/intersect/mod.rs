@@ -3,7 +3,15 @@
 //! A hit counts when (a) the one intersection formula accepts it, (b) the ray passes the primitive's own padded bounds
 //! no later than the hit, under the one slab function, and (c) the point on the ray and the point on the primitive
 //! agree within a tolerance that follows from the scene's extent. Every node box contains those bounds and is tested
-//! by the same slab function, which is monotone in the planes: so no hierarchy can cull a hit that counts.
+//! by the same slab function, which is monotone in the planes: so no hierarchy can cull a hit that counts. For
+//! triangles (b) follows from (a) and (c), also for the bounds of a part of it that holds the point: so they may be cut.
+
+/// Cosine of the angle between ray and normal from which on single precision is trusted (times the sine of the angle at
+/// the triangle's first corner).
+pub const STEEP: f32 = 1.0 / 32.0;
+
+/// Determinants below this, 2^-90, may have lost bits at the end of the range of numbers.
+pub const SMALLEST_DETERMINANT: f32 = 1.0 / (1u128 << 90) as f32;
 
 mod local_ray;
 mod slab;

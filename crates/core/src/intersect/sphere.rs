@@ -32,7 +32,7 @@ pub fn intersect_sphere(ray: &LocalRay, sphere: &Sphere) -> [f32; 2] {
         let off = closest.along(d, step).length() - sphere.radius;
         let counts = (t > ray.t_min)
             & (t < f32::INFINITY)
-            & (off * off <= ray.hit_tolerance_squared)
+            & (off.abs() <= ray.hit_tolerance)
             & Slab::passes(near, far, t);
         if counts { t } else { f32::NAN }
     };

@@ -2,13 +2,17 @@
 //!
 //! Candidates are found by Möller and Trumbore's formula (1997), arranged around R = C × D as in Embree, with edges
 //! moved out by the rounding error. A candidate is then computed again from a point close to the triangle, where
-//! coordinates are small and so are errors; that gives u, v and t. Where a ray passes an edge within the rounding error,
-//! double precision decides, so that no ray slips between neighbours and none hits what it passes. The second step runs
-//! once or twice a ray, double precision for some rays in a thousand, so they cost next to nothing.
+//! coordinates are small and so are errors; that gives t, u and v. Where a ray passes an edge within the rounding error,
+//! grazes the triangle, or does not meet the point that u and v name, double precision decides, so that no ray slips
+//! between neighbours and none hits what it passes. The second step runs once or twice a ray, double precision for some
+//! rays in a thousand, so they cost next to nothing.
+//!
+//! Whatever counts as a hit is a point of the triangle, its rounding aside, and the ray passes that point within
+//! the tolerance. So it passes the padded bounds of the triangle, and of any part of it that holds the point.
 
-use super::{LocalRay, Slab};
+use super::{LocalRay, SMALLEST_DETERMINANT, Slab};
 use crate::geometry::Bounds;
-use crate::math::{Vec3, sqrt, sqrt64};
+use crate::math::{Vec3, fma, sqrt, sqrt64};
 
 /// Triangles whose edges meet at an angle with a sine below this have no area that single precision can tell.
 const NO_AREA: f32 = 1.0 / 4_194_304.0;
@@ -43,8 +47,9 @@ impl PackedTriangle {
         let sine = (e1 * (1.0 / length1)).cross(e2 * (1.0 / length2)).length();
         // An edge without length makes it NaN.
         if sine.is_nan() | (sine <= NO_AREA) {
+            // With lengths below 0, not even a ray with edge functions of 0 is inside.
             let none = Vec3::ZERO;
-            return PackedTriangle { v0, length1: 0.0, e1: none, length2: 0.0, e2: none, primitive };
+            return PackedTriangle { v0, length1: -1.0, e1: none, length2: -1.0, e2: none, primitive };
         }
         PackedTriangle { v0, length1, e1, length2, e2, primitive }
     }
@@ -77,7 +82,7 @@ pub fn longest_edge_last(vertices: &[Vec3; 3]) -> usize {
 pub struct EdgeTest {
     /// The ray passes within the (widened) edges, on a side that is not culled.
     pub candidate: bool,
-    /// So far within the edges that rounding cannot have brought it there.
+    /// So far within the edges that rounding cannot have brought it there, and steep enough for single precision.
     pub clear: bool,
     /// Direction dot normal: negative where the ray meets the front.
     pub determinant: f32,
@@ -104,10 +109,12 @@ fn cross64(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 /// What the second step says.
 #[derive(Clone, Copy, Debug)]
 pub struct Confirmed {
-    /// It is a hit: conditions (a) to (c) of the canonical hit hold.
-    pub counts: bool,
+    /// Ray and triangle meet there, within the tolerance. In single precision, `false` says that it cannot tell.
+    pub meets: bool,
     /// Distance in units of the direction's length.
     pub t: f32,
+    /// The same in a first approximation, for those who cannot wait.
+    pub t_near: f32,
     /// Weight of the second vertex.
     pub u: f32,
     /// Weight of the third vertex.
@@ -137,11 +144,19 @@ pub(crate) fn intersect_triangle_unless(
     if !edges.candidate || skips() {
         return None;
     }
-    let hit = triangle.confirm(ray, normal, edges.determinant);
-    if hit.counts && (edges.clear || triangle.holds_in_double(ray.origin, ray.direction)) {
-        Some((hit.t, hit.u, hit.v))
-    } else {
-        None
+    let hit = triangle.decide(ray, normal, &edges);
+    if hit.counts(ray) { Some((hit.t, hit.u, hit.v)) } else { None }
+}
+
+impl Confirmed {
+    /// They do not meet.
+    const NOWHERE: Confirmed = Confirmed { meets: false, t: 0.0, t_near: 0.0, u: 0.0, v: 0.0 };
+
+    /// Whether it is a hit of the ray.
+    #[inline(always)]
+    pub fn counts(&self, ray: &LocalRay) -> bool {
+        // Comparisons are written so that NaN fails them.
+        self.meets & (self.t > ray.t_min) & (self.t < f32::INFINITY)
     }
 }
 
@@ -166,57 +181,80 @@ impl PackedTriangle {
         let w = determinant.abs() - u - v;
         let slack3 = slack1 + slack2;
         let inside = (u >= -slack2) & (v >= -slack1) & (w >= -slack3);
-        let clear = (u >= slack2) & (v >= slack1) & (w >= slack3);
+        let steep = determinant.abs() >= fma(ray.steep, self.length1 * self.length2, SMALLEST_DETERMINANT);
+        let clear = (u >= slack2) & (v >= slack1) & (w >= slack3) & steep;
         // The front is where vertices run counter-clockwise: there the ray goes against the normal.
         let culled = cull_back_faces & (sign == 0);
         EdgeTest { candidate: inside & !culled, clear, determinant }
     }
 
-    /// Whether the ray passes within the edges, in double precision: for rays so close to an edge that the first step
-    /// cannot tell. The edges lie further out by the rounding of `e1` and `e2`, so that neighbours leave no gap.
-    pub fn holds_in_double(&self, origin: Vec3, direction: Vec3) -> bool {
-        let (c, o, d) = (double(self.v0), double(origin), double(direction));
-        let (e1, e2) = (double(self.e1), double(self.e2));
-        let c = [c[0] - o[0], c[1] - o[1], c[2] - o[2]];
-        let r = cross64(c, d);
-        let determinant = dot64(cross64(e1, e2), d);
-        let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
-        let (u, v) = (sign * dot64(r, e2), -(sign * dot64(r, e1)));
-        let (length1, length2) = (self.length1 as f64, self.length2 as f64);
-        let moved = EDGE_ROUNDING * (length1 + length2) * sqrt64(dot64(d, d));
-        let w = determinant.abs() - u - v;
-        (u >= -moved * length2) & (v >= -moved * length1) & (w >= -moved * (length1 + length2))
+    /// Both steps.
+    #[inline(always)]
+    pub fn test(&self, ray: &LocalRay, cull_back_faces: bool) -> Confirmed {
+        let normal = self.normal();
+        let edges = self.test_edges(ray, normal, cull_back_faces);
+        if edges.candidate { self.decide(ray, normal, &edges) } else { Confirmed::NOWHERE }
     }
 
-    /// The second step: t, u and v again, from a point near the triangle, and conditions (b) and (c).
+    /// The second step for a candidate.
+    #[inline(always)]
+    fn decide(&self, ray: &LocalRay, normal: Vec3, edges: &EdgeTest) -> Confirmed {
+        let hit = self.confirm(ray, normal, edges.determinant);
+        let hit = if edges.clear & hit.meets { hit } else { self.confirm_in_double(ray) };
+        debug_assert!(!hit.counts(ray) | self.passes_bounds(ray, hit.t), "{self:?} {ray:?} {hit:?}");
+        hit
+    }
+
+    /// The second step in single precision: t by Newton's method, u and v from a point near the triangle. They hold if the first step was
+    /// clear and they meet.
     #[inline(always)]
     pub fn confirm(&self, ray: &LocalRay, normal: Vec3, determinant: f32) -> Confirmed {
         let d = ray.direction;
         let inverse = 1.0 / determinant;
         let t_near = normal.dot(self.v0 - ray.origin) * inverse;
         let from_near = self.v0 - ray.origin.along(d, t_near);
+        let t_rest = normal.dot(from_near) * inverse;
         let r = from_near.cross(d);
-        // The exact R is at right angles to D. Its rounding error along D would move u and v by 1 / cos of the angle
-        // of incidence: take it out.
-        let r = r.along(d, -(r.dot(d) * ray.inverse_direction_squared));
         let (u, v) = (r.dot(self.e2) * inverse, -r.dot(self.e1) * inverse);
-        let to_point = from_near.along(self.e1, u).along(self.e2, v);
-        let t_rest = to_point.dot(d) * ray.inverse_direction_squared;
-        let t = t_near + t_rest;
-        let apart = to_point.along(d, -t_rest);
-        // Comparisons are written so that NaN fails them.
-        let beyond = (t > ray.t_min) & (t < f32::INFINITY);
-        let together = apart.length_squared() <= ray.hit_tolerance_squared;
-        // A point inside the triangle that the ray passes within the tolerance lies in the padded bounds, with a margin
-        // over all rounding errors: only points on the widened edges need the test.
+        let apart = from_near.along(self.e1, u).along(self.e2, v).along(d, -t_rest);
         let inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0);
-        let counts = beyond & together & (inside || self.passes_bounds(ray, t));
-        debug_assert!(!(counts & inside) || self.passes_bounds(ray, t), "{self:?} {ray:?} {t}");
-        Confirmed { counts, t, u, v }
+        let meets = inside & (apart.length_squared() <= ray.hit_tolerance * ray.hit_tolerance);
+        Confirmed { meets, t: t_near + t_rest, t_near, u, v }
     }
 
-    /// Condition (b).
-    #[inline(always)]
+    /// The second step where single precision cannot tell. The edges lie further out by the rounding of `e1` and `e2`, so
+    /// that neighbours leave no gap; the hit is then moved onto the edge. Rays in the triangle's plane do not hit it.
+    #[cfg_attr(not(target_arch = "nvptx64"), cold)]
+    pub fn confirm_in_double(&self, ray: &LocalRay) -> Confirmed {
+        let (v0, o, d) = (double(self.v0), double(ray.origin), double(ray.direction));
+        let (e1, e2) = (double(self.e1), double(self.e2));
+        let c = [v0[0] - o[0], v0[1] - o[1], v0[2] - o[2]];
+        let r = cross64(c, d);
+        let determinant = dot64(cross64(e1, e2), d);
+        let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
+        let (u, v) = (sign * dot64(r, e2), -(sign * dot64(r, e1)));
+        let determinant = sign * determinant;
+        let (length1, length2) = (self.length1 as f64, self.length2 as f64);
+        let squared = dot64(d, d);
+        let moved = EDGE_ROUNDING * (length1 + length2) * sqrt64(squared);
+        let w = determinant - u - v;
+        let holds = (u >= -moved * length2) & (v >= -moved * length1) & (w >= -moved * (length1 + length2));
+        let at_least_0 = |x: f64| if x > 0.0 { x } else { 0.0 };
+        let (u, v) = (at_least_0(u / determinant), at_least_0(v / determinant));
+        let over = if u + v > 1.0 { 1.0 / (u + v) } else { 1.0 };
+        let (u, v) = (u * over, v * over);
+        let point = |k: usize| c[k] + u * e1[k] + v * e2[k];
+        let point = [point(0), point(1), point(2)];
+        let t = dot64(point, d) / squared;
+        let apart = [point[0] - t * d[0], point[1] - t * d[1], point[2] - t * d[2]];
+        // Squared in single precision it may be 0.
+        let tolerance = ray.hit_tolerance as f64;
+        let together = dot64(apart, apart) <= tolerance * tolerance;
+        let (t, u, v) = (t as f32, u as f32, v as f32);
+        Confirmed { meets: holds & together & (determinant > 0.0), t, t_near: t, u, v }
+    }
+
+    /// Every hierarchy looks for the triangle within its padded bounds.
     fn passes_bounds(&self, ray: &LocalRay, t: f32) -> bool {
         let (near, far) = ray.slab.interval(&self.bounds(ray.padding), ray.t_min);
         Slab::passes(near, far, t)

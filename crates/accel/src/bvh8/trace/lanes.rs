@@ -1,9 +1,10 @@
 //! The ray-triangle test of `eosphor_core::intersect`, operation by operation, for lanes of rays and triangles.
 
-use crate::simd::{Float, Mask, Vec3V, along, cross, dot, each, subtract};
+use crate::bvh8::TriangleBlock;
+use crate::simd::{Float, Mask, Simd, Vec3V, along, cross, dot, each, subtract};
 use eosphor_core::intersect::{
-    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, PADDING, SHORTEST_DIRECTION, SLAB_SLACK,
-    SMALLEST_DIRECTION,
+    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, SHORTEST_DIRECTION, SLAB_SLACK, SMALLEST_DETERMINANT,
+    SMALLEST_DIRECTION, STEEP,
 };
 
 /// What the slab test needs of a ray a lane: as `Slab`.
@@ -21,31 +22,22 @@ pub(super) struct RayV<F> {
     pub(super) direction: Vec3V<F>,
     pub(super) t_min: F,
     pub(super) slab: SlabV<F>,
-    pub(super) inverse_direction_squared: F,
     pub(super) edge_tolerance: F,
     pub(super) hit_tolerance_squared: f32,
-    pub(super) padding: f32,
-    /// Determinants over this times the lengths of the two edges are far from 0: see [`in_window`].
     pub(super) steep: F,
     /// By how much the second step can move the `t` of the first then. Infinite where products may leave the range of
     /// normal numbers, which shifts `t` by more than rounding.
     pub(super) t_slack: F,
 }
 
-/// Cosine of the angle between ray and normal from which on the first step's `t` is trusted within [`T_SLACK`].
-pub(super) const STEEP: f32 = 1.0 / 32.0;
-
 /// The first step's `t` of a steep ray has an error of some 2^-21 of the extent of geometry and ray over the cosine:
 /// below 2^-15. This is eight times that.
 pub(super) const T_SLACK: f32 = 1.0 / 4096.0;
 
 /// That holds for products that neither underflow nor overflow: where the extent of geometry and ray is in this range,
-pub(super) const USUAL_REACH: [f32; 2] = [1.0 / 65_536.0, 1e15];
-/// the direction's length in this one,
+pub(super) const USUAL_REACH: [f32; 2] = [1.0 / 65_536.0, 1e12];
+/// and the direction's length in this one.
 pub(super) const USUAL_LENGTH: [f32; 2] = [1e-6, 1e6];
-/// and determinants are above this, 2^-90.
-const SMALLEST_DETERMINANT: f32 = 1.0 / (1u128 << 90) as f32;
-
 #[inline(always)]
 fn within<F: Float>(x: F, [low, high]: [f32; 2]) -> F::Mask {
     F::splat(low).le(x).and(x.le(F::splat(high)))
@@ -89,28 +81,35 @@ impl<F: Float> RayV<F> {
     /// As `LocalRay::new`.
     #[inline(always)]
     pub(super) fn new(origin: Vec3V<F>, direction: Vec3V<F>, t_min: F, extent: f32) -> RayV<F> {
-        let squared = dot(&direction, &direction);
         let reach = F::splat(extent).add(largest_component(&origin));
         let (o, d) = (each!(k => origin[k].abs()), each!(k => direction[k].abs()));
         let length = d[0].add(d[1]).add(d[2]);
         let in_range = o[0].add(o[1]).add(o[2]).add(length).le(F::splat(LARGEST_NUMBER));
         let in_range = in_range.and(F::splat(SHORTEST_DIRECTION).le(length));
         let hit_tolerance = HIT_TOLERANCE * extent;
-        let inverse_direction_squared = F::splat(1.0).div(squared);
-        let t_slack = F::splat(T_SLACK).mul(reach).mul(length.mul(inverse_direction_squared));
+        let t_slack = F::splat(T_SLACK).mul(reach).div(length);
         let is_usual = within(reach, USUAL_REACH).and(within(length, USUAL_LENGTH));
         RayV {
             origin,
             direction,
             t_min: t_min.or_else(in_range, F::splat(f32::NAN)),
             slab: SlabV::new(&origin, &direction),
-            inverse_direction_squared,
             edge_tolerance: F::splat(EDGE_TOLERANCE).mul(reach).mul(length),
             hit_tolerance_squared: hit_tolerance * hit_tolerance,
-            padding: PADDING * extent,
             steep: F::splat(STEEP).mul(length),
             t_slack: t_slack.or_else(is_usual, F::splat(f32::INFINITY)),
         }
+    }
+}
+
+impl TriangleBlock {
+    /// How many lanes are used.
+    #[inline(always)]
+    pub(super) fn count<S: Simd>(&self) -> usize {
+        // SAFETY: four numbers of 32 bits are four floats.
+        let primitives = unsafe { S::F4::load(self.primitive.as_ptr().cast()) };
+        let unused = primitives.same_bits(S::F4::splat(f32::from_bits(u32::MAX)));
+        4 - unused.bits().count_ones() as usize
     }
 }
 
@@ -134,12 +133,14 @@ pub(super) struct Edges<F: Float> {
     /// The edge functions, the second one negated, and their bounds.
     functions: Vec3V<F>,
     bounds: Vec3V<F>,
+    lengths: F,
 }
 
 /// What the second step says.
 pub(super) struct ConfirmedV<F: Float> {
+    /// Hits.
     pub(super) counts: F::Mask,
-    /// Of those, the ones that double precision has to decide (`PackedTriangle::holds_in_double`).
+    /// Rays for which double precision has to decide (`PackedTriangle::confirm_in_double`).
     pub(super) unsure: F::Mask,
     pub(super) t: F,
     pub(super) u: F,
@@ -162,7 +163,14 @@ impl<F: Float> TriangleV<F> {
         let slack1 = ray.edge_tolerance.mul(self.length1);
         let low3 = low2.sub(slack1);
         let candidates = low2.le(u).and(v.le(slack1)).and(low3.le(w));
-        Edges { candidates, determinant, from_origin, functions: [u, v, w], bounds: [low2, slack1, low3] }
+        Edges {
+            candidates,
+            determinant,
+            from_origin,
+            functions: [u, v, w],
+            bounds: [low2, slack1, low3],
+            lengths: self.length1.mul(self.length2),
+        }
     }
 
     /// Candidates whose `t` may lie in `t_min ..= t_max`. What it leaves out is no hit there, by the bound on what the
@@ -173,9 +181,7 @@ impl<F: Float> TriangleV<F> {
         let t = dot(&self.normal, &edges.from_origin).xor(edges.determinant.sign());
         let late = determinant.mul(t_max.add(ray.t_slack)).lt(t);
         let early = t.lt(determinant.mul(ray.t_min.sub(ray.t_slack)));
-        let lengths = self.length1.mul(self.length2);
-        let steep = ray.steep.fma(lengths, F::splat(SMALLEST_DETERMINANT)).le(determinant);
-        edges.candidates.without(late.or(early).and(steep))
+        edges.candidates.without(late.or(early).and(edges.steep(ray)))
     }
 
     /// As `PackedTriangle::confirm`, for the lanes in `mask`.
@@ -185,37 +191,31 @@ impl<F: Float> TriangleV<F> {
         let inverse = F::splat(1.0).div(edges.determinant);
         let t_near = dot(&self.normal, &edges.from_origin).mul(inverse);
         let from_near = subtract(&self.v0, &along(&ray.origin, d, t_near));
+        let t_rest = dot(&self.normal, &from_near).mul(inverse);
         let r = cross(&from_near, d);
-        let r = along(&r, d, dot(&r, d).mul(ray.inverse_direction_squared).negate());
         let (u, v) = (dot(&r, &self.e2).mul(inverse), dot(&r, &self.e1).negate().mul(inverse));
-        let to_point = along(&along(&from_near, &self.e1, u), &self.e2, v);
-        let t_rest = dot(&to_point, d).mul(ray.inverse_direction_squared);
-        let t = t_near.add(t_rest);
-        let apart = along(&to_point, d, t_rest.negate());
+        let apart = along(&along(&along(&from_near, &self.e1, u), &self.e2, v), d, t_rest.negate());
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let together = dot(&apart, &apart).le(F::splat(ray.hit_tolerance_squared));
-        let counts = mask.and(ray.t_min.lt(t)).and(t.lt(F::splat(f32::INFINITY))).and(together);
         let inside = zero.le(u).and(zero.le(v)).and(u.add(v).le(one));
-        let counts = if counts.without(inside).any() {
-            counts.and(inside.or(self.passes_bounds(ray, t)))
-        } else {
-            counts
-        };
-        let (f, b) = (&edges.functions, &edges.bounds);
-        let clear = b[0].negate().le(f[0]).and(f[1].le(b[1].negate())).and(b[2].negate().le(f[2]));
-        ConfirmedV { counts, unsure: counts.without(clear), t, u, v }
+        let meets = inside.and(dot(&apart, &apart).le(F::splat(ray.hit_tolerance_squared)));
+        let sure = mask.and(meets).and(edges.clear(ray));
+        let t = t_near.add(t_rest);
+        let counts = sure.and(ray.t_min.lt(t)).and(t.lt(F::splat(f32::INFINITY)));
+        ConfirmedV { counts, unsure: mask.without(sure), t, u, v }
+    }
+}
+
+impl<F: Float> Edges<F> {
+    #[inline(always)]
+    fn steep(&self, ray: &RayV<F>) -> F::Mask {
+        ray.steep.fma(self.lengths, F::splat(SMALLEST_DETERMINANT)).le(self.determinant.abs())
     }
 
-    /// As `PackedTriangle::passes_bounds`.
+    /// As `EdgeTest::clear`.
     #[inline(always)]
-    fn passes_bounds(&self, ray: &RayV<F>, t: F) -> F::Mask {
-        let padding = F::splat(ray.padding);
-        let v0 = &self.v0;
-        let v1 = each!(k => v0[k].add(self.e1[k]));
-        let v2 = each!(k => v0[k].add(self.e2[k]));
-        let low = each!(k => v0[k].min(v1[k].min(v2[k])).sub(padding));
-        let high = each!(k => v0[k].max(v1[k].max(v2[k])).add(padding));
-        let (near, far) = ray.slab.interval(&low, &high, ray.t_min);
-        near.le(far.min(t))
+    fn clear(&self, ray: &RayV<F>) -> F::Mask {
+        let (f, b) = (&self.functions, &self.bounds);
+        let within = b[0].negate().le(f[0]).and(f[1].le(b[1].negate())).and(b[2].negate().le(f[2]));
+        within.and(self.steep(ray))
     }
 }

@@ -40,25 +40,25 @@ struct OneRay<'a, const QUERY: Query> {
     bvh: &'a Bvh8,
     ray: &'a Ray,
     filter: &'a RayFilter,
-    found: Found,
+    found: &'a mut Found,
 }
 
 impl<const QUERY: Query> Kernel for OneRay<'_, QUERY> {
-    type Output = Found;
+    type Output = ();
 
     #[inline(always)]
-    unsafe fn run<S: Simd>(mut self) -> Found {
+    unsafe fn run<S: Simd>(self) {
         // SAFETY: the caller's.
-        unsafe { single::trace::<S, QUERY>(self.bvh, self.ray, self.filter, &mut self.found) };
-        self.found
+        unsafe { single::trace::<S, QUERY>(self.bvh, self.ray, self.filter, self.found) };
     }
 }
 
 impl Bvh8Tracer<'_> {
     #[inline(always)]
-    fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, found: Found) -> Found {
+    fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, mut found: Found) -> Found {
         // SAFETY: tracers are made for levels that the CPU has.
-        unsafe { run_at(self.level, OneRay::<QUERY> { bvh: self.bvh, ray, filter, found }) }
+        unsafe { run_at(self.level, OneRay::<QUERY> { bvh: self.bvh, ray, filter, found: &mut found }) }
+        found
     }
 
     fn batch<const QUERY: Query>(&self, batch: Batch<QUERY>) {

@@ -5,7 +5,7 @@
 //! 2006, "Geometric and Arithmetic Culling Methods for Entire Ray Packets"). Where only a few rays are left in a
 //! subtree, they go on alone.
 
-use super::lanes::{RayV, TriangleV};
+use super::lanes::{ConfirmedV, RayV, TriangleV};
 use super::single;
 use super::walk::{ANY, Found, NEXT, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE};
@@ -412,8 +412,8 @@ impl<S: Simd> Packet<S> {
         let e2 = each!(k => S::F4::from_array(&block.e2[k]));
         let normals = cross(&e1, &e2);
         let normals = each!(k => normals[k].to_array());
-        // Unused lanes come last and have lengths below 0.
-        let used = 4 - S::F4::from_array(&block.length1).lt(S::F4::splat(0.0)).bits().count_ones() as usize;
+        // Unused lanes come last.
+        let used = block.count::<S>();
         let mut changed = false;
         let mut lane = 0;
         while lane < used {
@@ -433,12 +433,12 @@ impl<S: Simd> Packet<S> {
                     mask = filters.apply(mask, leg.instance, primitive, edges.determinant);
                 }
                 if mask.any() {
-                    let hits = triangle.confirm(&leg.ray, &edges, mask);
-                    let mut counts = hits.counts;
+                    let mut hits = triangle.confirm(&leg.ray, &edges, mask);
                     if hits.unsure.any() {
-                        counts = counts.without(pass_by(leg, &block.get(lane), hits.unsure.bits()));
+                        // SAFETY: the caller's.
+                        unsafe { S::run(Decide { leg, triangle: &block.get(lane), hits: &mut hits }) };
                     }
-                    changed |= self.offer::<QUERY>(&counts, leg, primitive, (hits.t, hits.u, hits.v));
+                    changed |= self.offer::<QUERY>(&hits.counts, leg, primitive, (hits.t, hits.u, hits.v));
                 }
             }
             lane += 1;
@@ -593,18 +593,40 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
     }
 }
 
-/// Rays that pass by a triangle's edges, by double precision.
-#[inline(always)]
-fn pass_by<S: Simd>(leg: &Leg<S>, triangle: &PackedTriangle, mut lanes: u32) -> MaskOf<S> {
-    let (origin, direction) = (arrays::<S>(&leg.ray.origin), arrays::<S>(&leg.ray.direction));
-    let mut pass = 0;
-    while lanes != 0 {
-        let lane = lanes.trailing_zeros() as usize & 15;
-        lanes &= lanes - 1;
-        let holds = triangle.holds_in_double(lane_of(&origin, lane), lane_of(&direction, lane));
-        pass |= (!holds as u32) << lane;
+/// Rays for which double precision decides, one by one: a function of its own, since it is rare and large.
+struct Decide<'a, 'b, S: Simd> {
+    leg: &'a Leg<'b, S>,
+    triangle: &'a PackedTriangle,
+    hits: &'a mut ConfirmedV<S::F16>,
+}
+
+impl<S: Simd> Kernel for Decide<'_, '_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    unsafe fn run<X: Simd>(self) {
+        let Decide { leg, triangle, hits } = self;
+        let (origin, direction) = (arrays::<S>(&leg.ray.origin), arrays::<S>(&leg.ray.direction));
+        let t_min = leg.ray.t_min.to_array();
+        let (mut t, mut u, mut v) = (hits.t.to_array(), hits.u.to_array(), hits.v.to_array());
+        let mut counts = hits.counts.bits();
+        let mut lanes = hits.unsure.bits();
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize & 15;
+            lanes &= lanes - 1;
+            let (o, d) = (lane_of(&origin, lane), lane_of(&direction, lane));
+            let ray = LocalRay::new(o, d, t_min.as_ref()[lane], leg.extent);
+            let hit = triangle.confirm_in_double(&ray);
+            counts |= (hit.counts(&ray) as u32) << lane;
+            t.as_mut()[lane] = hit.t;
+            u.as_mut()[lane] = hit.u;
+            v.as_mut()[lane] = hit.v;
+        }
+        hits.counts = MaskOf::<S>::from_bits(counts);
+        hits.t = S::F16::from_array(&t);
+        hits.u = S::F16::from_array(&u);
+        hits.v = S::F16::from_array(&v);
     }
-    MaskOf::<S>::from_bits(pass)
 }
 
 /// Lanes that go on one by one: a function of its own, since it is rare and large.

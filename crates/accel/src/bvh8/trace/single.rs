@@ -1,12 +1,12 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
-use super::lanes::{RayV, STEEP, SlabV, T_SLACK, TriangleV, USUAL_LENGTH, USUAL_REACH};
+use super::lanes::{T_SLACK, USUAL_LENGTH, USUAL_REACH};
 use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
-use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, each};
+use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
 use eosphor_core::intersect::{
-    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SHORTEST_DIRECTION, SLAB_SLACK,
-    SMALLEST_DIRECTION, Slab, intersect_sphere,
+    Confirmed, EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SHORTEST_DIRECTION,
+    SLAB_SLACK, SMALLEST_DETERMINANT, SMALLEST_DIRECTION, STEEP, Slab, intersect_sphere,
 };
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
@@ -17,13 +17,14 @@ use std::mem::MaybeUninit;
 pub(super) struct SingleRay {
     /// And `t_min`; NaN where the ray has numbers out of range.
     pub(super) origin: [f32; 4],
+    /// And the sum of its components, without signs.
     direction: [f32; 4],
     pub(super) inverse: [f32; 4],
     pub(super) near_offset: [f32; 4],
     pub(super) far_offset: [f32; 4],
-    inverse_direction_squared: f32,
     edge_tolerance: f32,
-    steep: f32,
+    /// Over the tolerance by more than rounding.
+    edge_slack: f32,
     t_slack: f32,
     extent: f32,
     pub(super) octant: usize,
@@ -33,19 +34,17 @@ impl SingleRay {
     /// As `LocalRay::new`, in lanes.
     #[inline(always)]
     pub(super) fn new<S: Simd>(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> SingleRay {
-        let squared = direction.length_squared();
         let largest = origin.abs().max_component();
         let reach = extent + largest;
         let (o, d) = (origin.abs(), direction.abs());
         let length = d.x + d.y + d.z;
-        let in_range = ((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
-        let t_min = if in_range { t_min } else { f32::NAN };
-        let inverse_direction_squared = 1.0 / squared;
         let [[reach_low, reach_high], [length_low, length_high]] = [USUAL_REACH, USUAL_LENGTH];
         let is_usual =
             (reach_low <= reach) & (reach <= reach_high) & (length_low <= length) & (length <= length_high);
+        // What is usual is in range.
+        let t_min = if is_usual { t_min } else { t_min_of_unusual(o, length, t_min) };
         let origin = [origin.x, origin.y, origin.z, t_min];
-        let direction = [direction.x, direction.y, direction.z, 1.0];
+        let direction = [direction.x, direction.y, direction.z, length];
         let (o, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
         let smallest = S::F4::splat(SMALLEST_DIRECTION);
         let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
@@ -58,46 +57,46 @@ impl SingleRay {
             inverse: inverse.to_array(),
             near_offset: offset.sub(slack).to_array(),
             far_offset: offset.add(slack).to_array(),
-            inverse_direction_squared,
             edge_tolerance: EDGE_TOLERANCE * reach * length,
-            steep: STEEP * length,
-            t_slack: if is_usual {
-                T_SLACK * reach * (length * inverse_direction_squared)
-            } else {
-                f32::INFINITY
-            },
+            edge_slack: EDGE_SLACK * reach * length,
+            t_slack: if is_usual { T_SLACK * reach * inverse.to_array()[3] } else { f32::INFINITY },
             extent,
             octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
         }
     }
 
-    /// In every lane of as many triangles.
+    /// As `LocalRay::new`: what nobody asks for is not computed.
     #[inline(always)]
-    fn lanes<S: Simd>(&self) -> RayV<S::F4> {
-        let hit_tolerance = HIT_TOLERANCE * self.extent;
-        RayV {
-            origin: each!(k => S::F4::splat(self.origin[k])),
-            direction: each!(k => S::F4::splat(self.direction[k])),
-            t_min: S::F4::splat(self.origin[3]),
-            slab: SlabV {
-                inverse: each!(k => S::F4::splat(self.inverse[k])),
-                near_offset: each!(k => S::F4::splat(self.near_offset[k])),
-                far_offset: each!(k => S::F4::splat(self.far_offset[k])),
+    fn local(&self) -> LocalRay {
+        let vector = |v: &[f32; 4]| vec3(v[0], v[1], v[2]);
+        let direction = vector(&self.direction);
+        LocalRay {
+            origin: vector(&self.origin),
+            direction,
+            t_min: self.origin[3],
+            slab: Slab {
+                inverse: vector(&self.inverse),
+                near_offset: vector(&self.near_offset),
+                far_offset: vector(&self.far_offset),
             },
-            inverse_direction_squared: S::F4::splat(self.inverse_direction_squared),
-            edge_tolerance: S::F4::splat(self.edge_tolerance),
-            hit_tolerance_squared: hit_tolerance * hit_tolerance,
+            inverse_direction_squared: 1.0 / direction.length_squared(),
+            edge_tolerance: self.edge_tolerance,
+            steep: STEEP * self.direction[3],
+            hit_tolerance: HIT_TOLERANCE * self.extent,
             padding: PADDING * self.extent,
-            steep: S::F4::splat(self.steep),
-            t_slack: S::F4::splat(self.t_slack),
         }
     }
+}
 
-    /// For what is rare.
-    fn local(&self) -> LocalRay {
-        let (o, d) = (self.origin, self.direction);
-        LocalRay::new(vec3(o[0], o[1], o[2]), vec3(d[0], d[1], d[2]), o[3], self.extent)
-    }
+/// The first look at triangles takes their edges to lie further out than core's test, by more than rounding.
+const EDGE_SLACK: f32 = EDGE_TOLERANCE * (1.0 + 1.0 / 65_536.0);
+
+/// `t_min`, or NaN where numbers are out of range.
+#[cold]
+fn t_min_of_unusual(origin: Vec3, length: f32, t_min: f32) -> f32 {
+    let in_range =
+        ((origin.x + origin.y + origin.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
+    if in_range { t_min } else { f32::NAN }
 }
 
 /// Eight planes of a node.
@@ -131,8 +130,9 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
 ) {
     let extent = bvh.geometries[0].extent;
     let local = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
+    let search = Search::<QUERY> { bvh, root: bvh.roots[0], ray: &local, place: &WORLD, filter, found };
     // SAFETY: the root is the scene's.
-    unsafe { search::<S, QUERY>(bvh, bvh.roots[0], &local, &WORLD, filter, found) };
+    unsafe { search.run::<S>() };
     if bvh.instance_root != EMPTY && !(QUERY & KIND == ANY && found.any) {
         // SAFETY: as above.
         unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
@@ -301,7 +301,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
     let far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
     let t_min = S::F8::splat(ray.origin[3]);
     let near_planes = each!(k => 2 * k + (ray.octant >> k & 1));
-    let mut t_max = S::F8::splat(found.best.t);
+    let mut t_max = S::F8::splat(found.end);
     loop {
         if at & LEAF == 0 {
             // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
@@ -365,7 +365,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
             if unsafe { leaves.visit::<QUERY>(at, found) } {
                 return true;
             }
-            t_max = S::F8::splat(found.best.t);
+            t_max = S::F8::splat(found.end);
         }
         loop {
             if count == 0 {
@@ -373,7 +373,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
             }
             count -= 1;
             // SAFETY: below the count, the stack has been written.
-            if QUERY & KIND == ANY || unsafe { *nears.add(count) } <= found.best.t {
+            if QUERY & KIND == ANY || unsafe { *nears.add(count) } <= found.end {
                 break;
             }
         }
@@ -383,62 +383,101 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
 }
 
 impl PrimitiveLeaves<'_> {
+    /// First lets pass all triangles of the block that the ray may meet before the end: with edges a little further out
+    /// than in `PackedTriangle::test_edges`, by the same operations. Few are left, and core's test decides about each.
     #[inline(always)]
     fn test_block<S: Simd, const QUERY: Query>(&self, block: &TriangleBlock, found: &mut Found) -> bool {
-        let (ray, place) = (&self.ray.lanes::<S>(), self.place);
+        let ray = self.ray;
+        let zero = S::F4::splat(0.0);
         let (e1, e2) = (load3::<S>(&block.e1), load3::<S>(&block.e2));
-        let triangles = TriangleV {
-            v0: load3::<S>(&block.v0),
-            e1,
-            e2,
-            normal: cross(&e1, &e2),
-            length1: S::F4::from_array(&block.length1),
-            length2: S::F4::from_array(&block.length2),
-        };
+        let direction = each!(k => S::F4::splat(ray.direction[k]));
+        let from_origin = each!(k => S::F4::from_array(&block.v0[k]).sub(S::F4::splat(ray.origin[k])));
+        let r = cross(&from_origin, &direction);
+        let normal = cross(&e1, &e2);
+        let determinant = dot(&normal, &direction);
+        let sign = determinant.sign();
+        let size = determinant.xor(sign);
+        let u = dot(&r, &e2).xor(sign);
+        let v = dot(&r, &e1).xor(sign.xor(zero.negate()));
+        let least = u.min(v).min(size.sub(u).sub(v));
+        let (length1, length2) = (S::F4::from_array(&block.length1), S::F4::from_array(&block.length2));
+        let slack = S::F4::splat(ray.edge_slack).mul(length1.add(length2));
         if QUERY & COUNTING != 0 {
-            found.primitives += 4 - block.primitive.iter().filter(|&&p| p == u32::MAX).count() as u32;
+            found.primitives += block.count::<S>() as u32;
         }
-        let edges = triangles.test_edges(ray);
-        if !edges.candidates.any() {
+        let candidates = slack.negate().le(least);
+        if !candidates.any() {
             return false;
         }
-        // SAFETY: four numbers of 32 bits are four floats.
-        let primitives = unsafe { S::F4::load(block.primitive.as_ptr().cast()) };
-        let mut mask = triangles.in_window(ray, &edges, S::F4::splat(found.best.t));
-        mask = mask.without(primitives.same_bits(S::F4::splat(f32::from_bits(self.skipped[0]))));
-        mask = mask.without(primitives.same_bits(S::F4::splat(f32::from_bits(self.skipped[1]))));
-        if self.cull_back_faces {
-            // The front is where the ray goes against the normal; minus 0 counts as that.
-            mask = mask.without(edges.determinant.sign().same_bits(S::F4::splat(0.0)));
-        }
-        if !mask.any() {
-            return false;
-        }
-        let hits = triangles.confirm(ray, &edges, mask);
-        let mut counts = hits.counts.bits();
-        if counts == 0 {
-            return false;
-        }
-        let (t, u, v) = (hits.t.to_array(), hits.u.to_array(), hits.v.to_array());
-        while counts != 0 {
-            let lane = counts.trailing_zeros() as usize & 3;
-            counts &= counts - 1;
-            if hits.unsure.bits() >> lane & 1 == 1 {
-                let (o, d) = (self.ray.origin, self.ray.direction);
-                let (o, d) = (vec3(o[0], o[1], o[2]), vec3(d[0], d[1], d[2]));
-                if !block.get(lane).holds_in_double(o, d) {
-                    continue;
-                }
-            }
-            let (near, far) = place.world_interval;
-            let id = PrimitiveId { instance: place.instance, primitive: block.primitive[lane] };
-            if Slab::passes(near, far, t[lane])
-                && found.offer::<QUERY>(Hit { t: t[lane], u: u[lane], v: v[lane], id })
-            {
+        // The end and t_min are compared with a `t` that is good for rays that are steep.
+        let t = dot(&normal, &from_origin).xor(sign);
+        let late = size.mul(S::F4::splat(found.end + ray.t_slack)).lt(t);
+        let early = t.lt(size.mul(S::F4::splat(ray.origin[3] - ray.t_slack)));
+        let steep = S::F4::splat(STEEP * ray.direction[3]);
+        let steep = steep.fma(length1.mul(length2), S::F4::splat(SMALLEST_DETERMINANT)).le(size);
+        let mut lanes = candidates.without(late.or(early).and(steep)).bits();
+        let sure = slack.le(least).and(steep).bits();
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize & 3;
+            lanes &= lanes - 1;
+            if self.test_triangle::<S, QUERY>(block, lane, sure >> lane & 1 == 1, found) {
                 return true;
             }
         }
         false
+    }
+
+    /// The whole test of a candidate; `sure` says that the first step was clear.
+    #[inline(always)]
+    fn test_triangle<S: Simd, const QUERY: Query>(
+        &self,
+        block: &TriangleBlock,
+        lane: usize,
+        sure: bool,
+        found: &mut Found,
+    ) -> bool {
+        let primitive = block.primitive[lane];
+        if (primitive == self.skipped[0]) | (primitive == self.skipped[1]) {
+            return false;
+        }
+        let ray = &self.ray.local();
+        let triangle = block.get(lane);
+        let normal = triangle.normal();
+        let determinant = normal.dot(ray.direction);
+        // The front is where the ray goes against the normal; minus 0 counts as that.
+        if self.cull_back_faces & determinant.is_sign_positive() {
+            return false;
+        }
+        let mut hit = triangle.confirm(ray, normal, determinant);
+        // The search goes on with an end that is known long before the hit is.
+        let mut end = hit.t_near + self.ray.t_slack;
+        if !(hit.meets & sure & (self.ray.t_slack < f32::INFINITY)) {
+            // SAFETY: the caller's.
+            hit = unsafe { S::run(Decide { ray: self.ray, block, lane }) };
+            end = hit.t;
+        }
+        let (near, far) = self.place.world_interval;
+        if !(hit.counts(ray) & Slab::passes(near, far, hit.t)) {
+            return false;
+        }
+        let id = PrimitiveId { instance: self.place.instance, primitive };
+        found.offer::<QUERY>(Hit { t: hit.t, u: hit.u, v: hit.v, id }, end)
+    }
+}
+
+/// Core decides about a candidate that is not sure: a function of its own, since it is rare and large.
+struct Decide<'a> {
+    ray: &'a SingleRay,
+    block: &'a TriangleBlock,
+    lane: usize,
+}
+
+impl Kernel for Decide<'_> {
+    type Output = Confirmed;
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) -> Confirmed {
+        self.block.get(self.lane).test(&self.ray.local(), false)
     }
 }
 
@@ -459,7 +498,8 @@ fn test_sphere<const QUERY: Query>(
     let (near, far) = place.world_interval;
     for t in intersect_sphere(ray, &bvh.spheres[number]) {
         // Roots that are not hits are NaN.
-        if !t.is_nan() && Slab::passes(near, far, t) && found.offer::<QUERY>(Hit { t, u: 0.0, v: 0.0, id }) {
+        if !t.is_nan() && Slab::passes(near, far, t) && found.offer::<QUERY>(Hit { t, u: 0.0, v: 0.0, id }, t)
+        {
             return true;
         }
     }

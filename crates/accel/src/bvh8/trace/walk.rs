@@ -26,6 +26,8 @@ pub(super) const STACK: usize = 64 * 7 + 16;
 pub(super) struct Found {
     /// The best hit, or a miss at the largest `t` that counts.
     pub(super) best: Hit,
+    /// No earlier than the best hit: what starts beyond it is left out.
+    pub(super) end: f32,
     /// For [`NEXT`]: only hits after this one count.
     pub(super) after: Hit,
     /// For [`ANY`]: there is one.
@@ -38,12 +40,19 @@ pub(super) struct Found {
 impl Found {
     #[inline(always)]
     pub(super) fn nothing(t_max: f32) -> Found {
-        Found { best: Hit::miss(t_max), after: Hit::miss(t_max), any: false, nodes: 0, primitives: 0 }
+        Found {
+            best: Hit::miss(t_max),
+            end: t_max,
+            after: Hit::miss(t_max),
+            any: false,
+            nodes: 0,
+            primitives: 0,
+        }
     }
 
-    /// Offers a hit that counts; `true` ends the search.
+    /// Offers a hit that counts, and an end that is no earlier and may be known earlier; `true` ends the search.
     #[inline(always)]
-    pub(super) fn offer<const QUERY: Query>(&mut self, hit: Hit) -> bool {
+    pub(super) fn offer<const QUERY: Query>(&mut self, hit: Hit, end: f32) -> bool {
         match QUERY & KIND {
             ANY => {
                 self.any |= hit.t <= self.best.t;
@@ -52,12 +61,14 @@ impl Found {
             NEXT => {
                 if self.after.before(&hit) & hit.before(&self.best) {
                     self.best = hit;
+                    self.end = end.min(self.end);
                 }
                 false
             }
             _ => {
                 if hit.before(&self.best) {
                     self.best = hit;
+                    self.end = end.min(self.end);
                 }
                 false
             }

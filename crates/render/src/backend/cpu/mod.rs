@@ -1,7 +1,6 @@
 //! The CPU backend: tiles over all cores, with one SIMD dispatch a tile.
 
 mod batched;
-mod by_origin;
 mod dispatch;
 mod features;
 mod measure;
@@ -9,7 +8,6 @@ mod options;
 mod queries;
 mod tile;
 
-pub(crate) use by_origin::ByOrigin;
 pub use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
 pub use measure::CameraSpeed;
