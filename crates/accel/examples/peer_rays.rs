@@ -6,10 +6,10 @@
 //! t_max); the `.ref` files are a count and (t, primitive) a ray, with primitive `ffffffff` for a miss.
 //!
 //! Environment: `HITS_DIR` writes `SCENE_QUERY.eosphor-VARIANT-BUILD.hits` in the form of the `.ref` files; `SIMD` is one of
-//! the levels, `VARIANTS`, `BUILDS` and `QUERIES` choose from what is measured (comma-separated), `THREADS` lists thread counts.
+//! the levels, `VARIANTS` (`1ray`, `batch`, `coherent`, `incoherent`; `steps` counts), `BUILDS` and `QUERIES` choose from what is measured (comma-separated), `THREADS` lists thread counts.
 
 use eosphor_accel::{
-    BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, Filters, Hit, PrimitiveId, Quality, Ray,
+    BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, CountWork, Filters, Hit, PrimitiveId, Quality, Ray,
     RayFilter, Scene, SimdLevel, Tracer, Vec3, vec3,
 };
 use std::error::Error;
@@ -232,6 +232,27 @@ fn measure(
     Ok(())
 }
 
+/// Nodes and triangles that the scalar walk of a single ray tests, on average.
+fn count_steps(data: &Data, bvh: &Bvh8, query: usize, build: &str) {
+    let tracer = bvh.counting_tracer(CountWork::default());
+    for ray in &data.rays[query] {
+        if query == 2 {
+            black_box(tracer.occluded(ray, &RayFilter::ALL));
+        } else {
+            black_box(tracer.closest_hit(ray, &RayFilter::ALL));
+        }
+    }
+    let count = data.rays[query].len() as f64;
+    println!(
+        "{{\"kind\":\"steps\",\"lib\":\"eosphor\",\"build\":\"{build}\",\"scene\":\"{}\",\"query\":\"{}\",\
+         \"nodes\":{:.3},\"triangles\":{:.3}}}",
+        data.scene,
+        QUERIES[query],
+        tracer.work.nodes.get() as f64 / 8.0 / count,
+        tracer.work.primitives.get() as f64 / count,
+    );
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
     let [_, folder, scenes, ..] = &arguments[..] else {
@@ -273,6 +294,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             let queries = choices("QUERIES", "primary,diffuse,shadow");
             for query in (0..3).filter(|&query| queries.iter().any(|name| name == QUERIES[query])) {
                 for name in choices("VARIANTS", "1ray,batch") {
+                    if name == "steps" {
+                        count_steps(&data, &bvh, query, &build);
+                        continue;
+                    }
                     measure(&data, &tracer, query, (&build, &name), repeats)?;
                 }
             }
