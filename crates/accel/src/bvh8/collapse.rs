@@ -2,7 +2,7 @@
 //! programming (Ylitie et al. 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", section
 //! 3.1; here leaves are left as they are).
 
-use super::{Child, EMPTY, LEAF};
+use super::{Child, EMPTY, LEAF, TriangleBlock};
 use crate::bvh::{Tree, filled, room_for};
 use eosphor_core::hierarchy::BvhNode;
 
@@ -11,6 +11,9 @@ const WIDTH: usize = 8;
 
 /// Of nodes that vanish between a wide node and its children.
 const INSIDE: Child = EMPTY - 1;
+
+/// Of places: as many as there are leaves below.
+const ALL: u8 = WIDTH as u8;
 
 /// A tree, and what becomes of its nodes.
 pub(super) struct Cut {
@@ -21,6 +24,8 @@ pub(super) struct Cut {
     pub(super) wide: Vec<u32>,
     /// The tree's leaves.
     pub(super) leaves: Vec<u32>,
+    /// Blocks of triangles that are packed already; then the leaves name them.
+    pub(super) blocks: Vec<TriangleBlock>,
     /// For each node of the tree, the last first, how many leaves are below.
     leaves_below: Vec<u32>,
 }
@@ -30,13 +35,13 @@ type Costs = [f32; WIDTH];
 
 impl Cut {
     /// Of least cost, where visiting a wide node costs as much as a leaf does.
-    pub(super) fn best(tree: Tree) -> Cut {
+    pub(super) fn best(tree: Tree, blocks: Vec<TriangleBlock>) -> Cut {
         let (costs, leaves_below) = AllCosts::new(&tree.nodes);
-        Cut::by(tree, &costs, leaves_below)
+        Cut::by(tree, blocks, &costs, leaves_below)
     }
 
     /// Goes down from the root and gives each node its share of the eight places. Parents stand before their children.
-    fn by(tree: Tree, costs: &AllCosts, leaves_below: Vec<u32>) -> Cut {
+    fn by(tree: Tree, blocks: Vec<TriangleBlock>, costs: &AllCosts, leaves_below: Vec<u32>) -> Cut {
         let nodes = &tree.nodes;
         // How many places a node has, less one.
         let mut places = filled(0u8, nodes.len());
@@ -49,6 +54,12 @@ impl Cut {
                 leaves.push(at as u32);
                 continue;
             }
+            if places[at] == ALL {
+                children.push(INSIDE);
+                places[node.first as usize] = ALL;
+                places[node.first as usize + 1] = ALL;
+                continue;
+            }
             let mut k = places[at] as usize % WIDTH;
             let own = costs.of(at);
             if k == 0 || own[k] == own[0] {
@@ -59,6 +70,12 @@ impl Cut {
                 children.push(INSIDE);
             }
             let pair = node.first as usize;
+            // Nothing costs less than leaves that all have a place here.
+            if leaves_below[nodes.len() - 1 - at] as usize <= k + 1 {
+                places[pair] = ALL;
+                places[pair + 1] = ALL;
+                continue;
+            }
             let (left, right) = (costs.of(pair), costs.of(pair + 1));
             let mut best = (f32::INFINITY, 0);
             for j in 0..k {
@@ -70,7 +87,7 @@ impl Cut {
             places[node.first as usize] = best.1 as u8;
             places[node.first as usize + 1] = (k - 1 - best.1) as u8;
         }
-        Cut { tree, children, wide, leaves, leaves_below }
+        Cut { tree, children, wide, leaves, blocks, leaves_below }
     }
 
     /// How many leaves a node of the tree has.
@@ -85,21 +102,20 @@ impl Cut {
         let nodes = &self.tree.nodes;
         let (mut found, mut count) = ([0; WIDTH], 0);
         let first = nodes[wide as usize].first;
-        let mut pending = [0; WIDTH];
+        let mut pending = [0; 2 * WIDTH];
         pending[..2].copy_from_slice(&[first + 1, first]);
         let mut left = 2;
+        // Both outcomes are written and one is kept: which it is no processor could foresee.
         while left > 0 {
             left -= 1;
-            let at = pending[left % WIDTH];
-            if self.children[at as usize] == INSIDE {
-                let first = nodes[at as usize].first;
-                pending[left % WIDTH] = first + 1;
-                pending[(left + 1) % WIDTH] = first;
-                left += 2;
-            } else {
-                found[count % WIDTH] = at;
-                count += 1;
-            }
+            let at = pending[left % (2 * WIDTH)];
+            let inside = self.children[at as usize] == INSIDE;
+            let first = nodes[at as usize].first;
+            pending[left % (2 * WIDTH)] = first.wrapping_add(1);
+            pending[(left + 1) % (2 * WIDTH)] = first;
+            left += 2 * usize::from(inside);
+            found[count % WIDTH] = at;
+            count += usize::from(!inside);
         }
         (found, count)
     }
