@@ -46,10 +46,8 @@ fn sort(keys: &mut Vec<Key>) {
     let mut other = filled(0, keys.len());
     let mut starts = [0u32; DIGITS + 1];
     if keys.len() <= FEW_KEYS {
-        for digit in 0..3 {
-            scatter(keys, &mut other, 32 + digit * DIGIT, &mut starts);
-            std::mem::swap(keys, &mut other);
-        }
+        sort_few(keys, &mut other);
+        std::mem::swap(keys, &mut other);
         return;
     }
     scatter(keys, &mut other, 32 + 2 * DIGIT, &mut starts);
@@ -75,6 +73,36 @@ fn sort(keys: &mut Vec<Key>) {
 }
 
 const DIGITS: usize = 1 << DIGIT;
+
+/// By all three digits, which are counted together; the result is in `other`.
+fn sort_few(keys: &mut [Key], other: &mut [Key]) {
+    let digit = |key: Key, d: usize| (key >> (32 + d as u32 * DIGIT)) as usize % DIGITS;
+    // Neighbours have equal digits, and counting one up must wait for the last time: so two are counted apart.
+    let mut counts = [[[0u32; DIGITS]; 3]; 2];
+    for pair in keys.chunks(2) {
+        for (key, counts) in pair.iter().zip(&mut counts) {
+            for d in 0..3 {
+                counts[d][digit(*key, d)] += 1;
+            }
+        }
+    }
+    let [mut next, more] = counts;
+    let (mut from, mut to) = (keys, other);
+    for d in 0..3 {
+        let mut start = 0;
+        for (next, more) in next[d].iter_mut().zip(&more[d]) {
+            let count = *next + more;
+            *next = start;
+            start += count;
+        }
+        for key in &*from {
+            let place = &mut next[d][digit(*key, d)];
+            to[*place as usize] = *key;
+            *place += 1;
+        }
+        (from, to) = (to, from);
+    }
+}
 
 /// Sorts by one digit, keeping the order of equal ones; tells where each digit's keys start, and the end.
 fn scatter(from: &[Key], to: &mut [Key], shift: u32, starts: &mut [u32; DIGITS + 1]) {

@@ -51,12 +51,17 @@ fn build(keys: &[Key], range: Range<usize>) -> Piece {
     Piece::Split(Bounds::EMPTY, Box::new([left, right]))
 }
 
-/// Codes end the recursion after 30 levels, halving of equal ones after at most 29 more.
+#[inline(always)]
 fn build_piece(keys: &[Key], range: Range<usize>, tree: &mut Tree, at: usize) {
     if range.len() <= BLOCK {
         (tree.nodes[at].first, tree.nodes[at].count) = (range.start as u32, range.len() as u32);
-        return;
+    } else {
+        build_inner(keys, range, tree, at);
     }
+}
+
+/// Codes end the recursion after 30 levels, halving of equal ones after at most 29 more.
+fn build_inner(keys: &[Key], range: Range<usize>, tree: &mut Tree, at: usize) {
     let middle = range.start + codes::split_for_blocks(&keys[range.clone()], BLOCK);
     let pair = tree.nodes.len();
     (tree.nodes[at].first, tree.nodes[at].count) = (pair as u32, 0);

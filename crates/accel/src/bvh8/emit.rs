@@ -162,8 +162,8 @@ impl Cut {
         // is to search come first. Of sponza, that saves such rays a fourth of their steps.
         let mut keys = [u64::MAX; 8];
         for (k, &at) in children[..count].iter().enumerate() {
-            let area = self.tree.nodes[at as usize].bounds().half_area().min(f32::MAX);
-            let key = area / self.leaves_of(at) as f32;
+            let child = &self.tree.nodes[at as usize];
+            let key = child.bounds().half_area().min(f32::MAX) / self.leaves_of(child) as f32;
             // Areas are not below 0, so their bits are in the same order. Equal ones stand as they are.
             keys[k] = u64::from(key.to_bits()) << 32 | k as u64;
         }
@@ -189,13 +189,19 @@ const FAR: f32 = 1e37;
 /// of the octant.
 #[inline(always)]
 pub(super) fn orders(node: &Node8) -> [u32; 8] {
+    let mut middles = [[0.0f32; 8]; 3];
+    for axis in 0..3 {
+        for k in 0..8 {
+            // Limited, so that no sum of three is infinite or NaN, whatever the boxes.
+            let middle = node.planes[2 * axis][k] + node.planes[2 * axis + 1][k];
+            middles[axis][k] = clamp(middle, -FAR, FAR);
+        }
+    }
     // For each child, the keys of four octants; each of these and the opposite one have opposite orders.
     let mut keys = [[0i32; 4]; 8];
     let mut empty = 0;
     for k in 0..8 {
-        // Limited, so that no sum of three is infinite or NaN, whatever the boxes.
-        let middle = |a: usize| clamp(node.planes[2 * a][k] + node.planes[2 * a + 1][k], -FAR, FAR);
-        let (x, y, z) = (middle(0), middle(1), middle(2));
+        let (x, y, z) = (middles[0][k], middles[1][k], middles[2][k]);
         let is_empty = node.children[k] == EMPTY;
         empty += u32::from(is_empty);
         for octant in 0..4 {

@@ -63,8 +63,11 @@ impl Leaves<'_> {
         let mut places = room.iter_mut().enumerate();
         for node in tree.nodes.iter_mut().filter(|n| !n.is_inner()) {
             let (first, count) = (node.first as usize, node.count as usize);
-            for next in self.keys.iter().skip(first + AHEAD).take(count) {
-                prefetch(self.triangles, *next as u32 as usize);
+            // All four, also of smaller leaves, so that there is no loop to foresee the end of.
+            if let Some(next) = self.keys.get(first + AHEAD..first + AHEAD + 4) {
+                for k in 0..4 {
+                    prefetch(self.triangles, next[k] as u32 as usize);
+                }
             }
             let keys = &self.keys[first..][..count];
             let numbers = lanes(count, |k| keys[k] as u32);
