@@ -72,6 +72,7 @@ impl Box4 {
 #[cfg(target_arch = "x86_64")]
 mod imp {
     use core::arch::x86_64::*;
+    use eosphor_core::math::Vec3;
 
     /// Calls intrinsics of SSE2.
     macro_rules! sse2 {
@@ -103,6 +104,14 @@ mod imp {
         #[inline(always)]
         pub(in super::super) fn from_array(a: &[f32; 4]) -> Lanes {
             Lanes(sse2!(_mm_loadu_ps(a.as_ptr())))
+        }
+        /// The corners of a triangle; the fourth lanes are any of its coordinates.
+        #[inline(always)]
+        pub(in super::super) fn corners(triangle: &[Vec3; 3]) -> [Lanes; 3] {
+            let p = triangle.as_ptr().cast::<f32>();
+            // SAFETY: of the nine coordinates, these are 0 to 3, 3 to 6 and 5 to 8.
+            let [a, b, c] = unsafe { [_mm_loadu_ps(p), _mm_loadu_ps(p.add(3)), _mm_loadu_ps(p.add(5))] };
+            [Lanes(a), Lanes(b), Lanes(sse2!(_mm_shuffle_ps::<0b11_11_10_01>(c, c)))]
         }
         /// Lane by lane the smaller number; `o`'s where either is NaN.
         #[inline(always)]
@@ -148,11 +157,30 @@ mod imp {
             sse2!(_mm_storeu_si128(a.as_mut_ptr().cast(), _mm_cvttps_epi32(self.0)));
             a
         }
+        /// Whole parts of numbers between 0 and 2^10, their bits three places apart.
+        #[inline(always)]
+        pub(in super::super) fn spread_whole(self) -> [u32; 4] {
+            macro_rules! step {
+                ($x:ident, $by:literal, $mask:literal) => {
+                    sse2!(_mm_and_si128(_mm_or_si128($x, _mm_slli_epi32::<$by>($x)), _mm_set1_epi32($mask)))
+                };
+            }
+            let x = sse2!(_mm_cvttps_epi32(self.0));
+            let x = step!(x, 16, 0x0300_00ff);
+            let x = step!(x, 8, 0x0300_f00f);
+            let x = step!(x, 4, 0x030c_30c3);
+            let x = step!(x, 2, 0x0924_9249);
+            let mut a = [0; 4];
+            sse2!(_mm_storeu_si128(a.as_mut_ptr().cast(), x));
+            a
+        }
     }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
 mod imp {
+    use eosphor_core::math::Vec3;
+
     #[derive(Clone, Copy)]
     #[repr(align(16))]
     pub(in super::super) struct Lanes([f32; 4]);
@@ -177,6 +205,11 @@ mod imp {
         #[inline(always)]
         pub(in super::super) fn from_array(a: &[f32; 4]) -> Lanes {
             Lanes(*a)
+        }
+        /// The corners of a triangle; the fourth lanes are any of its coordinates.
+        #[inline(always)]
+        pub(in super::super) fn corners(triangle: &[Vec3; 3]) -> [Lanes; 3] {
+            triangle.map(|v| Lanes([v.x, v.y, v.z, v.z]))
         }
         /// Lane by lane the smaller number; `o`'s where either is NaN.
         #[inline(always)]
@@ -218,6 +251,17 @@ mod imp {
         #[inline(always)]
         pub(in super::super) fn whole(self) -> [u32; 4] {
             self.0.map(|x| x as u32)
+        }
+        /// Whole parts of numbers between 0 and 2^10, their bits three places apart.
+        #[inline(always)]
+        pub(in super::super) fn spread_whole(self) -> [u32; 4] {
+            self.0.map(|x| {
+                let x = x as u32;
+                let x = (x | (x << 16)) & 0x0300_00ff;
+                let x = (x | (x << 8)) & 0x0300_f00f;
+                let x = (x | (x << 4)) & 0x030c_30c3;
+                (x | (x << 2)) & 0x0924_9249
+            })
         }
     }
 }

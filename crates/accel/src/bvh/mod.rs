@@ -2,6 +2,7 @@
 
 mod binned;
 mod clip;
+mod codes;
 mod cost;
 mod cuts;
 mod lanes;
@@ -13,18 +14,21 @@ mod policy;
 mod presplit;
 mod reference;
 mod refit;
+mod shape;
 mod spatial;
 mod split;
 mod sweep;
 mod top_down;
 mod tree;
 
+pub(crate) use codes::Key;
 pub(crate) use memory::{filled, room_for};
 pub use options::{BuildOptions, Builder, Quality};
 pub(crate) use pack::{AHEAD, fill_in_parallel, pack, prefetch};
 pub(crate) use policy::Purpose;
 pub use refit::RefitError;
 pub(crate) use refit::{check, union};
+pub(crate) use shape::{Shape, finite_box};
 pub(crate) use tree::Tree;
 
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 pub(crate) struct Tree {
     /// Leaves of spheres have [`BvhNode::SPHERES`] set in their count.
     pub(crate) nodes: Vec<BvhNode>,
-    /// Numbers of primitives, in the order of the leaves.
+    /// Numbers of primitives, in the order of the leaves. Empty where each leaf names a place of its own: its block.
     pub(crate) order: Vec<u32>,
 }
 
@@ -20,7 +20,7 @@ pub(crate) struct Tree {
 pub(super) const PIECE_ITEMS: usize = 8192;
 
 /// A subtree on its way into the whole.
-pub(super) enum Piece {
+pub(crate) enum Piece {
     /// Built by one thread; its numbers count from its own start.
     Whole(Tree),
     /// Box and children.
@@ -28,6 +28,24 @@ pub(super) enum Piece {
 }
 
 impl Tree {
+    /// A tree of one node still to be filled in, which will have about so many leaves.
+    pub(super) fn with_leaves(leaves: usize) -> Tree {
+        let mut nodes = Vec::with_capacity(2 * leaves);
+        nodes.push(BvhNode::EMPTY);
+        Tree { nodes, order: Vec::new() }
+    }
+
+    /// Every inner node has two children.
+    #[inline(always)]
+    pub(crate) fn leaf_count(&self) -> usize {
+        self.nodes.len() / 2 + 1
+    }
+
+    /// How many places the leaves name.
+    fn places(&self) -> usize {
+        if self.order.is_empty() { self.leaf_count() } else { self.order.len() }
+    }
+
     /// A tree of one node still to be filled in.
     pub(super) fn with_root(items: usize) -> Tree {
         let mut nodes = Vec::with_capacity(items + 1);
@@ -64,14 +82,15 @@ impl Tree {
 
 impl Piece {
     /// Joins the pieces: a depth-first walk over them, each piece's nodes together.
-    pub(super) fn join(self) -> Tree {
+    pub(crate) fn join(self) -> Tree {
         let piece = match self {
             Piece::Whole(tree) => return tree,
             piece => piece,
         };
-        let mut plan = Plan { top: vec![(0, BvhNode::EMPTY)], parts: Vec::new(), nodes: 1, order: 0 };
+        let mut plan = Plan { top: vec![(0, BvhNode::EMPTY)], parts: Vec::new(), nodes: 1, places: 0 };
         plan.add(piece, 0);
-        let mut tree = Tree { nodes: filled(BvhNode::EMPTY, plan.nodes), order: filled(0, plan.order) };
+        let in_order = plan.parts.iter().map(|part| part.tree.order.len()).sum();
+        let mut tree = Tree { nodes: filled(BvhNode::EMPTY, plan.nodes), order: filled(0, in_order) };
         for (at, node) in &plan.top {
             tree.nodes[*at] = *node;
         }
@@ -111,7 +130,7 @@ struct Plan {
     top: Vec<(usize, BvhNode)>,
     parts: Vec<Part>,
     nodes: usize,
-    order: usize,
+    places: usize,
 }
 
 struct Part {
@@ -120,14 +139,14 @@ struct Part {
     root: usize,
     /// Place of its second node.
     first_node: usize,
-    /// Place of the first of its order.
-    first_order: usize,
+    /// The first place that its leaves name.
+    first_place: usize,
 }
 
 impl Part {
     #[inline(always)]
     fn moved(&self, node: &BvhNode) -> BvhNode {
-        let shift = if node.is_inner() { self.first_node as u32 - 1 } else { self.first_order as u32 };
+        let shift = if node.is_inner() { self.first_node as u32 - 1 } else { self.first_place as u32 };
         BvhNode { first: node.first + shift, ..*node }
     }
 }
@@ -137,9 +156,9 @@ impl Plan {
     fn add(&mut self, piece: Piece, at: usize) {
         match piece {
             Piece::Whole(tree) => {
-                let part = Part { root: at, first_node: self.nodes, first_order: self.order, tree };
+                let part = Part { root: at, first_node: self.nodes, first_place: self.places, tree };
                 self.nodes += part.tree.nodes.len() - 1;
-                self.order += part.tree.order.len();
+                self.places += part.tree.places();
                 self.parts.push(part);
             }
             Piece::Split(Bounds { min, max }, children) => {

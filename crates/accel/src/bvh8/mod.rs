@@ -1,7 +1,9 @@
 //! Bounding volume hierarchy with eight children a node, for SIMD on the CPU.
 
+mod blocks;
 mod collapse;
 mod emit;
+mod morton;
 mod node;
 mod refit;
 mod statistics;
@@ -11,10 +13,11 @@ pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock
 pub use trace::{Bvh8CountingTracer, Bvh8Tracer};
 
 use crate::bvh::{Purpose, geometry_tree, instance_tree, room_for};
-use crate::{BuildOptions, SceneGeometry};
+use crate::{BuildOptions, Builder, SceneGeometry};
 use collapse::Cut;
 use emit::Contents;
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
+use eosphor_core::intersect::PADDING;
 use std::time::Instant;
 
 /// Trees over every geometry and one over the instances.
@@ -46,14 +49,21 @@ impl Bvh8 {
     /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
     pub fn build(scene: &SceneGeometry, options: &BuildOptions) -> Bvh8 {
         let start = Instant::now();
-        let cut = |geometry: &Geometry| Cut::best(geometry_tree(scene, geometry, options, Purpose::Eight));
-        let cuts: Vec<Cut> = scene.geometries.iter().map(cut).collect();
-        let instances = Cut::best(instance_tree(scene, options, Purpose::Eight));
+        let cuts: Vec<Cut> = scene.geometries.iter().map(|g| Bvh8::cut_geometry(scene, g, options)).collect();
+        let instances = Cut::best(instance_tree(scene, options, Purpose::Eight), Vec::new());
         let nodes = cuts.iter().map(|c| c.wide.len()).sum::<usize>() + instances.wide.len();
         assert!(nodes < LEAF as usize, "more nodes than can be numbered");
+        // The blocks of a single geometry stay where they were packed.
+        let block_room = if let [only] = &cuts[..]
+            && !only.blocks.is_empty()
+        {
+            0
+        } else {
+            cuts.iter().map(Cut::block_count).sum()
+        };
         let mut bvh8 = Bvh8 {
             nodes: room_for(nodes),
-            blocks: room_for(cuts.iter().map(Cut::block_count).sum()),
+            blocks: room_for(block_room),
             spheres: Vec::with_capacity(scene.spheres.len()),
             sphere_primitives: Vec::with_capacity(scene.spheres.len()),
             roots: Vec::with_capacity(cuts.len()),
@@ -75,6 +85,17 @@ impl Bvh8 {
         bvh8.instance_root = instances.emit(scene, Contents::Instances, &mut bvh8);
         bvh8.build_seconds = start.elapsed().as_secs_f64();
         bvh8
+    }
+
+    fn cut_geometry(scene: &SceneGeometry, geometry: &Geometry, options: &BuildOptions) -> Cut {
+        let triangles = &scene.triangles[geometry.first_triangle as usize..];
+        let triangles = &triangles[..geometry.triangle_count as usize];
+        let only_triangles = geometry.sphere_count == 0 && !triangles.is_empty();
+        if options.builder == Builder::Morton && only_triangles && !options.cut_large_triangles {
+            let (tree, blocks) = morton::build(triangles, PADDING * geometry.extent);
+            return Cut::best(tree, blocks);
+        }
+        Cut::best(geometry_tree(scene, geometry, options, Purpose::Eight), Vec::new())
     }
 
     /// The largest absolute coordinate of all.
