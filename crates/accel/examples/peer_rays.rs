@@ -9,8 +9,8 @@
 //! the levels, `VARIANTS` (`1ray`, `batch`, `coherent`, `incoherent`; `steps` counts), `BUILDS` and `QUERIES` choose from what is measured (comma-separated), `THREADS` lists thread counts.
 
 use eosphor_accel::{
-    BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, CountWork, Filters, Hit, PrimitiveId, Quality, Ray,
-    RayFilter, Scene, SimdLevel, Tracer, Vec3, vec3,
+    BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, CountWork, Filters, Hit, PrimitiveId,
+    Quality, Ray, RayFilter, Scene, SimdLevel, Tracer, Vec3, vec3,
 };
 use std::error::Error;
 use std::hint::black_box;

@@ -1,7 +1,7 @@
 //! Many rays: the choice among packets, sorted packets, streams and single rays.
 
 use super::choice::{Way, choose};
-use super::packet::{LaneFilters, Packet};
+use super::packet::{LaneFilters, Packet, Query16};
 use super::single;
 use super::sort;
 use super::walk::{ANY, Found, NEXT, Query};
@@ -37,6 +37,15 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         assert_eq!(rays.len(), answers, "one answer for each ray");
         filters.check(rays.len());
         Batch { bvh, rays, filters, coherence, hits, hidden }
+    }
+
+    /// How to trace a chunk.
+    #[inline(always)]
+    fn way(&self, first: usize, end: usize) -> Way {
+        match self.coherence {
+            Coherence::Coherent => Way::Packets,
+            _ => choose(&self.rays[first..end], self.bvh.extent()),
+        }
     }
 
     #[inline(always)]
@@ -147,16 +156,15 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             match self.filters {
                 Filters::Shared(filter) => {
                     let filters = [filter; 16];
-                    if *filter == RayFilter::ALL {
-                        packet.trace::<QUERY>(self.bvh, active, None, &filters, alone);
-                    } else {
-                        let lanes = LaneFilters::shared(filter);
-                        packet.trace::<QUERY>(self.bvh, active, Some(&lanes), &filters, alone);
-                    }
+                    let lanes = LaneFilters::shared(filter);
+                    let lane_filters = if *filter == RayFilter::ALL { None } else { Some(&lanes) };
+                    let query = Query16 { bvh: self.bvh, lane_filters, filters: &filters, alone };
+                    packet.trace::<QUERY>(active, &query);
                 }
                 Filters::Each(_) => {
                     let lanes = LaneFilters::new(&each);
-                    packet.trace::<QUERY>(self.bvh, active, Some(&lanes), &each, alone);
+                    let query = Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: &each, alone };
+                    packet.trace::<QUERY>(active, &query);
                 }
             }
             packet
@@ -220,10 +228,10 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
 /// The rows are hits.
 #[inline(always)]
 unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
-    let primitive = packet.primitive.to_array();
+    let primitive = packet.best.primitive.to_array();
     // SAFETY: the caller's; a hit is five numbers of 32 bits.
     unsafe {
-        S::scatter16([packet.t_max, packet.u, packet.v, packet.instance], rows);
+        S::scatter16([packet.t_max, packet.best.u, packet.best.v, packet.best.instance], rows);
         let mut lane = 0;
         while lane < 16 {
             rows[lane].add(4).write(primitive.as_ref()[lane]);
@@ -251,7 +259,15 @@ impl Kernel for FromOnePoint<'_> {
         let lanes = LaneFilters::<S>::shared(self.filter);
         let mut packet = Packet::<S>::from_one_point(batch);
         // SAFETY: the caller's.
-        unsafe { packet.trace::<ANY>(self.bvh, self.active, Some(&lanes), &filters, ALONE_COHERENT) };
+        unsafe {
+            let query = Query16 {
+                bvh: self.bvh,
+                lane_filters: Some(&lanes),
+                filters: &filters,
+                alone: ALONE_COHERENT,
+            };
+            packet.trace::<ANY>(self.active, &query);
+        }
         packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
     }
 }
@@ -267,6 +283,8 @@ const ALONE_SORTED: u32 = 4;
 const FEW: usize = 4;
 /// From so many on, scattered rays are worth sorting by place.
 const MANY: usize = 16_384;
+/// So many are sorted by place at most.
+const MOST: usize = 1 << 20;
 /// In hierarchies of more blocks than this, rays of one octant part so soon that single ones are faster.
 const DENSE: usize = 100_000;
 
@@ -285,20 +303,27 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
             let mut first = 0;
             while first < self.rays.len() {
                 let mut end = self.rays.len().min(first + CHUNK);
-                let way = match self.coherence {
-                    Coherence::Coherent => Way::Packets,
-                    _ => choose(&self.rays[first..end], self.bvh.extent()),
-                };
+                let way = self.way(first, end);
                 match way {
                     // What is said to be incoherent does not go in packets as it comes.
                     Way::Packets if self.coherence != Coherence::Incoherent => {
                         self.packets::<S>(first, end);
                     }
-                    Way::Scattered if self.rays.len() - first >= MANY => {
-                        end = self.rays.len().min(first + (1 << 20));
-                        self.packets_by_place::<S>(first, end);
+                    Way::Scattered => {
+                        // As many as there are, since the more there are the closer are neighbours.
+                        while end < self.rays.len() && end - first < MOST {
+                            let next = self.rays.len().min(end + CHUNK);
+                            if self.way(end, next) != Way::Scattered {
+                                break;
+                            }
+                            end = next;
+                        }
+                        if end - first >= MANY {
+                            self.packets_by_place::<S>(first, end);
+                        } else {
+                            self.one_by_one::<S>(first, end);
+                        }
                     }
-                    Way::Scattered => self.one_by_one::<S>(first, end),
                     _ if dense => self.one_by_one::<S>(first, end),
                     _ => self.sorted_packets::<S>(first, end),
                 }

@@ -17,11 +17,13 @@ pub(super) enum Way {
 /// Rays of a packet.
 const GROUP: usize = 16;
 /// Groups that are looked at, spread over the chunk.
-const SAMPLES: usize = 8;
+const SAMPLES: usize = 16;
 /// Directions of a coherent group differ by no more than this in a component.
 const NARROW: f32 = 0.25;
 /// Neighbours start close together if the distance is no more than this times the scene's extent, in the middle.
 const CLOSE: f32 = 0.04;
+/// Those that go into nearly the same direction may start further apart.
+const CLOSE_IF_NARROW: f32 = 0.2;
 
 /// Looks at some rays of a chunk and chooses.
 #[inline(always)]
@@ -31,19 +33,18 @@ pub(super) fn choose(rays: &[Ray], extent: f32) -> Way {
     }
     let groups = rays.len() / GROUP;
     let step = (groups / SAMPLES).max(1);
-    let (mut seen, mut coherent, mut close) = (0, 0, 0);
+    let (mut seen, mut narrow, mut close) = (0, 0, 0);
     let mut k = 0;
     while k < groups && seen < SAMPLES {
         let group = &rays[k * GROUP..][..GROUP];
         let (direction, origin) = (spread(group, |r| r.direction), spread(group, |r| r.origin));
         // NaN is neither narrow nor close.
-        let is_close = origin <= CLOSE * extent;
-        coherent += ((direction <= NARROW) & is_close) as usize;
-        close += is_close as usize;
+        narrow += ((direction <= NARROW) & (origin <= CLOSE_IF_NARROW * extent)) as usize;
+        close += (origin <= CLOSE * extent) as usize;
         seen += 1;
         k += step;
     }
-    if 4 * coherent >= 3 * seen {
+    if 2 * narrow >= seen {
         Way::Packets
     } else if 2 * close >= seen {
         Way::SortedPackets

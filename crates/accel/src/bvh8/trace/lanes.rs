@@ -3,8 +3,7 @@
 use crate::bvh8::TriangleBlock;
 use crate::simd::{Float, Mask, Simd, Vec3V, along, cross, dot, each, subtract};
 use eosphor_core::intersect::{
-    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, SHORTEST_DIRECTION, SLAB_SLACK, SMALLEST_DETERMINANT,
-    SMALLEST_DIRECTION, STEEP,
+    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, SHORTEST_DIRECTION, SLAB_SLACK, SMALLEST_DIRECTION, STEEP,
 };
 
 /// What the slab test needs of a ray a lane: as `Slab`.
@@ -38,6 +37,16 @@ pub(super) const T_SLACK: f32 = 1.0 / 4096.0;
 pub(super) const USUAL_REACH: [f32; 2] = [1.0 / 65_536.0, 1e12];
 /// and the direction's length in this one.
 pub(super) const USUAL_LENGTH: [f32; 2] = [1e-6, 1e6];
+/// Edges lie further out by this times the tolerance for a first look at triangles, which is more than rounding.
+pub(super) const ROUNDING_SLACK: f32 = 1.0 + 1.0 / 65_536.0;
+
+/// The same for rays from one point, where products are taken in another order: either way, edge functions are wrong by
+/// some 6 · 2^-24 of the product of all lengths, at most 1.5 tolerances.
+pub(super) const ONE_POINT_SLACK: f32 = 4.0;
+
+/// More than underflow can make of products of lengths, the longest direction among them.
+pub(super) const UNDERFLOW_SLACK: f32 = 1e-26;
+
 #[inline(always)]
 fn within<F: Float>(x: F, [low, high]: [f32; 2]) -> F::Mask {
     F::splat(low).le(x).and(x.le(F::splat(high)))
@@ -120,27 +129,13 @@ pub(super) struct TriangleV<F> {
     pub(super) e1: Vec3V<F>,
     pub(super) e2: Vec3V<F>,
     pub(super) normal: Vec3V<F>,
-    pub(super) length1: F,
-    pub(super) length2: F,
-}
-
-/// What the first step finds.
-pub(super) struct Edges<F: Float> {
-    pub(super) candidates: F::Mask,
-    pub(super) determinant: F,
-    /// First vertex as seen from the origin.
-    from_origin: Vec3V<F>,
-    /// The edge functions, the second one negated, and their bounds.
-    functions: Vec3V<F>,
-    bounds: Vec3V<F>,
-    lengths: F,
 }
 
 /// What the second step says.
 pub(super) struct ConfirmedV<F: Float> {
     /// Hits.
     pub(super) counts: F::Mask,
-    /// Rays for which double precision has to decide (`PackedTriangle::confirm_in_double`).
+    /// Rays about which `PackedTriangle::test` has to decide.
     pub(super) unsure: F::Mask,
     pub(super) t: F,
     pub(super) u: F,
@@ -148,48 +143,18 @@ pub(super) struct ConfirmedV<F: Float> {
 }
 
 impl<F: Float> TriangleV<F> {
-    /// As `PackedTriangle::test_edges`, all sides seen.
+    /// As `PackedTriangle::confirm`, for the lanes in `mask`; those in `sure` are clear of the edges.
     #[inline(always)]
-    pub(super) fn test_edges(&self, ray: &RayV<F>) -> Edges<F> {
-        let from_origin = subtract(&self.v0, &ray.origin);
-        let r = cross(&from_origin, &ray.direction);
-        let determinant = dot(&self.normal, &ray.direction);
-        let sign = determinant.sign();
-        let u = dot(&r, &self.e2).xor(sign);
-        // Minus the second edge function, and bounds with signs turned where that saves an operation: the same bits.
-        let v = dot(&r, &self.e1).xor(sign);
-        let w = determinant.xor(sign).sub(u).add(v);
-        let low2 = ray.edge_tolerance.negate().mul(self.length2);
-        let slack1 = ray.edge_tolerance.mul(self.length1);
-        let low3 = low2.sub(slack1);
-        let candidates = low2.le(u).and(v.le(slack1)).and(low3.le(w));
-        Edges {
-            candidates,
-            determinant,
-            from_origin,
-            functions: [u, v, w],
-            bounds: [low2, slack1, low3],
-            lengths: self.length1.mul(self.length2),
-        }
-    }
-
-    /// Candidates whose `t` may lie in `t_min ..= t_max`. What it leaves out is no hit there, by the bound on what the
-    /// second step can change; rays that graze a triangle pass.
-    #[inline(always)]
-    pub(super) fn in_window(&self, ray: &RayV<F>, edges: &Edges<F>, t_max: F) -> F::Mask {
-        let determinant = edges.determinant.abs();
-        let t = dot(&self.normal, &edges.from_origin).xor(edges.determinant.sign());
-        let late = determinant.mul(t_max.add(ray.t_slack)).lt(t);
-        let early = t.lt(determinant.mul(ray.t_min.sub(ray.t_slack)));
-        edges.candidates.without(late.or(early).and(edges.steep(ray)))
-    }
-
-    /// As `PackedTriangle::confirm`, for the lanes in `mask`.
-    #[inline(always)]
-    pub(super) fn confirm(&self, ray: &RayV<F>, edges: &Edges<F>, mask: F::Mask) -> ConfirmedV<F> {
+    pub(super) fn confirm(
+        &self,
+        ray: &RayV<F>,
+        determinant: F,
+        mask: F::Mask,
+        sure: F::Mask,
+    ) -> ConfirmedV<F> {
         let d = &ray.direction;
-        let inverse = F::splat(1.0).div(edges.determinant);
-        let t_near = dot(&self.normal, &edges.from_origin).mul(inverse);
+        let inverse = F::splat(1.0).div(determinant);
+        let t_near = dot(&self.normal, &subtract(&self.v0, &ray.origin)).mul(inverse);
         let from_near = subtract(&self.v0, &along(&ray.origin, d, t_near));
         let t_rest = dot(&self.normal, &from_near).mul(inverse);
         let r = cross(&from_near, d);
@@ -198,24 +163,9 @@ impl<F: Float> TriangleV<F> {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
         let inside = zero.le(u).and(zero.le(v)).and(u.add(v).le(one));
         let meets = inside.and(dot(&apart, &apart).le(F::splat(ray.hit_tolerance_squared)));
-        let sure = mask.and(meets).and(edges.clear(ray));
+        let sure = mask.and(meets).and(sure);
         let t = t_near.add(t_rest);
         let counts = sure.and(ray.t_min.lt(t)).and(t.lt(F::splat(f32::INFINITY)));
         ConfirmedV { counts, unsure: mask.without(sure), t, u, v }
-    }
-}
-
-impl<F: Float> Edges<F> {
-    #[inline(always)]
-    fn steep(&self, ray: &RayV<F>) -> F::Mask {
-        ray.steep.fma(self.lengths, F::splat(SMALLEST_DETERMINANT)).le(self.determinant.abs())
-    }
-
-    /// As `EdgeTest::clear`.
-    #[inline(always)]
-    fn clear(&self, ray: &RayV<F>) -> F::Mask {
-        let (f, b) = (&self.functions, &self.bounds);
-        let within = b[0].negate().le(f[0]).and(f[1].le(b[1].negate())).and(b[2].negate().le(f[2]));
-        within.and(self.steep(ray))
     }
 }

@@ -1,6 +1,6 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
-use super::lanes::{T_SLACK, USUAL_LENGTH, USUAL_REACH};
+use super::lanes::{ROUNDING_SLACK, T_SLACK, USUAL_LENGTH, USUAL_REACH};
 use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
@@ -58,7 +58,7 @@ impl SingleRay {
             near_offset: offset.sub(slack).to_array(),
             far_offset: offset.add(slack).to_array(),
             edge_tolerance: EDGE_TOLERANCE * reach * length,
-            edge_slack: EDGE_SLACK * reach * length,
+            edge_slack: ROUNDING_SLACK * EDGE_TOLERANCE * reach * length,
             t_slack: if is_usual { T_SLACK * reach * inverse.to_array()[3] } else { f32::INFINITY },
             extent,
             octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
@@ -87,9 +87,6 @@ impl SingleRay {
         }
     }
 }
-
-/// The first look at triangles takes their edges to lie further out than core's test, by more than rounding.
-const EDGE_SLACK: f32 = EDGE_TOLERANCE * (1.0 + 1.0 / 65_536.0);
 
 /// `t_min`, or NaN where numbers are out of range.
 #[cold]

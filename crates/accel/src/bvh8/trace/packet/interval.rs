@@ -1,0 +1,74 @@
+//! Bounds of rays, to test boxes against all of them at a time.
+
+use super::MaskOf;
+use crate::bvh8::trace::lanes::RayV;
+use crate::simd::{Float, Mask, Simd, Vec3V};
+use eosphor_core::intersect::SLAB_SLACK;
+
+/// Bounds of the rays of a group, for boxes: `plane * scale + offset` is no later than any ray enters, no earlier than
+/// any leaves.
+pub(super) struct Interval<S: Simd> {
+    pub(super) near_scale: Vec3V<S::F8>,
+    pub(super) near_offset: Vec3V<S::F8>,
+    pub(super) far_scale: Vec3V<S::F8>,
+    pub(super) far_offset: Vec3V<S::F8>,
+    pub(super) t_min: S::F8,
+    /// Where all rays start.
+    pub(super) one_origin: Option<[f32; 3]>,
+}
+
+/// The interval is widened by this times the extent of geometry and rays: over the slack that each ray's own test has,
+/// and the rounding of both.
+const INTERVAL_SLACK: f32 = 4.0 * SLAB_SLACK;
+
+impl<S: Simd> Interval<S> {
+    /// Of rays that all go into one octant and whose `t_min` is not below 0: what lies behind an origin then fails by
+    /// its sign, whatever the bounds make of it.
+    #[inline(always)]
+    pub(super) fn new(ray: &RayV<S::F16>, extent: f32, group: MaskOf<S>, octant: usize) -> Interval<S> {
+        let zero = S::F8::splat(0.0);
+        let none = [zero, zero, zero];
+        let mut interval = Interval {
+            near_scale: none,
+            near_offset: none,
+            far_scale: none,
+            far_offset: none,
+            t_min: zero,
+            one_origin: None,
+        };
+        let mut one_origin = true;
+        let mut low = [0.0; 3];
+        let mut high = [0.0; 3];
+        let mut reach = extent;
+        let mut k = 0;
+        while k < 3 {
+            let origin = ray.origin[k];
+            low[k] = origin.smallest(group);
+            // Most groups start at one point.
+            let same = group.without(origin.le(S::F16::splat(low[k])));
+            let apart = same.any();
+            high[k] = if apart { origin.largest(group) } else { low[k] };
+            one_origin &= !apart;
+            reach = reach.max(low[k].abs()).max(high[k].abs());
+            k += 1;
+        }
+        k = 0;
+        while k < 3 {
+            let inverse = ray.slab.inverse[k];
+            let (i0, i1) = (inverse.smallest(group), inverse.largest(group));
+            let backward = octant >> k & 1 == 1;
+            let (near, near_origin) = if backward { (i1, low[k]) } else { (i0, high[k]) };
+            let (far, far_origin) = if backward { (i0, high[k]) } else { (i1, low[k]) };
+            let slack = INTERVAL_SLACK * reach * i0.abs().max(i1.abs());
+            interval.near_scale[k] = S::F8::splat(near);
+            interval.near_offset[k] = S::F8::splat(-(near * near_origin) - slack);
+            interval.far_scale[k] = S::F8::splat(far);
+            interval.far_offset[k] = S::F8::splat(slack - far * far_origin);
+            k += 1;
+        }
+        if one_origin {
+            interval.one_origin = Some(low);
+        }
+        interval
+    }
+}

@@ -1,0 +1,138 @@
+//! The way of a group of rays through a tree.
+
+use super::alone::SingleRays;
+use super::interval::Interval;
+use super::{Leg, MaskOf, Packet, Query16};
+use crate::bvh8::trace::walk::{ANY, Query, STACK};
+use crate::bvh8::{Child, LEAF, PLACE, SPHERE};
+use crate::simd::{Float, Kernel, Mask, Simd, each};
+use std::mem::MaybeUninit;
+
+/// The walk of a group: a function of its own, which keeps the code small.
+pub(super) struct Walk<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: bool> {
+    pub(super) packet: &'a mut Packet<S>,
+    pub(super) query: &'a Query16<'b, S>,
+    pub(super) root: Child,
+    pub(super) leg: &'a Leg<S>,
+    pub(super) singles: &'a mut SingleRays,
+    pub(super) group: MaskOf<S>,
+    pub(super) octant: usize,
+}
+
+impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_, S, QUERY, INSTANCES> {
+    type Output = ();
+
+    /// Visits the leaves that a group of rays enters, roughly from near to far.
+    #[inline(always)]
+    unsafe fn run<X: Simd>(self) {
+        let Walk { packet, query, root, leg, singles, group, octant } = self;
+        let bvh = query.bvh;
+        let boxes_extent = if INSTANCES { bvh.instances_extent } else { leg.extent };
+        let interval = Interval::<S>::new(&leg.ray, boxes_extent, group, octant);
+        let nowhere = S::F16::splat(f32::NEG_INFINITY);
+        // Not even at infinity.
+        let never = S::F16::splat(f32::NAN);
+        // Copies, which the compiler can keep in registers.
+        let (slab, t_min) = (leg.ray.slab, leg.ray.t_min);
+        let mut t_max = packet.t_max;
+        let near_planes = each!(k => 2 * k + (octant >> k & 1));
+        let mut children = MaybeUninit::<[Child; STACK]>::uninit();
+        let mut nears = MaybeUninit::<[S::F16; STACK]>::uninit();
+        let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<S::F16>());
+        let mut count = 0usize;
+        let mut at = root;
+        // Where each ray enters the node; NaN where it does not.
+        let mut near = t_min.or_else(group, never);
+        let mut latest = S::F8::splat(t_max.or_else(group, nowhere).largest(group));
+        loop {
+            let active = near.le(t_max);
+            let bits = active.bits();
+            let mut changed = false;
+            if bits.count_ones() <= query.alone {
+                if bits != 0 {
+                    packet.t_max = t_max;
+                    // SAFETY: the caller's.
+                    unsafe { packet.go_on_alone::<QUERY, INSTANCES>(query, at, leg, singles, bits) };
+                    t_max = packet.t_max;
+                    changed = true;
+                }
+            } else if at & LEAF == 0 {
+                // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
+                unsafe {
+                    let node = bvh.nodes.get_unchecked(at as usize);
+                    let planes = node.planes.as_ptr();
+                    let (ns, no) = (&interval.near_scale, &interval.near_offset);
+                    let (fs, fo) = (&interval.far_scale, &interval.far_offset);
+                    let [x0, y0, z0] =
+                        each!(k => S::F8::load(planes.add(near_planes[k]).cast()).fma(ns[k], no[k]));
+                    let [x1, y1, z1] =
+                        each!(k => S::F8::load(planes.add(near_planes[k] ^ 1).cast()).fma(fs[k], fo[k]));
+                    let first = x0.max(y0).max(z0.max(interval.t_min));
+                    let last = x1.min(y1).min(z1.min(latest));
+                    let order = *node.orders.get_unchecked(octant);
+                    let lanes = S::order8(order);
+                    let mut entered = S::permute8(first, lanes).le(S::permute8(last, lanes)).bits();
+                    debug_assert!(count + 8 <= STACK);
+                    while entered != 0 {
+                        let place = entered.trailing_zeros();
+                        entered &= entered - 1;
+                        let slot = (order >> (3 * place) & 7) as usize;
+                        let box_planes = planes.cast::<f32>().add(slot);
+                        let [x0, y0, z0] = each!(k => S::F16::splat(*box_planes.add(8 * near_planes[k]))
+                            .fma(slab.inverse[k], slab.near_offset[k]));
+                        let [x1, y1, z1] = each!(k => S::F16::splat(*box_planes.add(8 * (near_planes[k] ^ 1)))
+                            .fma(slab.inverse[k], slab.far_offset[k]));
+                        let child_near = x0.max(y0).max(z0.max(t_min));
+                        let child_far = x1.min(y1).min(z1.min(t_max));
+                        let enters = child_near.le(child_far).and(active);
+                        if enters.any() {
+                            *children.add(count) = *node.children.get_unchecked(slot);
+                            nears.add(count).write(child_near.or_else(enters, never));
+                            count += 1;
+                        }
+                    }
+                }
+            } else if INSTANCES {
+                packet.t_max = t_max;
+                // SAFETY: the caller's.
+                changed = unsafe { packet.visit_instance::<QUERY>(query, at & PLACE, leg, active) };
+                t_max = packet.t_max;
+            } else if at & SPHERE != 0 {
+                let number = (at & PLACE) as usize;
+                // SAFETY: the caller's.
+                changed = unsafe { packet.best.test_sphere::<QUERY>(bvh, number, leg, bits, &mut t_max) };
+            } else {
+                // SAFETY: leaves name blocks that the builder made.
+                let block = unsafe { bvh.blocks.get_unchecked((at & PLACE) as usize) };
+                let one_origin = interval.one_origin;
+                // SAFETY: the caller's.
+                changed = unsafe {
+                    packet.best.test_block::<QUERY>(
+                        block,
+                        leg,
+                        query.lane_filters,
+                        active,
+                        one_origin,
+                        &mut t_max,
+                    )
+                };
+            }
+            if changed {
+                if QUERY == ANY && !nowhere.lt(t_max).and(group).any() {
+                    break;
+                }
+                latest = S::F8::splat(t_max.largest(group));
+            }
+            if count == 0 {
+                break;
+            }
+            count -= 1;
+            // SAFETY: below the count, the stack has been written.
+            unsafe {
+                at = *children.add(count);
+                near = nears.add(count).read();
+            }
+        }
+        packet.t_max = t_max;
+    }
+}
