@@ -1,7 +1,7 @@
 //! What pictures say of themselves.
 
 /// Raised whenever pixels change, for any scene: pictures of one version, scene and command line are the same.
-pub const PICTURE_VERSION: u32 = 2;
+pub const PICTURE_VERSION: u32 = 3;
 
 /// What pictures say of the program that made them.
 pub(super) const SOFTWARE: &str = concat!("Eosphor ", env!("CARGO_PKG_VERSION"));

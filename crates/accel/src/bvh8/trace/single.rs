@@ -96,11 +96,21 @@ fn t_min_of_unusual(origin: Vec3, length: f32, t_min: f32) -> f32 {
     if in_range { t_min } else { f32::NAN }
 }
 
-/// Eight planes of a node.
+/// Where the planes that rays of an octant meet first start in a node, in bytes, for each axis; those on the far side are
+/// 32 bytes away, one way or the other.
 #[inline(always)]
-pub(super) fn planes<S: Simd>(node: &Node8, which: usize) -> S::F8 {
-    // SAFETY: there are six times eight; the numbers come from `near_planes`.
-    unsafe { S::F8::load(node.planes.as_ptr().add(which).cast()) }
+pub(super) fn near_planes(octant: usize) -> [usize; 3] {
+    each!(k => 64 * k + 32 * (octant >> k & 1))
+}
+
+/// Eight planes of a node.
+///
+/// # Safety
+/// The place is one of [`near_planes`], or on the far side.
+#[inline(always)]
+pub(super) unsafe fn planes<S: Simd>(node: &Node8, place: usize) -> S::F8 {
+    // SAFETY: the caller's.
+    unsafe { S::F8::load(node.planes.as_ptr().cast::<u8>().add(place).cast()) }
 }
 
 /// Whose primitives these are, and when hits count there.
@@ -197,9 +207,7 @@ pub(super) struct PrimitiveLeaves<'a> {
     pub(super) bvh: &'a Bvh8,
     pub(super) ray: &'a SingleRay,
     pub(super) place: &'a Place,
-    /// Triangles of this instance that the query leaves out.
-    pub(super) skipped: [u32; 2],
-    pub(super) cull_back_faces: bool,
+    pub(super) filter: &'a RayFilter,
 }
 
 impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
@@ -257,22 +265,10 @@ impl<const QUERY: Query> Kernel for Search<'_, QUERY> {
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> bool {
         let Search { bvh, root, ray, place, filter, found } = self;
-        let skipped = skipped_in(place.instance, filter);
-        let cull_back_faces = filter.cull_back_faces;
-        let mut leaves = PrimitiveLeaves { bvh, ray, place, skipped, cull_back_faces };
+        let mut leaves = PrimitiveLeaves { bvh, ray, place, filter };
         // SAFETY: the caller's.
         unsafe { walk::<S, QUERY>(bvh, root, ray, found, &mut leaves) }
     }
-}
-
-/// Numbers of the triangles of an instance that a query leaves out; `u32::MAX` is none.
-#[inline(always)]
-pub(super) fn skipped_in(instance: u32, filter: &RayFilter) -> [u32; 2] {
-    let (start, target) = (filter.start, filter.target);
-    [
-        if start.instance == instance { start.primitive } else { u32::MAX },
-        if target.instance == instance { target.primitive } else { u32::MAX },
-    ]
 }
 
 /// Visits the leaves that the ray enters, roughly from near to far; `true` where a leaf ended the walk. A node is left
@@ -293,11 +289,11 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
     if root == EMPTY {
         return false;
     }
-    let inverse = each!(k => S::F8::splat(ray.inverse[k]));
-    let near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
-    let far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
-    let t_min = S::F8::splat(ray.origin[3]);
-    let near_planes = each!(k => 2 * k + (ray.octant >> k & 1));
+    let mut inverse = each!(k => S::F8::splat(ray.inverse[k]));
+    let mut near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
+    let mut far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
+    let mut t_min = S::F8::splat(ray.origin[3]);
+    let near_planes = near_planes(ray.octant);
     let mut t_max = S::F8::splat(found.end);
     loop {
         if at & LEAF == 0 {
@@ -310,7 +306,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                 let [x0, y0, z0] =
                     each!(k => planes::<S>(node, near_planes[k]).fma(inverse[k], near_offset[k]));
                 let [x1, y1, z1] =
-                    each!(k => planes::<S>(node, near_planes[k] ^ 1).fma(inverse[k], far_offset[k]));
+                    each!(k => planes::<S>(node, near_planes[k] ^ 32).fma(inverse[k], far_offset[k]));
                 let near = x0.max(y0).max(z0.max(t_min));
                 let far = x1.min(y1).min(z1.min(t_max));
                 let entered = near.le(far).bits();
@@ -363,6 +359,12 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                 return true;
             }
             t_max = S::F8::splat(found.end);
+            // Loaded again, and not saved before: most rays visit one leaf or two.
+            let ray = std::hint::black_box(ray);
+            inverse = each!(k => S::F8::splat(ray.inverse[k]));
+            near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
+            far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
+            t_min = S::F8::splat(ray.origin[3]);
         }
         loop {
             if count == 0 {
@@ -433,8 +435,8 @@ impl PrimitiveLeaves<'_> {
         sure: bool,
         found: &mut Found,
     ) -> bool {
-        let primitive = block.primitive[lane];
-        if (primitive == self.skipped[0]) | (primitive == self.skipped[1]) {
+        let id = PrimitiveId { instance: self.place.instance, primitive: block.primitive[lane] };
+        if self.filter.skips(id) {
             return false;
         }
         let ray = &self.ray.local();
@@ -442,7 +444,7 @@ impl PrimitiveLeaves<'_> {
         let normal = triangle.normal();
         let determinant = normal.dot(ray.direction);
         // The front is where the ray goes against the normal; minus 0 counts as that.
-        if self.cull_back_faces & determinant.is_sign_positive() {
+        if self.filter.cull_back_faces & determinant.is_sign_positive() {
             return false;
         }
         let mut hit = triangle.confirm(ray, normal, determinant);
@@ -457,7 +459,6 @@ impl PrimitiveLeaves<'_> {
         if !(hit.counts(ray) & Slab::passes(near, far, hit.t)) {
             return false;
         }
-        let id = PrimitiveId { instance: self.place.instance, primitive };
         found.offer::<QUERY>(Hit { t: hit.t, u: hit.u, v: hit.v, id }, end)
     }
 }
