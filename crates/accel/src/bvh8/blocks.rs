@@ -185,12 +185,14 @@ mod tests {
                 let numbers = lanes(count, |k| (first + k) as u32);
                 let mut places = [const { MaybeUninit::uninit() }; 2];
                 let [place, right] = &mut places;
+                let fast = SimdLevel::best() != SimdLevel::Baseline;
                 // SAFETY: the level says what the CPU has.
-                let bounds = match SimdLevel::best() {
-                    SimdLevel::Baseline => unsafe {
+                let bounds = unsafe {
+                    if fast {
+                        pack::<true>(place, numbers, count, &vertices, padding)
+                    } else {
                         pack::<false>(place, numbers, count, &vertices, padding)
-                    },
-                    _ => unsafe { pack::<true>(place, numbers, count, &vertices, padding) },
+                    }
                 };
                 let right_bounds = one_by_one(right, &numbers[..count], &vertices, padding);
                 // SAFETY: both are written.
