@@ -142,13 +142,13 @@ fn table(name: &str, rows: &Value) -> Result<String> {
         let builder = row["builder"].as_str().map_or(String::new(), |b| format!(", {b}"));
         writeln!(
             text,
-            "| `{title}`{builder} | {:.1} | {:.2} | {} | {:.2} | {:.3} | {:.3} |",
+            "| `{title}`{builder} | {:.1} | {:.2} | {} | {:.2} | {} | {} |",
             number(row, "/statistics/build_seconds")? * 1e3,
             number(row, "/statistics/bytes")? * 1e-6,
             grouped(number(row, "/statistics/nodes")?),
             number(row, "/camera_rays/tests_a_ray")?,
-            speed(row),
-            number(row, "/camera_rays/diffuse_mrays_per_second")?,
+            rate(speed(row)),
+            rate(number(row, "/camera_rays/diffuse_mrays_per_second")?),
         )?;
     }
     Ok(text)
@@ -156,6 +156,12 @@ fn table(name: &str, rows: &Value) -> Result<String> {
 
 fn number(value: &Value, pointer: &str) -> Result<f64> {
     value.pointer(pointer).and_then(Value::as_f64).with_context(|| format!("no number {pointer}"))
+}
+
+/// Three digits at least.
+fn rate(x: f64) -> String {
+    let digits = if x >= 1.0 || x <= 0.0 { 2 } else { (2.0 - x.log10().floor()) as usize };
+    format!("{x:.digits$}")
 }
 
 /// A whole number with commas.

@@ -43,7 +43,7 @@ impl HierarchyStatistics {
         let p = &bvh.primitives;
         let mut s = HierarchyStatistics {
             structure: "bvh",
-            builder: "sah-binned",
+            builder: bvh.builder.name(),
             build_seconds: bvh.build_seconds,
             bytes: (size_of_val(&bvh.nodes[..])
                 + size_of_val(&p.triangles[..])

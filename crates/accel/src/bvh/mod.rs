@@ -53,6 +53,8 @@ pub struct Bvh {
     /// Primitives, in the order of the leaves. With spatial splits a triangle may stand there several times, and then
     /// the ranges of triangles in `geometries` are those of the scene, not of this array.
     pub primitives: PackedPrimitives,
+    /// How it was built.
+    pub builder: Builder,
     /// Wall time of the build.
     pub build_seconds: f64,
 }
@@ -73,6 +75,7 @@ impl Bvh {
                 geometries: scene.geometries.to_vec(),
                 instances: scene.instances.to_vec(),
             },
+            builder: options.builder,
             build_seconds: 0.0,
         };
         for geometry in scene.geometries {

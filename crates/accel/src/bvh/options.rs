@@ -130,8 +130,7 @@ pub struct BuildOptions {
     pub max_depth: u32,
     /// Whether [`Builder::Morton`] and [`Builder::Binned`] cut the few triangles that are large beside the whole geometry
     /// (walls and floors, at most one in 16) before they build the 8-wide hierarchy: rays inside buildings visit a sixth
-    /// fewer nodes. As with [`Builder::Spatial`], a ray that lies in the plane of a cut triangle within rounding, and so
-    /// may count as hitting it beside its edges, can miss it: hits are then not those of the other structures.
+    /// fewer nodes.
     pub cut_large_triangles: bool,
 }
 

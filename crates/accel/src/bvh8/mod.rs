@@ -41,6 +41,8 @@ pub struct Bvh8 {
     pub instances: Vec<Instance>,
     /// The largest absolute coordinate of the instances' world boxes.
     pub instances_extent: f32,
+    /// How it was built.
+    pub builder: Builder,
     /// Wall time of the build.
     pub build_seconds: f64,
 }
@@ -76,6 +78,7 @@ impl Bvh8 {
                 .skip(1)
                 .map(|i| i.world_bounds.extent())
                 .fold(0.0, f32::max),
+            builder: options.builder,
             build_seconds: 0.0,
         };
         for (cut, geometry) in cuts.into_iter().zip(scene.geometries) {

@@ -9,6 +9,7 @@ impl Bvh8 {
     pub fn statistics(&self) -> HierarchyStatistics {
         let mut s = HierarchyStatistics {
             structure: "bvh8",
+            builder: self.builder.name(),
             bytes: (size_of_val(&self.nodes[..])
                 + size_of_val(&self.blocks[..])
                 + size_of_val(&self.spheres[..])

@@ -12,12 +12,11 @@ use rayon::prelude::*;
 /// When a primitive is entered in a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Overlap {
-    /// Its padded bounds reach into the cell. Hits are the canonical ones, bit for bit.
-    #[default]
+    /// Its padded bounds reach into the cell.
     Bounds,
     /// The triangle itself, padded by as much, reaches into the cell: 13 separating axes (Akenine-Möller 2001). It saves
-    /// tests, and it is what PG1 does. It may lose hits of rays that lie in a triangle's plane within rounding and pass
-    /// through its bounds beside it: by the definition of a hit such a ray can count as meeting the plane there.
+    /// tests, and it is what PG1 does.
+    #[default]
     Triangle,
     /// The triangle reaches into the cell, nothing padded: exactly as PG1 does, for statistics. It loses hits.
     UnpaddedTriangle,
@@ -47,7 +46,7 @@ impl Default for OctreeOptions {
         OctreeOptions {
             max_leaf_primitives: 16,
             max_depth: 10,
-            overlap: Overlap::Bounds,
+            overlap: Overlap::Triangle,
             only_if_cheaper: true,
             visit_cost: 0.0,
             max_duplication: 24.0,

@@ -97,8 +97,8 @@ impl Row {
             format!("{:.1}", s.bytes as f64 * 1e-6),
             format!("{:.2}", rays.nodes_a_ray),
             format!("{:.2}", rays.tests_a_ray),
-            format!("{:.3}", rays.mrays_per_second),
-            format!("{:.3}", rays.diffuse_mrays_per_second),
+            format!("{:.4}", rays.mrays_per_second),
+            format!("{:.4}", rays.diffuse_mrays_per_second),
         ]
     }
 }
