@@ -158,8 +158,11 @@ fn number(value: &Value, pointer: &str) -> Result<f64> {
     value.pointer(pointer).and_then(Value::as_f64).with_context(|| format!("no number {pointer}"))
 }
 
-/// Three digits at least.
+/// Three digits at least; nothing where not one ray was done in time.
 fn rate(x: f64) -> String {
+    if x == 0.0 {
+        return "–".into();
+    }
     let digits = if x >= 1.0 || x <= 0.0 { 2 } else { (2.0 - x.log10().floor()) as usize };
     format!("{x:.digits$}")
 }

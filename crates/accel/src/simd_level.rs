@@ -27,6 +27,7 @@ impl SimdLevel {
                 && is_x86_feature_detected!("fma")
                 && is_x86_feature_detected!("bmi1")
                 && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("popcnt")
                 && is_x86_feature_detected!("lzcnt");
             match self {
                 SimdLevel::Baseline => true,

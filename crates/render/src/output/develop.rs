@@ -74,7 +74,7 @@ fn develop_row(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 unsafe fn develop_row_avx2(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
     develop_row_with(bytes, colours, gain, transfer);
 }

@@ -78,7 +78,7 @@ fn at_level(
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 unsafe fn render_tile_avx512(
     view: &SceneView,
     queries: &dyn Queries,
@@ -89,7 +89,7 @@ unsafe fn render_tile_avx512(
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 unsafe fn render_tile_avx2(
     view: &SceneView,
     queries: &dyn Queries,

@@ -83,7 +83,7 @@ fn trace(
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 unsafe fn render_tile_avx512_features(
     view: &SceneView,
     queries: &dyn Queries,
@@ -95,7 +95,7 @@ unsafe fn render_tile_avx512_features(
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
 unsafe fn render_tile_avx2_features(
     view: &SceneView,
     queries: &dyn Queries,

@@ -87,12 +87,12 @@ macro_rules! at_level {
 
 at_level!(Baseline, query_baseline);
 #[cfg(target_arch = "x86_64")]
-at_level!(Avx2, query_avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt"));
+at_level!(Avx2, query_avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt"));
 #[cfg(target_arch = "x86_64")]
 at_level!(
     Avx512,
     query_avx512,
-    target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt")
+    target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")
 );
 
 /// Any tracer.
