@@ -1,100 +1,12 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
-use super::lanes::{ROUNDING_SLACK, T_SLACK, USUAL_LENGTH, USUAL_REACH};
+use super::single_ray::SingleRay;
 use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
 use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
-use eosphor_core::intersect::{
-    Confirmed, EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SHORTEST_DIRECTION,
-    SLAB_SLACK, SMALLEST_DETERMINANT, SMALLEST_DIRECTION, STEEP, Slab, intersect_sphere,
-};
-use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::intersect::{Confirmed, LocalRay, SMALLEST_DETERMINANT, STEEP, Slab, intersect_sphere};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use std::mem::MaybeUninit;
-
-/// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
-/// is a load away. Vectors have x, y, z and something else.
-pub(super) struct SingleRay {
-    /// And `t_min`; NaN where the ray has numbers out of range.
-    pub(super) origin: [f32; 4],
-    /// And the sum of its components, without signs.
-    direction: [f32; 4],
-    pub(super) inverse: [f32; 4],
-    pub(super) near_offset: [f32; 4],
-    pub(super) far_offset: [f32; 4],
-    edge_tolerance: f32,
-    /// Over the tolerance by more than rounding.
-    edge_slack: f32,
-    t_slack: f32,
-    extent: f32,
-    pub(super) octant: usize,
-}
-
-impl SingleRay {
-    /// As `LocalRay::new`, in lanes.
-    #[inline(always)]
-    pub(super) fn new<S: Simd>(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> SingleRay {
-        let largest = origin.abs().max_component();
-        let reach = extent + largest;
-        let (o, d) = (origin.abs(), direction.abs());
-        let length = d.x + d.y + d.z;
-        let [[reach_low, reach_high], [length_low, length_high]] = [USUAL_REACH, USUAL_LENGTH];
-        let is_usual =
-            (reach_low <= reach) & (reach <= reach_high) & (length_low <= length) & (length <= length_high);
-        // What is usual is in range.
-        let t_min = if is_usual { t_min } else { t_min_of_unusual(o, length, t_min) };
-        let origin = [origin.x, origin.y, origin.z, t_min];
-        let direction = [direction.x, direction.y, direction.z, length];
-        let (o, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
-        let smallest = S::F4::splat(SMALLEST_DIRECTION);
-        let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
-        let inverse = S::F4::splat(1.0).div(safe);
-        let slack = inverse.abs().mul(S::F4::splat(SLAB_SLACK * largest));
-        let offset = o.mul(inverse).negate();
-        SingleRay {
-            origin,
-            direction,
-            inverse: inverse.to_array(),
-            near_offset: offset.sub(slack).to_array(),
-            far_offset: offset.add(slack).to_array(),
-            edge_tolerance: EDGE_TOLERANCE * reach * length,
-            edge_slack: ROUNDING_SLACK * EDGE_TOLERANCE * reach * length,
-            t_slack: if is_usual { T_SLACK * reach * inverse.to_array()[3] } else { f32::INFINITY },
-            extent,
-            octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
-        }
-    }
-
-    /// As `LocalRay::new`: what nobody asks for is not computed.
-    #[inline(always)]
-    fn local(&self) -> LocalRay {
-        let vector = |v: &[f32; 4]| vec3(v[0], v[1], v[2]);
-        let direction = vector(&self.direction);
-        LocalRay {
-            origin: vector(&self.origin),
-            direction,
-            t_min: self.origin[3],
-            slab: Slab {
-                inverse: vector(&self.inverse),
-                near_offset: vector(&self.near_offset),
-                far_offset: vector(&self.far_offset),
-            },
-            inverse_direction_squared: 1.0 / direction.length_squared(),
-            edge_tolerance: self.edge_tolerance,
-            steep: STEEP * self.direction[3],
-            hit_tolerance: HIT_TOLERANCE * self.extent,
-            padding: PADDING * self.extent,
-        }
-    }
-}
-
-/// `t_min`, or NaN where numbers are out of range.
-#[cold]
-fn t_min_of_unusual(origin: Vec3, length: f32, t_min: f32) -> f32 {
-    let in_range =
-        ((origin.x + origin.y + origin.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
-    if in_range { t_min } else { f32::NAN }
-}
 
 /// Where the planes that rays of an octant meet first start in a node, in bytes, for each axis; those on the far side are
 /// 32 bytes away, one way or the other.
@@ -459,6 +371,7 @@ impl PrimitiveLeaves<'_> {
         if !(hit.counts(ray) & Slab::passes(near, far, hit.t)) {
             return false;
         }
+        debug_assert!(end >= hit.t, "{end} {hit:?}");
         found.offer::<QUERY>(Hit { t: hit.t, u: hit.u, v: hit.v, id }, end)
     }
 }

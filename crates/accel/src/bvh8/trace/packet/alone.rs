@@ -2,7 +2,8 @@
 
 use super::{Leg, Packet, Query16, arrays, lane_of};
 use crate::bvh8::Child;
-use crate::bvh8::trace::single::{self, SingleRay};
+use crate::bvh8::trace::single;
+use crate::bvh8::trace::single_ray::SingleRay;
 use crate::bvh8::trace::walk::{ANY, Found, Query};
 use crate::simd::{Float, Kernel, Simd};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray};
