@@ -68,7 +68,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
 
     /// Sixteen rays; of some, the numbers may repeat the last one.
     #[inline(always)]
-    unsafe fn packet<S: Simd>(&mut self, numbers: &[u32; 16], count: usize, alone: u32) {
+    unsafe fn packet<S: Simd>(&mut self, numbers: &[u32; 16], count: usize, alone: u32, shared: &Shared<S>) {
         let rays = self.rays.as_ptr();
         let mut rows = [std::ptr::null::<f32>(); 16];
         let mut filters = [&RayFilter::ALL; 16];
@@ -85,7 +85,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         }
         // SAFETY: the caller's.
         unsafe {
-            let packet = self.trace_rows::<S>(&rows, filters, count, alone);
+            let packet = self.trace_rows(&rows, &filters, count, alone, shared);
             if QUERY == ANY {
                 let hidden = packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 for lane in 0..count {
@@ -105,7 +105,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
 
     /// Sixteen rays from `first` on: addresses follow from one.
     #[inline(always)]
-    unsafe fn packet_in_order<S: Simd>(&mut self, first: usize) {
+    unsafe fn packet_in_order<S: Simd>(&mut self, first: usize, shared: &Shared<S>) {
         let mut rows = [std::ptr::null::<f32>(); 16];
         let mut filters = [&RayFilter::ALL; 16];
         let mut lane = 0;
@@ -119,7 +119,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
                 }
                 lane += 1;
             }
-            let packet = self.trace_rows::<S>(&rows, filters, 16, ALONE_COHERENT);
+            let packet = self.trace_rows(&rows, &filters, 16, ALONE_COHERENT, shared);
             if QUERY == ANY {
                 let hidden = packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 let answers = self.hidden.as_mut_ptr().add(first);
@@ -145,27 +145,27 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     unsafe fn trace_rows<S: Simd>(
         &self,
         rows: &[*const f32; 16],
-        each: [&RayFilter; 16],
+        each: &[&RayFilter; 16],
         count: usize,
         alone: u32,
+        shared: &Shared<S>,
     ) -> Packet<S> {
         let active = if count == 16 { 0xffff } else { (1u32 << count) - 1 };
         // SAFETY: the caller's; a ray is eight floats in the order of the packet.
         unsafe {
             let mut packet = Packet::<S>::load(rows);
-            match self.filters {
-                Filters::Shared(filter) => {
-                    let filters = [filter; 16];
-                    let lanes = LaneFilters::shared(filter);
-                    let lane_filters = if *filter == RayFilter::ALL { None } else { Some(&lanes) };
-                    let query = Query16 { bvh: self.bvh, lane_filters, filters: &filters, alone };
-                    packet.trace::<QUERY>(active, &query);
-                }
-                Filters::Each(_) => {
-                    let lanes = LaneFilters::new(&each);
-                    let query = Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: &each, alone };
-                    packet.trace::<QUERY>(active, &query);
-                }
+            if let Filters::Each(_) = self.filters {
+                let lanes = LaneFilters::new(each);
+                let query = Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: each, alone };
+                packet.trace::<QUERY>(active, &query);
+            } else {
+                let query = Query16 {
+                    bvh: self.bvh,
+                    lane_filters: shared.lanes.as_ref(),
+                    filters: &shared.filters,
+                    alone,
+                };
+                packet.trace::<QUERY>(active, &query);
             }
             packet
         }
@@ -173,10 +173,10 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
 
     /// Rays `first .. end` in the given order, sixteen at a time.
     #[inline(always)]
-    unsafe fn packets<S: Simd>(&mut self, mut first: usize, end: usize) {
+    unsafe fn packets<S: Simd>(&mut self, mut first: usize, end: usize, shared: &Shared<S>) {
         while first + 16 <= end {
             // SAFETY: the caller's.
-            unsafe { self.packet_in_order::<S>(first) };
+            unsafe { self.packet_in_order(first, shared) };
             first += 16;
         }
         if first < end {
@@ -188,13 +188,13 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
                 lane += 1;
             }
             // SAFETY: the caller's.
-            unsafe { self.packet::<S>(&numbers, count, ALONE_COHERENT) };
+            unsafe { self.packet(&numbers, count, ALONE_COHERENT, shared) };
         }
     }
 
     /// Rays `first .. end`, at most [`CHUNK`], in the order of the octants that they go into.
     #[inline(always)]
-    unsafe fn sorted_packets<S: Simd>(&mut self, first: usize, end: usize) {
+    unsafe fn sorted_packets<S: Simd>(&mut self, first: usize, end: usize, shared: &Shared<S>) {
         let mut order = [0u32; CHUNK];
         let count = end - first;
         sort::by_octant(&self.rays[first..end], first as u32, &mut order[..count]);
@@ -204,21 +204,38 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             let mut numbers = [order[start]; 16];
             numbers[..lanes].copy_from_slice(&order[start..start + lanes]);
             // SAFETY: the caller's.
-            unsafe { self.packet::<S>(&numbers, lanes, ALONE_SORTED) };
+            unsafe { self.packet(&numbers, lanes, ALONE_SORTED, shared) };
             start += 16;
         }
     }
 
     /// Rays `first .. end` in the order of the places where they start and the octants that they go into.
     #[inline(always)]
-    unsafe fn packets_by_place<S: Simd>(&mut self, first: usize, end: usize) {
+    unsafe fn packets_by_place<S: Simd>(&mut self, first: usize, end: usize, shared: &Shared<S>) {
         let order = sort::by_place(&self.rays[first..end], first as u32);
         for group in order.chunks(16) {
             let mut numbers = [group[0]; 16];
             numbers[..group.len()].copy_from_slice(group);
             // SAFETY: the caller's.
-            unsafe { self.packet::<S>(&numbers, group.len(), ALONE_SORTED) };
+            unsafe { self.packet(&numbers, group.len(), ALONE_SORTED, shared) };
         }
+    }
+}
+
+/// The filter of all rays, sixteen times.
+struct Shared<'a, S: Simd> {
+    /// `None` where it leaves out nothing.
+    lanes: Option<LaneFilters<S>>,
+    filters: [&'a RayFilter; 16],
+}
+
+impl<'a, S: Simd> Shared<'a, S> {
+    /// Not used where each ray has its own.
+    #[inline(always)]
+    fn new(filters: Filters<'a>) -> Shared<'a, S> {
+        let filter = if let Filters::Shared(filter) = filters { filter } else { &RayFilter::ALL };
+        let lanes = (*filter != RayFilter::ALL).then(|| LaneFilters::shared(filter));
+        Shared { lanes, filters: [filter; 16] }
     }
 }
 
@@ -299,6 +316,7 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                 let count = self.rays.len();
                 return self.one_by_one::<S>(0, count);
             }
+            let shared = Shared::<S>::new(self.filters);
             let dense = self.bvh.blocks.len() > DENSE;
             let mut first = 0;
             while first < self.rays.len() {
@@ -307,7 +325,7 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                 match way {
                     // What is said to be incoherent does not go in packets as it comes.
                     Way::Packets if self.coherence != Coherence::Incoherent => {
-                        self.packets::<S>(first, end);
+                        self.packets(first, end, &shared);
                     }
                     Way::Scattered => {
                         // As many as there are, since the more there are the closer are neighbours.
@@ -319,13 +337,13 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                             end = next;
                         }
                         if end - first >= MANY {
-                            self.packets_by_place::<S>(first, end);
+                            self.packets_by_place(first, end, &shared);
                         } else {
                             self.one_by_one::<S>(first, end);
                         }
                     }
                     _ if dense => self.one_by_one::<S>(first, end),
-                    _ => self.sorted_packets::<S>(first, end),
+                    _ => self.sorted_packets(first, end, &shared),
                 }
                 first = end;
             }

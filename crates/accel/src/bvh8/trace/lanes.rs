@@ -1,7 +1,7 @@
 //! The ray-triangle test of `eosphor_core::intersect`, operation by operation, for lanes of rays and triangles.
 
 use crate::bvh8::TriangleBlock;
-use crate::simd::{Float, Mask, Simd, Vec3V, along, cross, dot, each, subtract};
+use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, along, cross, dot, each, subtract};
 use eosphor_core::intersect::{
     EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, SHORTEST_DIRECTION, SLAB_SLACK, SMALLEST_DIRECTION, STEEP,
 };
@@ -21,28 +21,31 @@ pub(super) struct RayV<F> {
     pub(super) direction: Vec3V<F>,
     pub(super) t_min: F,
     pub(super) slab: SlabV<F>,
-    pub(super) edge_tolerance: F,
+    /// [`EDGE_SLACK`] of them.
+    pub(super) edge_slack: F,
     pub(super) hit_tolerance_squared: f32,
     pub(super) steep: F,
-    /// By how much the second step can move the `t` of the first then. Infinite where products may leave the range of
-    /// normal numbers, which shifts `t` by more than rounding.
+    /// As in [`T_SLACK`]. Infinite where products may leave the range of normal numbers, which shifts `t` by more than
+    /// rounding.
     pub(super) t_slack: F,
 }
 
-/// The first step's `t` of a steep ray has an error of some 2^-21 of the extent of geometry and ray over the cosine:
-/// below 2^-15. This is eight times that.
-pub(super) const T_SLACK: f32 = 1.0 / 4096.0;
+/// Bounds of `t`: by how much the first step's may differ from the second's, times the lengths of the triangle's edges and
+/// the reach over the determinant, for rays that are steep. In units of 2^-24 of that, at most 14 come from the product
+/// above and 14 from the one below; this is 128.
+pub(super) const T_SLACK: f32 = 1.0 / 131_072.0;
 
 /// That holds for products that neither underflow nor overflow: where the extent of geometry and ray is in this range,
 pub(super) const USUAL_REACH: [f32; 2] = [1.0 / 65_536.0, 1e12];
 /// and the direction's length in this one.
 pub(super) const USUAL_LENGTH: [f32; 2] = [1e-6, 1e6];
-/// Edges lie further out by this times the tolerance for a first look at triangles, which is more than rounding.
-pub(super) const ROUNDING_SLACK: f32 = 1.0 + 1.0 / 65_536.0;
 
-/// The same for rays from one point, where products are taken in another order: either way, edge functions are wrong by
-/// some 6 · 2^-24 of the product of all lengths, at most 1.5 tolerances.
-pub(super) const ONE_POINT_SLACK: f32 = 4.0;
+/// Tolerances by which edge functions are at most below 0 for a first look, or above it for a hit that is certain.
+///
+/// Those functions, of `PackedTriangle::test_edges` or with products in another order, are wrong by some 6 · 2^-24 of the
+/// product of all lengths, at most 1.5 tolerances. So none is missed, and where they are above, the true ones are by 2:
+/// whether single precision can tell or double has to, it is a hit.
+pub(super) const EDGE_SLACK: f32 = 4.0;
 
 /// More than underflow can make of products of lengths, the longest direction among them.
 pub(super) const UNDERFLOW_SLACK: f32 = 1e-26;
@@ -53,13 +56,10 @@ fn within<F: Float>(x: F, [low, high]: [f32; 2]) -> F::Mask {
 }
 
 impl<F: Float> SlabV<F> {
+    /// From one over the direction, and the largest component of the origin.
     #[inline(always)]
-    pub(super) fn new(origin: &Vec3V<F>, direction: &Vec3V<F>) -> SlabV<F> {
-        let smallest = F::splat(SMALLEST_DIRECTION);
-        let one = F::splat(1.0);
-        let d = direction;
-        let inverse = each!(k => one.div(d[k].or_else(smallest.lt(d[k].abs()), smallest.xor(d[k].sign()))));
-        let slack = F::splat(SLAB_SLACK).mul(largest_component(origin));
+    fn new(origin: &Vec3V<F>, inverse: Vec3V<F>, largest: F) -> SlabV<F> {
+        let slack = F::splat(SLAB_SLACK).mul(largest);
         let offset = each!(k => origin[k].mul(inverse[k]).negate());
         let slack = each!(k => inverse[k].abs().mul(slack));
         SlabV {
@@ -89,24 +89,68 @@ fn largest_component<F: Float>(v: &Vec3V<F>) -> F {
 impl<F: Float> RayV<F> {
     /// As `LocalRay::new`.
     #[inline(always)]
-    pub(super) fn new(origin: Vec3V<F>, direction: Vec3V<F>, t_min: F, extent: f32) -> RayV<F> {
-        let reach = F::splat(extent).add(largest_component(&origin));
+    pub(super) fn new<S: Simd<F16 = F>>(
+        origin: Vec3V<F>,
+        direction: Vec3V<F>,
+        t_min: F,
+        extent: f32,
+    ) -> RayV<F> {
+        let largest = largest_component(&origin);
+        let reach = F::splat(extent).add(largest);
         let (o, d) = (each!(k => origin[k].abs()), each!(k => direction[k].abs()));
         let length = d[0].add(d[1]).add(d[2]);
-        let in_range = o[0].add(o[1]).add(o[2]).add(length).le(F::splat(LARGEST_NUMBER));
-        let in_range = in_range.and(F::splat(SHORTEST_DIRECTION).le(length));
-        let hit_tolerance = HIT_TOLERANCE * extent;
-        let t_slack = F::splat(T_SLACK).mul(reach).div(length);
-        let is_usual = within(reach, USUAL_REACH).and(within(length, USUAL_LENGTH));
-        RayV {
+        // NaN makes it NaN.
+        let sum = o[0].add(o[1]).add(o[2]);
+        let [low, high] = USUAL_REACH;
+        let is_usual = sum.le(F::splat(0.5 * high)).and(within(length, USUAL_LENGTH));
+        let is_usual = is_usual.and(F::splat(SMALLEST_DIRECTION).lt(d[0].min(d[1]).min(d[2])));
+        let one = F::splat(1.0);
+        let ray = RayV {
             origin,
             direction,
-            t_min: t_min.or_else(in_range, F::splat(f32::NAN)),
-            slab: SlabV::new(&origin, &direction),
-            edge_tolerance: F::splat(EDGE_TOLERANCE).mul(reach).mul(length),
-            hit_tolerance_squared: hit_tolerance * hit_tolerance,
+            t_min,
+            slab: SlabV::new(&origin, each!(k => one.div(direction[k])), largest),
+            edge_slack: F::splat(EDGE_SLACK * EDGE_TOLERANCE).mul(reach).mul(length),
+            hit_tolerance_squared: (HIT_TOLERANCE * extent) * (HIT_TOLERANCE * extent),
             steep: F::splat(STEEP).mul(length),
-            t_slack: t_slack.or_else(is_usual, F::splat(f32::INFINITY)),
+            t_slack: F::splat(T_SLACK).mul(reach),
+        };
+        if (low <= extent) & (extent <= 0.5 * high) & (is_usual.bits() == 0xffff) {
+            ray
+        } else {
+            // SAFETY: the caller's.
+            unsafe { S::run(Unusual { ray, reach, length, sum, largest }) }
+        }
+    }
+}
+
+/// Makes up for rays that are not usual: a function of its own, since it is rare.
+struct Unusual<F> {
+    ray: RayV<F>,
+    reach: F,
+    length: F,
+    sum: F,
+    largest: F,
+}
+
+impl<F: Float> Kernel for Unusual<F> {
+    type Output = RayV<F>;
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) -> RayV<F> {
+        let Unusual { ray, reach, length, sum, largest } = self;
+        let d = &ray.direction;
+        let smallest = F::splat(SMALLEST_DIRECTION);
+        let safe = each!(k => d[k].or_else(smallest.lt(d[k].abs()), smallest.xor(d[k].sign())));
+        let inverse = each!(k => F::splat(1.0).div(safe[k]));
+        let in_range = sum.add(length).le(F::splat(LARGEST_NUMBER));
+        let in_range = in_range.and(F::splat(SHORTEST_DIRECTION).le(length));
+        let is_usual = within(reach, USUAL_REACH).and(within(length, USUAL_LENGTH));
+        RayV {
+            t_min: ray.t_min.or_else(in_range, F::splat(f32::NAN)),
+            slab: SlabV::new(&ray.origin, inverse, largest),
+            t_slack: ray.t_slack.or_else(is_usual, F::splat(f32::INFINITY)),
+            ..ray
         }
     }
 }

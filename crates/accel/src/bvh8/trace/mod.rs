@@ -5,6 +5,7 @@ mod choice;
 mod lanes;
 mod packet;
 mod single;
+mod single_leaf;
 mod single_ray;
 mod sort;
 mod walk;

@@ -1,11 +1,12 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
+use super::single_leaf::{PrimitiveLeaves, settle};
 use super::single_ray::SingleRay;
 use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
-use crate::bvh8::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
-use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
-use eosphor_core::intersect::{Confirmed, LocalRay, SMALLEST_DETERMINANT, STEEP, Slab, intersect_sphere};
-use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use crate::bvh8::{Bvh8, Child, EMPTY, LEAF, Node8, PLACE};
+use crate::simd::{Float, Kernel, Mask, Simd, each};
+use eosphor_core::intersect::{LocalRay, Slab};
+use eosphor_core::ray::{Ray, RayFilter};
 use std::mem::MaybeUninit;
 
 /// Where the planes that rays of an octant meet first start in a node, in bytes, for each axis; those on the far side are
@@ -49,9 +50,11 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
 ) {
     let extent = bvh.geometries[0].extent;
     let local = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
-    let search = Search::<QUERY> { bvh, root: bvh.roots[0], ray: &local, place: &WORLD, filter, found };
+    let search =
+        Search::<QUERY> { bvh, root: bvh.roots[0], ray: &local, place: &WORLD, filter, found: &mut *found };
     // SAFETY: the root is the scene's.
     unsafe { search.run::<S>() };
+    settle::<S, QUERY>(bvh, &local, 0, found);
     if bvh.instance_root != EMPTY && !(QUERY & KIND == ANY && found.any) {
         // SAFETY: as above.
         unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
@@ -110,41 +113,13 @@ impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
         let place = Place { instance: number, world_interval: (near, far) };
         let root = bvh.roots[instance.geometry as usize];
         // SAFETY: the caller's; the root is the geometry's.
-        unsafe { search::<S, QUERY>(bvh, root, &local, &place, self.filter, found) }
+        let over = unsafe { search::<S, QUERY>(bvh, root, &local, &place, self.filter, found) };
+        settle::<S, QUERY>(bvh, &local, number, found);
+        over
     }
 }
 
-/// Leaves of triangles and spheres.
-pub(super) struct PrimitiveLeaves<'a> {
-    pub(super) bvh: &'a Bvh8,
-    pub(super) ray: &'a SingleRay,
-    pub(super) place: &'a Place,
-    pub(super) filter: &'a RayFilter,
-}
-
-impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
-    #[inline(always)]
-    unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
-        if leaf & SPHERE != 0 {
-            if QUERY & COUNTING != 0 {
-                found.primitives += 1;
-            }
-            return test_sphere::<QUERY>(
-                self.bvh,
-                (leaf & PLACE) as usize,
-                &self.ray.local(),
-                self.place,
-                found,
-            );
-        }
-        debug_assert!(leaf & INSTANCE == 0);
-        // SAFETY: leaves name blocks that the builder made.
-        let block = unsafe { self.bvh.blocks.get_unchecked((leaf & PLACE) as usize) };
-        self.test_block::<S, QUERY>(block, found)
-    }
-}
-
-/// Searches a part of a geometry's tree, in its space; `true` ends the whole search.
+/// Searches a part of a geometry's tree, in its space; `true` ends the whole search. A hit may be left pending.
 ///
 /// # Safety
 /// As for [`trace`]; `root` is a child of that tree.
@@ -177,7 +152,7 @@ impl<const QUERY: Query> Kernel for Search<'_, QUERY> {
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> bool {
         let Search { bvh, root, ray, place, filter, found } = self;
-        let mut leaves = PrimitiveLeaves { bvh, ray, place, filter };
+        let mut leaves = PrimitiveLeaves::new(bvh, ray, place, filter);
         // SAFETY: the caller's.
         unsafe { walk::<S, QUERY>(bvh, root, ray, found, &mut leaves) }
     }
@@ -291,128 +266,4 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
         // SAFETY: as above.
         at = unsafe { *children.add(count) };
     }
-}
-
-impl PrimitiveLeaves<'_> {
-    /// First lets pass all triangles of the block that the ray may meet before the end: with edges a little further out
-    /// than in `PackedTriangle::test_edges`, by the same operations. Few are left, and core's test decides about each.
-    #[inline(always)]
-    fn test_block<S: Simd, const QUERY: Query>(&self, block: &TriangleBlock, found: &mut Found) -> bool {
-        let ray = self.ray;
-        let zero = S::F4::splat(0.0);
-        let (e1, e2) = (load3::<S>(&block.e1), load3::<S>(&block.e2));
-        let direction = each!(k => S::F4::splat(ray.direction[k]));
-        let from_origin = each!(k => S::F4::from_array(&block.v0[k]).sub(S::F4::splat(ray.origin[k])));
-        let r = cross(&from_origin, &direction);
-        let normal = cross(&e1, &e2);
-        let determinant = dot(&normal, &direction);
-        let sign = determinant.sign();
-        let size = determinant.xor(sign);
-        let u = dot(&r, &e2).xor(sign);
-        let v = dot(&r, &e1).xor(sign.xor(zero.negate()));
-        let least = u.min(v).min(size.sub(u).sub(v));
-        let (length1, length2) = (S::F4::from_array(&block.length1), S::F4::from_array(&block.length2));
-        let slack = S::F4::splat(ray.edge_slack).mul(length1.add(length2));
-        if QUERY & COUNTING != 0 {
-            found.primitives += block.count::<S>() as u32;
-        }
-        let candidates = slack.negate().le(least);
-        if !candidates.any() {
-            return false;
-        }
-        // The end and t_min are compared with a `t` that is good for rays that are steep.
-        let t = dot(&normal, &from_origin).xor(sign);
-        let late = size.mul(S::F4::splat(found.end + ray.t_slack)).lt(t);
-        let early = t.lt(size.mul(S::F4::splat(ray.origin[3] - ray.t_slack)));
-        let steep = S::F4::splat(STEEP * ray.direction[3]);
-        let steep = steep.fma(length1.mul(length2), S::F4::splat(SMALLEST_DETERMINANT)).le(size);
-        let mut lanes = candidates.without(late.or(early).and(steep)).bits();
-        let sure = slack.le(least).and(steep).bits();
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize & 3;
-            lanes &= lanes - 1;
-            if self.test_triangle::<S, QUERY>(block, lane, sure >> lane & 1 == 1, found) {
-                return true;
-            }
-        }
-        false
-    }
-
-    /// The whole test of a candidate; `sure` says that the first step was clear.
-    #[inline(always)]
-    fn test_triangle<S: Simd, const QUERY: Query>(
-        &self,
-        block: &TriangleBlock,
-        lane: usize,
-        sure: bool,
-        found: &mut Found,
-    ) -> bool {
-        let id = PrimitiveId { instance: self.place.instance, primitive: block.primitive[lane] };
-        if self.filter.skips(id) {
-            return false;
-        }
-        let ray = &self.ray.local();
-        let triangle = block.get(lane);
-        let normal = triangle.normal();
-        let determinant = normal.dot(ray.direction);
-        // The front is where the ray goes against the normal; minus 0 counts as that.
-        if self.filter.cull_back_faces & determinant.is_sign_positive() {
-            return false;
-        }
-        let mut hit = triangle.confirm(ray, normal, determinant);
-        // The search goes on with an end that is known long before the hit is.
-        let mut end = hit.t_near + self.ray.t_slack;
-        if !(hit.meets & sure & (self.ray.t_slack < f32::INFINITY)) {
-            // SAFETY: the caller's.
-            hit = unsafe { S::run(Decide { ray: self.ray, block, lane }) };
-            end = hit.t;
-        }
-        let (near, far) = self.place.world_interval;
-        if !(hit.counts(ray) & Slab::passes(near, far, hit.t)) {
-            return false;
-        }
-        debug_assert!(end >= hit.t, "{end} {hit:?}");
-        found.offer::<QUERY>(Hit { t: hit.t, u: hit.u, v: hit.v, id }, end)
-    }
-}
-
-/// Core decides about a candidate that is not sure: a function of its own, since it is rare and large.
-struct Decide<'a> {
-    ray: &'a SingleRay,
-    block: &'a TriangleBlock,
-    lane: usize,
-}
-
-impl Kernel for Decide<'_> {
-    type Output = Confirmed;
-
-    #[inline(always)]
-    unsafe fn run<S: Simd>(self) -> Confirmed {
-        self.block.get(self.lane).test(&self.ray.local(), false)
-    }
-}
-
-#[inline(always)]
-fn load3<S: Simd>(v: &[[f32; 4]; 3]) -> Vec3V<S::F4> {
-    each!(k => S::F4::from_array(&v[k]))
-}
-
-#[cold]
-fn test_sphere<const QUERY: Query>(
-    bvh: &Bvh8,
-    number: usize,
-    ray: &LocalRay,
-    place: &Place,
-    found: &mut Found,
-) -> bool {
-    let id = PrimitiveId { instance: place.instance, primitive: bvh.sphere_primitives[number] };
-    let (near, far) = place.world_interval;
-    for t in intersect_sphere(ray, &bvh.spheres[number]) {
-        // Roots that are not hits are NaN.
-        if !t.is_nan() && Slab::passes(near, far, t) && found.offer::<QUERY>(Hit { t, u: 0.0, v: 0.0, id }, t)
-        {
-            return true;
-        }
-    }
-    false
 }

@@ -1,6 +1,6 @@
 //! A ray as the search for one ray at a time reads it.
 
-use super::lanes::{ROUNDING_SLACK, T_SLACK, USUAL_LENGTH, USUAL_REACH};
+use super::lanes::{EDGE_SLACK, T_SLACK, USUAL_LENGTH, USUAL_REACH};
 use crate::simd::{Float, Mask, Simd};
 use eosphor_core::intersect::{
     EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SHORTEST_DIRECTION, SLAB_SLACK,
@@ -19,7 +19,7 @@ pub(super) struct SingleRay {
     pub(super) near_offset: [f32; 4],
     pub(super) far_offset: [f32; 4],
     edge_tolerance: f32,
-    /// Over the tolerance by more than rounding.
+    /// [`EDGE_SLACK`] tolerances.
     pub(super) edge_slack: f32,
     pub(super) t_slack: f32,
     extent: f32,
@@ -54,8 +54,8 @@ impl SingleRay {
             near_offset: offset.sub(slack).to_array(),
             far_offset: offset.add(slack).to_array(),
             edge_tolerance: EDGE_TOLERANCE * reach * length,
-            edge_slack: ROUNDING_SLACK * EDGE_TOLERANCE * reach * length,
-            t_slack: if is_usual { T_SLACK * reach * inverse.to_array()[3] } else { f32::INFINITY },
+            edge_slack: EDGE_SLACK * EDGE_TOLERANCE * reach * length,
+            t_slack: if is_usual { T_SLACK * reach } else { f32::INFINITY },
             extent,
             octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
         }

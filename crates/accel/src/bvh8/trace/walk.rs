@@ -21,13 +21,21 @@ pub(super) const COUNTING: Query = 4;
 /// vectors are written.
 pub(super) const STACK: usize = 64 * 7 + 16;
 
+/// In place of the place of a triangle.
+pub(super) const NOT_PENDING: u32 = u32::MAX;
+
 /// What a single ray has found.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
-    /// The best hit, or a miss at the largest `t` that counts.
+    /// The best hit, or a miss at the largest `t` that counts. While it is pending, only its triangle is known.
     pub(super) best: Hit,
     /// No earlier than the best hit: what starts beyond it is left out.
     pub(super) end: f32,
+    /// A hit before this is nearer than the best one.
+    pub(super) before: f32,
+    /// Where the best hit is certain but not computed: the place of its triangle, four times its block's number and its
+    /// lane. Else [`NOT_PENDING`].
+    pub(super) pending: u32,
     /// For [`NEXT`]: only hits after this one count.
     pub(super) after: Hit,
     /// For [`ANY`]: there is one.
@@ -43,6 +51,8 @@ impl Found {
         Found {
             best: Hit::miss(t_max),
             end: t_max,
+            before: t_max,
+            pending: NOT_PENDING,
             after: Hit::miss(t_max),
             any: false,
             nodes: 0,
@@ -50,9 +60,9 @@ impl Found {
         }
     }
 
-    /// Offers a hit that counts, and an end that is no earlier and may be known earlier; `true` ends the search.
+    /// Offers a hit that counts; `true` ends the search.
     #[inline(always)]
-    pub(super) fn offer<const QUERY: Query>(&mut self, hit: Hit, end: f32) -> bool {
+    pub(super) fn offer<const QUERY: Query>(&mut self, hit: Hit) -> bool {
         match QUERY & KIND {
             ANY => {
                 self.any |= hit.t <= self.best.t;
@@ -60,18 +70,22 @@ impl Found {
             }
             NEXT => {
                 if self.after.before(&hit) & hit.before(&self.best) {
-                    self.best = hit;
-                    self.end = end.min(self.end);
+                    self.set(hit);
                 }
                 false
             }
             _ => {
                 if hit.before(&self.best) {
-                    self.best = hit;
-                    self.end = end.min(self.end);
+                    self.set(hit);
                 }
                 false
             }
         }
+    }
+
+    /// The best hit is known.
+    #[inline(always)]
+    pub(super) fn set(&mut self, hit: Hit) {
+        (self.best, self.end, self.before, self.pending) = (hit, hit.t, hit.t, NOT_PENDING);
     }
 }

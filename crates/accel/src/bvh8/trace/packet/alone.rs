@@ -3,6 +3,7 @@
 use super::{Leg, Packet, Query16, arrays, lane_of};
 use crate::bvh8::Child;
 use crate::bvh8::trace::single;
+use crate::bvh8::trace::single_leaf::settle;
 use crate::bvh8::trace::single_ray::SingleRay;
 use crate::bvh8::trace::walk::{ANY, Found, Query};
 use crate::simd::{Float, Kernel, Simd};
@@ -122,7 +123,9 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
                         None => (f32::NEG_INFINITY, f32::INFINITY),
                     };
                     let place = single::Place { instance: leg.instance, world_interval };
-                    single::search::<S, QUERY>(bvh, at, singles.get(lane), &place, filter, &mut found);
+                    let ray = singles.get(lane);
+                    single::search::<S, QUERY>(bvh, at, ray, &place, filter, &mut found);
+                    settle::<S, QUERY>(bvh, ray, leg.instance, &mut found);
                 }
                 if QUERY == ANY {
                     if found.any {

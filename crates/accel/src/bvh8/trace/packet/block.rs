@@ -2,7 +2,7 @@
 
 use super::{Best, LaneFilters, Leg, MaskOf, arrays, lane_of};
 use crate::bvh8::TriangleBlock;
-use crate::bvh8::trace::lanes::{ConfirmedV, ONE_POINT_SLACK, ROUNDING_SLACK, TriangleV, UNDERFLOW_SLACK};
+use crate::bvh8::trace::lanes::{ConfirmedV, TriangleV, UNDERFLOW_SLACK};
 use crate::bvh8::trace::walk::{ANY, Query};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
 use eosphor_core::intersect::{LocalRay, PackedTriangle, SMALLEST_DETERMINANT};
@@ -79,8 +79,6 @@ impl<S: Simd> Best<S> {
         let ray = &leg.ray;
         let shared = Shared::new::<S>(block, one_origin);
         let one_point = one_origin.is_some();
-        let tolerance =
-            ray.edge_tolerance.mul(S::F16::splat(if one_point { ONE_POINT_SLACK } else { ROUNDING_SLACK }));
         let mut changed = false;
         let mut lane = 0;
         // Unused lanes come last.
@@ -102,29 +100,38 @@ impl<S: Simd> Best<S> {
             let u = u.xor(sign);
             let v = v.xor(sign.negate());
             let least = u.min(v).min(size.sub(u).sub(v));
-            let slack = tolerance.fma(S::F16::splat(shared.sum[lane]), S::F16::splat(UNDERFLOW_SLACK));
+            let slack = ray.edge_slack.fma(S::F16::splat(shared.sum[lane]), S::F16::splat(UNDERFLOW_SLACK));
             let candidates = slack.negate().le(least).and(active);
             if candidates.any() {
-                // The end and t_min are compared with a `t` that is good for rays that are steep.
+                // Bounds of `t`, for rays that are steep.
                 let t = if one_point {
                     S::F16::splat(shared.t[lane])
                 } else {
                     dot(&normal, &subtract(&lane3::<S>(&block.v0, lane), &ray.origin))
                 };
-                let t = t.xor(sign);
-                let late = size.mul(t_max.add(ray.t_slack)).lt(t);
-                let early = t.lt(size.mul(ray.t_min.sub(ray.t_slack)));
-                let steep = ray
-                    .steep
-                    .fma(S::F16::splat(shared.product[lane]), S::F16::splat(SMALLEST_DETERMINANT))
-                    .le(size);
+                let product = S::F16::splat(shared.product[lane]);
+                let inverse = S::F16::splat(1.0).div(size);
+                let t = t.xor(sign).mul(inverse);
+                let t_slack = ray.t_slack.mul(product.mul(inverse));
+                let (low, high) = (t.sub(t_slack), t.add(t_slack));
+                let late = t_max.lt(low);
+                let early = high.lt(ray.t_min);
+                let steep = ray.steep.fma(product, S::F16::splat(SMALLEST_DETERMINANT)).le(size);
                 let mut mask = candidates.without(late.or(early).and(steep));
                 let primitive = block.primitive[lane];
                 if let Some(filters) = filters {
                     mask = filters.apply(mask, leg.instance, primitive, determinant);
                 }
+                let sure = slack.le(least).and(steep);
+                if QUERY == ANY {
+                    let hidden = mask.and(sure).and(leg.after.lt(low)).and(high.lt(*t_max));
+                    if hidden.any() {
+                        *t_max = S::F16::splat(f32::NEG_INFINITY).or_else(hidden, *t_max);
+                        changed = true;
+                        mask = mask.without(hidden);
+                    }
+                }
                 if mask.any() {
-                    let sure = slack.le(least).and(steep);
                     let triangle = TriangleV {
                         v0: lane3::<S>(&block.v0, lane),
                         e1: lane3::<S>(&block.e1, lane),

@@ -33,8 +33,9 @@ impl<S: Simd> Packet<S> {
         let from = each!(k => c[0][k].mul(d[0]));
         let direction = along(&along(&from, &c[1], d[1]), &c[2], d[2]);
         let extent = bvh.geometries[instance.geometry as usize].extent;
-        let ray = RayV::new(origin, direction, self.t_min, extent);
-        let leg = Leg { ray, extent, instance: number, world_interval: Some((near, far)) };
+        let ray = RayV::new::<S>(origin, direction, self.t_min, extent);
+        let after = near.max(ray.t_min);
+        let leg = Leg { ray, extent, instance: number, world_interval: Some((near, far)), after };
         let active = active.and(S::F16::splat(0.0).le(leg.ray.t_min));
         let root = bvh.roots[instance.geometry as usize];
         let mut singles = SingleRays::none();

@@ -2,7 +2,7 @@
 
 use super::MaskOf;
 use crate::bvh8::trace::lanes::RayV;
-use crate::simd::{Float, Mask, Simd, Vec3V};
+use crate::simd::{Float, Mask, Simd, Vec3V, each};
 use eosphor_core::intersect::SLAB_SLACK;
 
 /// Bounds of the rays of a group, for boxes: `plane * scale + offset` is no later than any ray enters, no earlier than
@@ -36,22 +36,22 @@ impl<S: Simd> Interval<S> {
             t_min: zero,
             one_origin: None,
         };
-        let mut one_origin = true;
-        let mut low = [0.0; 3];
-        let mut high = [0.0; 3];
-        let mut reach = extent;
+        let first = group.bits().trailing_zeros() as usize & 15;
+        let mut low = each!(k => ray.origin[k].to_array().as_ref()[first]);
+        let mut high = low;
+        // Most groups start at one point.
+        let same = each!(k => ray.origin[k].same_bits(S::F16::splat(low[k])));
+        let one_origin = !group.without(same[0].and(same[1]).and(same[2])).any();
         let mut k = 0;
-        while k < 3 {
-            let origin = ray.origin[k];
-            low[k] = origin.smallest(group);
-            // Most groups start at one point.
-            let same = group.without(origin.le(S::F16::splat(low[k])));
-            let apart = same.any();
-            high[k] = if apart { origin.largest(group) } else { low[k] };
-            one_origin &= !apart;
-            reach = reach.max(low[k].abs()).max(high[k].abs());
-            k += 1;
+        if !one_origin {
+            while k < 3 {
+                low[k] = ray.origin[k].smallest(group);
+                high[k] = ray.origin[k].largest(group);
+                k += 1;
+            }
         }
+        let reach = each!(k => low[k].abs().max(high[k].abs()));
+        let reach = extent.max(reach[0]).max(reach[1]).max(reach[2]);
         k = 0;
         while k < 3 {
             let inverse = ray.slab.inverse[k];

@@ -73,6 +73,8 @@ struct Leg<S: Simd> {
     instance: u32,
     /// Where the rays are in the instance's world box; for the world itself, everywhere.
     world_interval: Option<(S::F16, S::F16)>,
+    /// Hits are later than this where they count.
+    after: S::F16,
 }
 
 impl<S: Simd> Packet<S> {
@@ -122,8 +124,8 @@ impl<S: Simd> Packet<S> {
             self.t_max = S::F16::splat(f32::NAN).or_else(marked, self.t_max);
         }
         let extent = bvh.geometries[0].extent;
-        let ray = RayV::new(self.origin, self.direction, self.t_min, extent);
-        let leg = Leg::<S> { ray, extent, instance: 0, world_interval: None };
+        let ray = RayV::new::<S>(self.origin, self.direction, self.t_min, extent);
+        let leg = Leg::<S> { ray, extent, instance: 0, world_interval: None, after: ray.t_min };
         let mut singles = SingleRays::none();
         let together = active.and(zero.le(leg.ray.t_min)).and(leg.ray.t_min.le(self.t_max));
         // SAFETY: the caller's.
