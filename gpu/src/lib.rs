@@ -5,6 +5,8 @@
 #![no_std]
 #![feature(abi_ptx, stdarch_nvptx)]
 
+mod rays;
+
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x, trap};
 use core::slice::from_raw_parts;
 use core::sync::atomic::{AtomicU64, Ordering};
@@ -59,7 +61,7 @@ impl RayTotals {
 ///
 /// The caller of the kernel must have put that many items there.
 #[inline(always)]
-unsafe fn array<'a, T>(first: &'a T, length: u64) -> &'a [T] {
+pub(crate) unsafe fn array<'a, T>(first: &'a T, length: u64) -> &'a [T] {
     // SAFETY: as the function's contract says.
     unsafe { from_raw_parts(first, length as usize) }
 }
@@ -70,7 +72,7 @@ unsafe fn array<'a, T>(first: &'a T, length: u64) -> &'a [T] {
 ///
 /// As for [`array`], for every index that the scene holds.
 #[inline(always)]
-unsafe fn indexed<'a, T>(first: &'a T) -> &'a [T] {
+pub(crate) unsafe fn indexed<'a, T>(first: &'a T) -> &'a [T] {
     // SAFETY: as the function's contract says; nothing reads beyond the true length.
     unsafe { from_raw_parts(first, isize::MAX as usize / size_of::<T>()) }
 }

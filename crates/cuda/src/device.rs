@@ -4,7 +4,7 @@ use crate::failure::{failure, reason};
 use crate::ptx;
 use cudarc::driver::result::{self, DriverError};
 use cudarc::driver::sys::{self, CUdevice_attribute_enum as Attribute};
-use cudarc::driver::{CudaContext, CudaFunction, CudaStream};
+use cudarc::driver::{CudaContext, CudaFunction, CudaModule, CudaStream};
 use cudarc::nvrtc::Ptx;
 use eosphor_render::BackendError;
 use std::fmt;
@@ -83,6 +83,7 @@ pub(crate) struct Device {
     /// For messages.
     pub(crate) name: String,
     pub(crate) stream: Arc<CudaStream>,
+    pub(crate) module: Arc<CudaModule>,
     pub(crate) render_bvh: CudaFunction,
     pub(crate) render_exhaustive: CudaFunction,
 }
@@ -104,6 +105,7 @@ impl Device {
             stream: context.default_stream(),
             render_bvh: module.load_function(ptx::RENDER_BVH).map_err(fail)?,
             render_exhaustive: module.load_function(ptx::RENDER_EXHAUSTIVE).map_err(fail)?,
+            module,
             name,
         })
     }

@@ -21,7 +21,9 @@ mod device;
 mod failure;
 mod memory;
 mod ptx;
+mod rays;
 mod scene;
 
 pub use backend::{CudaBackend, CudaOptions};
 pub use device::{DeviceInfo, devices};
+pub use rays::{CudaRays, Timed};

@@ -15,6 +15,12 @@ pub(crate) const RENDER_BVH: &str = "render_bvh";
 /// The same without any hierarchy.
 pub(crate) const RENDER_EXHAUSTIVE: &str = "render_exhaustive";
 
+/// Closest hits of rays in a BVH.
+pub(crate) const CLOSEST_HITS_BVH: &str = "closest_hits_bvh";
+
+/// Whether anything is in the way of rays in a BVH.
+pub(crate) const OCCLUDED_BVH: &str = "occluded_bvh";
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! What is done to the PTX as a text, and what must hold of it.
 
 /// The kernels of `gpu/src/lib.rs`.
-const ENTRIES: [&str; 2] = ["render_bvh", "render_exhaustive"];
+const ENTRIES: [&str; 4] = ["closest_hits_bvh", "occluded_bvh", "render_bvh", "render_exhaustive"];
 
 /// rustc has no attribute for this: blocks have at most 128 threads, so each may have more registers.
 const LAUNCH_BOUNDS: &str = ".maxntid 128";
