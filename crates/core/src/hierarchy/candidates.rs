@@ -1,7 +1,10 @@
 //! From a primitive that a traversal has reached to a hit that counts.
 
 use crate::geometry::{Geometry, Instance, Sphere};
-use crate::intersect::{LocalRay, PackedTriangle, Slab, intersect_sphere, intersect_triangle_unless};
+use crate::intersect::{
+    LocalRay, PackedTriangle, Slab, decide_triangle, intersect_sphere, intersect_triangle_unless,
+};
+use crate::material::NONE;
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
 
 /// Primitives and instances, as every hierarchy holds them. Primitives stand in the hierarchy's own order within each
@@ -41,24 +44,92 @@ pub(super) trait Search {
     fn t_max(&self) -> f32;
     /// Offers a hit that counts; `true` ends the search.
     fn offer(&mut self, hit: Hit) -> bool;
+    /// Offers a hit of a triangle, by its place in the array, that counts for certain, with bounds of its `t`.
+    fn offer_pending(&mut self, place: u32, id: PrimitiveId, low: f32, high: f32) -> Offered;
+    /// Whether the best hit so far is one of this primitive, and others do not matter.
+    fn has(&self, id: PrimitiveId) -> bool;
+    /// Computes what is pending, in the space in which it was offered.
+    fn settle(&mut self, primitives: &PrimitivesView, ray: &LocalRay);
+}
+
+/// What became of a hit that was offered.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Offered {
+    /// It has to be computed to tell.
+    Unclear,
+    /// Taken.
+    Taken,
+    /// It ends the search.
+    Ends,
 }
 
 /// The nearest hit.
+///
+/// Most hits are certain long before they are computed: the ray passes so far within the edges that rounding cannot have
+/// brought it there, and nothing that was met before is near. Such a hit is left pending, with bounds of its `t`, until
+/// the search is over or something comes close.
 pub(super) struct Closest {
+    /// While a hit is pending, only its primitive is known.
     pub(super) best: Hit,
+    /// No earlier than the best hit.
+    end: f32,
+    /// A hit before this is nearer than the best one.
+    before: f32,
+    /// Place of the triangle whose hit is pending, or [`NONE`].
+    pending: u32,
+}
+
+impl Closest {
+    #[inline(always)]
+    pub(super) fn new(t_max: f32) -> Closest {
+        Closest { best: Hit::miss(t_max), end: t_max, before: t_max, pending: NONE }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, hit: Hit) {
+        (self.best, self.end, self.before, self.pending) = (hit, hit.t, hit.t, NONE);
+    }
 }
 
 impl Search for Closest {
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        self.best.t
+        self.end
     }
     #[inline(always)]
     fn offer(&mut self, hit: Hit) -> bool {
+        debug_assert!(self.pending == NONE);
         if hit.before(&self.best) {
-            self.best = hit;
+            self.set(hit);
         }
         false
+    }
+    #[inline(always)]
+    fn offer_pending(&mut self, place: u32, id: PrimitiveId, low: f32, high: f32) -> Offered {
+        if high < self.before {
+            (self.pending, self.best.id, self.before, self.end) = (place, id, low, high);
+            return Offered::Taken;
+        }
+        Offered::Unclear
+    }
+    #[inline(always)]
+    fn has(&self, id: PrimitiveId) -> bool {
+        self.best.id == id
+    }
+    #[inline(always)]
+    fn settle(&mut self, primitives: &PrimitivesView, ray: &LocalRay) {
+        if self.pending == NONE {
+            return;
+        }
+        let triangle = item(primitives.triangles, self.pending);
+        let normal = triangle.normal();
+        let mut hit = triangle.confirm(ray, normal, normal.dot(ray.direction));
+        if !hit.meets {
+            let ray = *ray;
+            hit = decide_triangle(triangle, &ray);
+        }
+        debug_assert!(hit.counts(ray) & (self.before <= hit.t) & (hit.t <= self.end), "{triangle:?} {ray:?}");
+        self.set(Hit { t: hit.t, u: hit.u, v: hit.v, id: self.best.id });
     }
 }
 
@@ -78,6 +149,17 @@ impl Search for Any {
         self.found |= hit.t <= self.t_max;
         self.found
     }
+    #[inline(always)]
+    fn offer_pending(&mut self, _: u32, _: PrimitiveId, _: f32, high: f32) -> Offered {
+        self.found |= high <= self.t_max;
+        if self.found { Offered::Ends } else { Offered::Unclear }
+    }
+    #[inline(always)]
+    fn has(&self, _: PrimitiveId) -> bool {
+        false
+    }
+    #[inline(always)]
+    fn settle(&mut self, _: &PrimitivesView, _: &LocalRay) {}
 }
 
 /// The nearest hit after another one.
@@ -98,12 +180,73 @@ impl Search for Next {
         }
         false
     }
+    #[inline(always)]
+    fn offer_pending(&mut self, _: u32, _: PrimitiveId, _: f32, _: f32) -> Offered {
+        Offered::Unclear
+    }
+    #[inline(always)]
+    fn has(&self, _: PrimitiveId) -> bool {
+        false
+    }
+    #[inline(always)]
+    fn settle(&mut self, _: &PrimitivesView, _: &LocalRay) {}
 }
 
 impl PrimitivesView<'_> {
-    /// Tests triangles `first .. first + count` of the array; `true` ends the search.
+    /// Searches triangles `first .. first + count` of the array; `true` ends the search. A hit may be left pending.
     #[inline(always)]
     pub(super) fn search_triangles(
+        &self,
+        first: u32,
+        count: u32,
+        ray: &LocalRay,
+        placement: &Placement,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
+        let mut k = first;
+        while k < first + count {
+            let place = k;
+            k += 1;
+            let triangle = item(self.triangles, place);
+            let look = triangle.first_look(ray);
+            if !look.may_meet {
+                continue;
+            }
+            let meeting = look.meeting(triangle, ray);
+            // NaN is neither: it says nothing.
+            let too_far = (meeting.low > search.t_max()) | (meeting.high < ray.t_min);
+            let id = PrimitiveId { instance: placement.instance, primitive: triangle.primitive };
+            let is_left_out = (filter.cull_back_faces & !look.meets_front) | filter.skips(id);
+            if (meeting.is_steep & too_far) | is_left_out {
+                continue;
+            }
+            let (near, _) = placement.world_interval;
+            let mut offered = Offered::Unclear;
+            if meeting.is_certain & (meeting.low > ray.t_min) & (meeting.low >= near) {
+                offered = search.offer_pending(place, id, meeting.low, meeting.high);
+            }
+            if offered == Offered::Ends {
+                return true;
+            }
+            // What has been cut is met again.
+            if offered == Offered::Unclear && !search.has(id) {
+                search.settle(self, ray);
+                let copy = *ray;
+                let hit = decide_triangle(triangle, &copy);
+                let (near, far) = placement.world_interval;
+                let hit_counts = hit.counts(ray) & Slab::passes(near, far, hit.t);
+                if hit_counts && search.offer(Hit { t: hit.t, u: hit.u, v: hit.v, id }) {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// The same by the whole test of every triangle: the reference.
+    #[inline(always)]
+    pub(super) fn test_triangles(
         &self,
         first: u32,
         count: u32,
@@ -139,6 +282,7 @@ impl PrimitivesView<'_> {
         placement: &Placement,
         search: &mut impl Search,
     ) -> bool {
+        search.settle(self, ray);
         let mut k = first;
         while k < first + count {
             let id =

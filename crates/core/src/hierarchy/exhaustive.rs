@@ -32,7 +32,7 @@ impl<C: Work> SearchScene for ExhaustiveTracer<'_, C> {
     ) -> bool {
         let g = item(self.primitives.geometries, geometry);
         self.work.primitives(g.triangle_count + g.sphere_count);
-        self.primitives.search_triangles(g.first_triangle, g.triangle_count, ray, placement, filter, search)
+        self.primitives.test_triangles(g.first_triangle, g.triangle_count, ray, placement, filter, search)
             || self.primitives.search_spheres(g.first_sphere, g.sphere_count, ray, placement, search)
     }
 

@@ -50,7 +50,9 @@ pub(super) trait SearchScene {
         match primitives.enter_instance(number, ray, slab, search.t_max()) {
             Some((placement, local)) => {
                 let geometry = item(primitives.instances, number).geometry;
-                self.search_geometry(geometry, &local, &placement, filter, search)
+                let over = self.search_geometry(geometry, &local, &placement, filter, search);
+                search.settle(primitives, &local);
+                over
             }
             None => false,
         }
@@ -65,6 +67,7 @@ pub(super) trait SearchScene {
         if self.search_geometry(0, &world_ray, &Placement::WORLD, filter, search) {
             return;
         }
+        search.settle(primitives, &world_ray);
         // A ray with numbers out of range hits nothing, though in an instance's own space they may be in range.
         if primitives.instances.len() > 1 && !world_ray.t_min.is_nan() {
             self.search_instances(ray, filter, search);
@@ -74,7 +77,7 @@ pub(super) trait SearchScene {
     /// [`super::Tracer::closest_hit`].
     #[inline(always)]
     fn find_closest(&self, ray: &Ray, filter: &RayFilter) -> Hit {
-        let mut search = Closest { best: Hit::miss(ray.t_max) };
+        let mut search = Closest::new(ray.t_max);
         self.search(ray, filter, &mut search);
         search.best
     }

@@ -1,6 +1,6 @@
 //! A ray in the space of a geometry, with what the intersection tests need of it.
 
-use super::{EDGE_TOLERANCE, HIT_TOLERANCE, PADDING, STEEP, Slab};
+use super::{EDGE_TOLERANCE, HIT_TOLERANCE, PADDING, STEEP, Slab, T_SLACK, USUAL_LENGTH, USUAL_REACH};
 use crate::math::Vec3;
 
 /// A ray in a geometry's space. The direction is not of unit length where an instance scales; `t` means the same in
@@ -21,6 +21,8 @@ pub struct LocalRay {
     pub edge_tolerance: f32,
     /// From this times the lengths of two edges on, a determinant is one that single precision can be trusted with.
     pub steep: f32,
+    /// What [`super::T_SLACK`] is multiplied with for this ray, and it; infinite where that does not hold.
+    pub t_slack: f32,
     /// What the points on ray and primitive may differ.
     pub hit_tolerance: f32,
     /// Primitive bounds are grown by this.
@@ -44,6 +46,9 @@ impl LocalRay {
         // The sum is NaN where one of them is.
         let in_range = ((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
         let reach = extent + origin.abs().max_component();
+        let [[reach_low, reach_high], [length_low, length_high]] = [USUAL_REACH, USUAL_LENGTH];
+        let is_usual =
+            (reach_low <= reach) & (reach <= reach_high) & (length_low <= length) & (length <= length_high);
         LocalRay {
             origin,
             direction,
@@ -52,6 +57,7 @@ impl LocalRay {
             inverse_direction_squared: 1.0 / squared,
             edge_tolerance: EDGE_TOLERANCE * reach * length,
             steep: STEEP * length,
+            t_slack: if is_usual { T_SLACK * reach } else { f32::INFINITY },
             hit_tolerance: HIT_TOLERANCE * extent,
             padding: PADDING * extent,
         }

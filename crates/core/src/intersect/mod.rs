@@ -13,16 +13,18 @@ pub const STEEP: f32 = 1.0 / 32.0;
 /// Determinants below this, 2^-90, may have lost bits at the end of the range of numbers.
 pub const SMALLEST_DETERMINANT: f32 = 1.0 / (1u128 << 90) as f32;
 
+mod first_look;
 mod local_ray;
 mod slab;
 mod sphere;
 mod triangle;
 
+pub use first_look::{EDGE_SLACK, FirstLook, Meeting, T_SLACK, USUAL_LENGTH, USUAL_REACH};
 pub use local_ray::{LARGEST_NUMBER, LocalRay, SHORTEST_DIRECTION};
 pub use slab::{SLAB_SLACK, SMALLEST_DIRECTION, Slab};
 pub use sphere::{intersect_sphere, sphere_bounds};
-pub(crate) use triangle::intersect_triangle_unless;
 pub use triangle::{Confirmed, EdgeTest, PackedTriangle, intersect_triangle, longest_edge_last};
+pub(crate) use triangle::{decide_triangle, intersect_triangle_unless};
 
 /// Bounds of primitives are padded by this times the extent of their geometry: over the rounding errors of the slab
 /// test (2^-24 of the coordinates) and the tolerance of hits ([`HIT_TOLERANCE`]).

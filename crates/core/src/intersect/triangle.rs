@@ -148,6 +148,14 @@ pub(crate) fn intersect_triangle_unless(
     if hit.counts(ray) { Some((hit.t, hit.u, hit.v)) } else { None }
 }
 
+/// [`PackedTriangle::test`], for where it is rare: on GPUs a function of its own, so that its registers are not those of the
+/// search.
+#[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
+#[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
+pub(crate) fn decide_triangle(triangle: &PackedTriangle, ray: &LocalRay) -> Confirmed {
+    triangle.test(ray, false)
+}
+
 impl Confirmed {
     /// They do not meet.
     const NOWHERE: Confirmed = Confirmed { meets: false, t: 0.0, t_near: 0.0, u: 0.0, v: 0.0 };

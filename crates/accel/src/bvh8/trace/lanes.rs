@@ -3,7 +3,8 @@
 use crate::bvh8::TriangleBlock;
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, along, cross, dot, each, subtract};
 use eosphor_core::intersect::{
-    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, SHORTEST_DIRECTION, SLAB_SLACK, SMALLEST_DIRECTION, STEEP,
+    EDGE_SLACK, EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, SHORTEST_DIRECTION, SLAB_SLACK,
+    SMALLEST_DIRECTION, STEEP, T_SLACK, USUAL_LENGTH, USUAL_REACH,
 };
 
 /// What the slab test needs of a ray a lane: as `Slab`.
@@ -29,23 +30,6 @@ pub(super) struct RayV<F> {
     /// rounding.
     pub(super) t_slack: F,
 }
-
-/// Bounds of `t`: by how much the first step's may differ from the second's, times the lengths of the triangle's edges and
-/// the reach over the determinant, for rays that are steep. In units of 2^-24 of that, at most 14 come from the product
-/// above and 14 from the one below; this is 128.
-pub(super) const T_SLACK: f32 = 1.0 / 131_072.0;
-
-/// That holds for products that neither underflow nor overflow: where the extent of geometry and ray is in this range,
-pub(super) const USUAL_REACH: [f32; 2] = [1.0 / 65_536.0, 1e12];
-/// and the direction's length in this one.
-pub(super) const USUAL_LENGTH: [f32; 2] = [1e-6, 1e6];
-
-/// Tolerances by which edge functions are at most below 0 for a first look, or above it for a hit that is certain.
-///
-/// Those functions, of `PackedTriangle::test_edges` or with products in another order, are wrong by some 6 · 2^-24 of the
-/// product of all lengths, at most 1.5 tolerances. So none is missed, and where they are above, the true ones are by 2:
-/// whether single precision can tell or double has to, it is a hit.
-pub(super) const EDGE_SLACK: f32 = 4.0;
 
 /// More than underflow can make of products of lengths, the longest direction among them.
 pub(super) const UNDERFLOW_SLACK: f32 = 1e-26;

@@ -1,10 +1,9 @@
 //! A ray as the search for one ray at a time reads it.
 
-use super::lanes::{EDGE_SLACK, T_SLACK, USUAL_LENGTH, USUAL_REACH};
 use crate::simd::{Float, Mask, Simd};
 use eosphor_core::intersect::{
-    EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SHORTEST_DIRECTION, SLAB_SLACK,
-    SMALLEST_DIRECTION, STEEP, Slab,
+    EDGE_SLACK, EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SHORTEST_DIRECTION,
+    SLAB_SLACK, SMALLEST_DIRECTION, STEEP, Slab, T_SLACK, USUAL_LENGTH, USUAL_REACH,
 };
 use eosphor_core::math::{Vec3, vec3};
 
@@ -78,6 +77,7 @@ impl SingleRay {
             inverse_direction_squared: 1.0 / direction.length_squared(),
             edge_tolerance: self.edge_tolerance,
             steep: STEEP * self.direction[3],
+            t_slack: self.t_slack,
             hit_tolerance: HIT_TOLERANCE * self.extent,
             padding: PADDING * self.extent,
         }
