@@ -2,8 +2,10 @@
 
 use crate::bands::{BandHeight, Rows};
 use crate::device::{Device, devices};
-use crate::failure::failure;
+use crate::launch::Launcher;
+use crate::options::CudaOptions;
 use crate::scene::DeviceScene;
+use crate::structure::kernel;
 use eosphor_accel::Builder;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
@@ -15,24 +17,6 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// How the CUDA backend works.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CudaOptions {
-    /// Numbers of the devices that share the work; not empty.
-    pub devices: Vec<usize>,
-    /// The hierarchy.
-    pub accel: Accel,
-    /// How the bounding volume hierarchy is built.
-    pub builder: Builder,
-}
-
-impl Default for CudaOptions {
-    /// The first device, with a BVH.
-    fn default() -> CudaOptions {
-        CudaOptions { devices: vec![0], accel: Accel::Bvh, builder: Builder::Binned }
-    }
-}
-
 /// Renders on NVIDIA GPUs.
 pub struct CudaBackend {
     devices: Arc<Vec<Device>>,
@@ -41,16 +25,19 @@ pub struct CudaBackend {
 }
 
 impl CudaBackend {
-    /// Opens the devices. On the first start with a new version or driver this takes seconds: the driver compiles the
-    /// kernels, and keeps them.
+    /// Opens the devices. On the first start with a new version, structure or driver this takes seconds: the driver
+    /// compiles the kernel, and keeps it.
     ///
     /// # Errors
     ///
-    /// [`BackendError::Unavailable`] where there is no driver, or a device is not there or too old.
+    /// [`CudaOptions::check`]'s, and [`BackendError::Unavailable`] where there is no driver, or a device is not there or
+    /// too old.
     pub fn new(options: CudaOptions) -> Result<CudaBackend, BackendError> {
+        options.check()?;
+        let kernel = kernel(options.accel)?;
         let found = devices()?;
         let open = |&ordinal: &usize| match found.get(ordinal) {
-            Some(info) => Device::open(info),
+            Some(info) => Device::open(info, kernel, options.block_size),
             None => Err(BackendError::Unavailable(format!(
                 "there is no device cuda:{ordinal}: there {}",
                 match found.len() {
@@ -59,9 +46,6 @@ impl CudaBackend {
                 }
             ))),
         };
-        if options.devices.is_empty() {
-            return Err(BackendError::Unavailable("no CUDA device was chosen".into()));
-        }
         let devices = options.devices.iter().map(open).collect::<Result<_, _>>()?;
         Ok(CudaBackend { devices: Arc::new(devices), accel: options.accel, builder: options.builder })
     }
@@ -76,18 +60,8 @@ impl Backend for CudaBackend {
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
         let hierarchy = Hierarchy::build(self.accel, self.builder, &scene);
-        let (bvh, primitives) = match &hierarchy {
-            Hierarchy::Exhaustive(exhaustive) => (None, &exhaustive.primitives),
-            Hierarchy::Bvh(bvh) => (Some(bvh), &bvh.primitives),
-            _ => {
-                let problem = format!("GPUs have no hierarchy {}: choose bvh or none", self.accel);
-                return Err(BackendError::Failed(problem));
-            }
-        };
-        let upload = |device: &Device| {
-            DeviceScene::upload(&device.stream, &scene.view(), bvh, primitives)
-                .map_err(|error| failure(&device.name, "copying the scene", error))
-        };
+        let film_pixels = largest_band(scene.settings.width, scene.settings.height) as u64;
+        let upload = |device: &Device| DeviceScene::upload(device, &scene.view(), &hierarchy, film_pixels);
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),
@@ -96,6 +70,11 @@ impl Backend for CudaBackend {
             height: scene.settings.height,
         }))
     }
+}
+
+/// Pixels of the largest band that a picture is rendered in.
+fn largest_band(width: u32, rows: u32) -> usize {
+    width as usize * BandHeight::new(width).most().min(rows) as usize
 }
 
 struct PreparedCuda {
@@ -168,14 +147,15 @@ impl PreparedCuda {
     ) -> Result<(), BackendError> {
         let width = self.width as usize;
         let mut band_height = BandHeight::new(self.width);
+        let fail = |error| device.failure("rendering", error);
+        let mut launcher =
+            Launcher::new(device, scene, largest_band(self.width, self.height)).map_err(fail)?;
         let mut colors = Vec::new();
         while !control.cancel.load(Ordering::Relaxed) {
             let Some(band) = rows.take(band_height.rows()) else { break };
             let start = Instant::now();
             colors.resize(band.len() * width, eosphor_core::math::Vec3::ZERO);
-            let statistics = scene
-                .render_rows(device, band.start, &mut colors)
-                .map_err(|error| failure(&device.name, "rendering", error))?;
+            let statistics = launcher.render_rows(band.start, &mut colors).map_err(fail)?;
             band_height.learn(band.len() as u32, start.elapsed().as_secs_f64());
             let progress = {
                 let mut guard = picture.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

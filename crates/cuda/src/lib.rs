@@ -19,9 +19,14 @@ mod backend;
 mod bands;
 mod device;
 mod failure;
+mod launch;
 mod memory;
+mod options;
+mod parameters;
 mod ptx;
 mod scene;
+mod structure;
 
-pub use backend::{CudaBackend, CudaOptions};
+pub use backend::CudaBackend;
 pub use device::{DeviceInfo, devices};
+pub use options::CudaOptions;

@@ -1,7 +1,14 @@
 //! What is done to the PTX as a text, and what must hold of it.
 
-/// The kernels of `gpu/src/lib.rs`.
-const ENTRIES: [&str; 2] = ["render_bvh", "render_exhaustive"];
+/// The kernels of `gpu/src/kernels.rs`, sorted.
+pub(super) const ENTRIES: [&str; 6] = [
+    "render_bvh",
+    "render_exhaustive",
+    "render_grid",
+    "render_kdtree",
+    "render_octree",
+    "render_octree_parametric",
+];
 
 /// rustc has no attribute for this: blocks have at most 128 threads, so each may have more registers.
 const LAUNCH_BOUNDS: &str = ".maxntid 128";
