@@ -2,16 +2,18 @@
 //!
 //! | file | has |
 //! |---|---|
-//! | `kernels.rs` | the entry points, one for each structure, and the parameters that all of them take |
+//! | `kernels.rs` | the entry points that render, one for each structure, and the parameters that all of them take |
 //! | `parameters.rs` | arrays out of parameters |
 //! | `band.rs` | which pixel a thread renders, and the rendering of it |
 //! | `totals.rs` | rays counted |
+//! | `rays.rs` | entry points that answer queries about rays, without a picture |
 #![no_std]
 #![feature(abi_ptx, stdarch_nvptx)]
 
 mod band;
 mod kernels;
 mod parameters;
+mod rays;
 mod totals;
 
 #[panic_handler]

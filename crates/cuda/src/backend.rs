@@ -22,6 +22,7 @@ pub struct CudaBackend {
     devices: Arc<Vec<Device>>,
     accel: Accel,
     builder: Builder,
+    block_size: u32,
 }
 
 impl CudaBackend {
@@ -37,7 +38,7 @@ impl CudaBackend {
         let kernel = kernel(options.accel)?;
         let found = devices()?;
         let open = |&ordinal: &usize| match found.get(ordinal) {
-            Some(info) => Device::open(info, kernel, options.block_size),
+            Some(info) => Device::open(info, &[kernel]),
             None => Err(BackendError::Unavailable(format!(
                 "there is no device cuda:{ordinal}: there {}",
                 match found.len() {
@@ -47,7 +48,12 @@ impl CudaBackend {
             ))),
         };
         let devices = options.devices.iter().map(open).collect::<Result<_, _>>()?;
-        Ok(CudaBackend { devices: Arc::new(devices), accel: options.accel, builder: options.builder })
+        Ok(CudaBackend {
+            devices: Arc::new(devices),
+            accel: options.accel,
+            builder: options.builder,
+            block_size: options.block_size,
+        })
     }
 }
 
@@ -65,6 +71,7 @@ impl Backend for CudaBackend {
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),
+            block_size: self.block_size,
             statistics: hierarchy.statistics(),
             width: scene.settings.width,
             height: scene.settings.height,
@@ -81,6 +88,7 @@ struct PreparedCuda {
     /// One for each device.
     scenes: Vec<DeviceScene>,
     devices: Arc<Vec<Device>>,
+    block_size: u32,
     statistics: HierarchyStatistics,
     width: u32,
     height: u32,
@@ -149,7 +157,8 @@ impl PreparedCuda {
         let mut band_height = BandHeight::new(self.width);
         let fail = |error| device.failure("rendering", error);
         let mut launcher =
-            Launcher::new(device, scene, largest_band(self.width, self.height)).map_err(fail)?;
+            Launcher::new(device, scene, self.block_size, largest_band(self.width, self.height))
+                .map_err(fail)?;
         let mut colors = Vec::new();
         while !control.cancel.load(Ordering::Relaxed) {
             let Some(band) = rows.take(band_height.rows()) else { break };

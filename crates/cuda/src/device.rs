@@ -1,4 +1,4 @@
-//! Devices: which there are, and a kernel on one of them.
+//! Devices: which there are, and kernels on one of them.
 
 use crate::failure::{failure, reason};
 use crate::ptx;
@@ -78,20 +78,18 @@ fn info(ordinal: i32) -> Result<DeviceInfo, DriverError> {
     })
 }
 
-/// A device with a kernel loaded.
+/// A device with kernels loaded.
 pub(crate) struct Device {
     /// For messages.
     pub(crate) name: String,
     pub(crate) stream: Arc<CudaStream>,
-    /// Renders a band of rows over one structure.
-    pub(crate) kernel: CudaFunction,
-    /// Threads of a block.
-    pub(crate) block_size: u32,
+    /// In the order in which they were asked for.
+    pub(crate) kernels: Vec<CudaFunction>,
 }
 
 impl Device {
-    /// Opens a device; the driver compiles the kernel for it, the first time on a machine in seconds.
-    pub(crate) fn open(info: &DeviceInfo, kernel: &str, block_size: u32) -> Result<Device, BackendError> {
+    /// Opens a device; the driver compiles the kernels for it, the first time on a machine in seconds.
+    pub(crate) fn open(info: &DeviceInfo, kernels: &[&str]) -> Result<Device, BackendError> {
         if !info.is_supported() {
             let (major, minor) = ptx::OLDEST_CAPABILITY;
             return Err(BackendError::Unavailable(format!(
@@ -99,11 +97,12 @@ impl Device {
             )));
         }
         let name = format!("cuda:{} ({})", info.ordinal, info.name);
-        let fail = |error| failure(&name, "loading the kernel", error);
+        let fail = |error| failure(&name, "loading the kernels", error);
         let context = CudaContext::new(info.ordinal).map_err(|error| failure(&name, "starting", error))?;
-        let module = context.load_module(Ptx::from_src(ptx::text(kernel))).map_err(fail)?;
-        let kernel = module.load_function(kernel).map_err(fail)?;
-        Ok(Device { stream: context.default_stream(), kernel, block_size, name })
+        let module = context.load_module(Ptx::from_src(ptx::text(kernels))).map_err(fail)?;
+        let load = |name: &&str| module.load_function(name).map_err(fail);
+        let kernels = kernels.iter().map(load).collect::<Result<_, _>>()?;
+        Ok(Device { stream: context.default_stream(), kernels, name })
     }
 
     /// Memory that nobody has taken.
@@ -111,13 +110,17 @@ impl Device {
         self.stream.context().mem_get_info().map(|(free, _)| free as u64)
     }
 
-    /// What the driver sets aside for the stacks of threads when the kernel is launched: for as many as can run at a time.
+    /// What the driver sets aside for the stacks of threads when kernels are launched: for as many as can run at a time.
     pub(crate) fn stack_bytes(&self) -> Result<u64, DriverError> {
         let attribute = |which| self.stream.context().attribute(which).map(|value| value as u64);
         let processors = attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)?;
         let threads = attribute(Attribute::CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR)?;
-        let stack = self.kernel.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
-        Ok(processors * threads * stack as u64)
+        let mut most = 0;
+        for kernel in &self.kernels {
+            let stack = kernel.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
+            most = most.max(stack as u64);
+        }
+        Ok(processors * threads * most)
     }
 
     /// What went wrong here, while doing what.

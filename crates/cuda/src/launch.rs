@@ -19,6 +19,8 @@ const WARP: u32 = 32;
 pub(crate) struct Launcher<'a> {
     device: &'a Device,
     scene: &'a DeviceScene,
+    /// Threads of a block.
+    block_size: u32,
     /// Three floats a pixel.
     film: CudaSlice<f32>,
     totals: CudaSlice<u64>,
@@ -29,10 +31,11 @@ impl<'a> Launcher<'a> {
     pub(crate) fn new(
         device: &'a Device,
         scene: &'a DeviceScene,
+        block_size: u32,
         pixels: usize,
     ) -> Result<Launcher<'a>, DriverError> {
         let film = device.stream.alloc_zeros(pixels * 3)?;
-        Ok(Launcher { device, scene, film, totals: device.stream.alloc_zeros(RAY_KINDS)? })
+        Ok(Launcher { device, scene, block_size, film, totals: device.stream.alloc_zeros(RAY_KINDS)? })
     }
 
     /// Renders rows from `first_row` on, as many as `colors` has room for, and waits for them.
@@ -45,12 +48,12 @@ impl<'a> Launcher<'a> {
         let end_row = first_row + (colors.len() / self.scene.width as usize) as u32;
         assert!(colors.len() * 3 <= self.film.len(), "the band is larger than the film");
         stream.memset_zeros(&mut self.totals)?;
-        let mut launch = stream.launch_builder(&self.device.kernel);
+        let mut launch = stream.launch_builder(&self.device.kernels[0]);
         for parameter in &self.scene.parameters {
             launch.arg(parameter);
         }
         launch.arg(&first_row).arg(&end_row).arg(&mut self.film).arg(&mut self.totals);
-        let shape = launch_shape(self.scene.width, end_row - first_row, self.device.block_size);
+        let shape = launch_shape(self.scene.width, end_row - first_row, self.block_size);
         // SAFETY: the parameters are those of the kernel, in its order (a test compares them); the arrays are those of a
         // SceneData and a hierarchy over it, whose indices are in range; the film has room for the rows.
         unsafe { launch.launch(shape) }?;

@@ -24,9 +24,11 @@ mod memory;
 mod options;
 mod parameters;
 mod ptx;
+mod rays;
 mod scene;
 mod structure;
 
 pub use backend::CudaBackend;
 pub use device::{DeviceInfo, devices};
 pub use options::CudaOptions;
+pub use rays::{CudaRays, Timed};

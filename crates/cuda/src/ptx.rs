@@ -9,13 +9,13 @@ pub(crate) const OLDEST_CAPABILITY: (i32, i32) = (7, 5);
 /// The most threads of a block that the kernels are compiled for: with more, each would have fewer registers.
 pub(crate) const MOST_THREADS: u32 = 128;
 
-/// The text with one kernel alone: the driver compiles all that it is given, which takes a second a kernel or so.
-pub(crate) fn text(kernel: &str) -> String {
+/// The text with these kernels alone: the driver compiles all that it is given, which takes a second a kernel or so.
+pub(crate) fn text(kernels: &[&str]) -> String {
     let mut out = String::new();
     let mut left_out = false;
     for line in PTX.lines() {
         if let Some(name) = entry_name(line) {
-            left_out = name != kernel;
+            left_out = !kernels.contains(&name);
         }
         if !left_out {
             out.push_str(line);
@@ -36,6 +36,7 @@ fn entry_name(line: &str) -> Option<&str> {
 mod tests {
     use super::*;
     use crate::parameters::Kind;
+    use crate::rays::{RAY_KERNELS, bvh_parameters};
     use crate::scene::scene_parameters;
     use crate::structure::kernel;
     use eosphor_render::{Accel, Builder, Hierarchy};
@@ -79,18 +80,33 @@ mod tests {
     }
 
     #[test]
+    fn ray_kernels_take_what_is_passed() {
+        let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        let data = SceneData::flatten(&scene).unwrap().0;
+        let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, Builder::Binned, &data) else {
+            unreachable!()
+        };
+        let parameters = bvh_parameters(&bvh);
+        // What a launch adds: the rays, their number, and the answers, which are a raw pointer.
+        let rays = Kind::Array { align: align_of::<eosphor_core::ray::Ray>() };
+        let launch = [rays, Kind::Number, Kind::Array { align: 1 }];
+        for name in RAY_KERNELS {
+            assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
+        }
+    }
+
+    #[test]
     fn a_text_has_one_kernel_and_all_that_it_needs() {
         let entries = |text: &str| text.lines().filter_map(entry_name).map(str::to_owned).collect::<Vec<_>>();
-        assert_eq!(entries(PTX).len(), kernels().count());
+        assert_eq!(entries(PTX).len(), kernels().count() + RAY_KERNELS.len());
         // Tables of constants stand before the kernels.
         let tables = |text: &str| text.lines().filter(|line| line.starts_with(".global")).count();
         for (_, name) in kernels() {
-            let text = text(name);
+            let text = text(&[name]);
             assert_eq!(entries(&text), [name]);
             assert_eq!(tables(&text), tables(PTX));
-            assert!(
-                text.contains(&format!("\n.maxntid {MOST_THREADS}\n")) && text.trim_end().ends_with("\n}")
-            );
+            assert!(text.contains(&format!("\n.maxntid {MOST_THREADS}\n")));
+            assert_eq!(text.lines().filter(|&line| line == "}").count(), 1);
             assert_eq!(text.matches('{').count(), text.matches('}').count());
         }
     }

@@ -9,7 +9,7 @@ use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::view::SceneView;
 use eosphor_render::{BackendError, Hierarchy};
 
-/// A scene on a device: its arrays, and the parameters of a kernel that name them.
+/// A scene on a device: its arrays, and the parameters of the device's first kernel that name them.
 pub(crate) struct DeviceScene {
     /// What a kernel takes before the parameters of a launch.
     pub(crate) parameters: Vec<u64>,
@@ -59,14 +59,23 @@ pub(crate) fn scene_parameters<'a>(
 
 /// What is hit: primitives in the structure's order, then in the scene's.
 fn add_primitives<'a>(parameters: &mut Parameters<'a>, view: &SceneView<'a>, packed: &PrimitivesView<'a>) {
+    // Shading reads the geometries too, so they are the scene's; a structure's own copies are for tracing alone.
+    add_packed(
+        parameters,
+        &PrimitivesView { geometries: view.geometries, instances: view.instances, ..*packed },
+    );
+    parameters.array(view.triangles);
+    parameters.array(view.spheres);
+}
+
+/// What rays meet: primitives in the structure's order, and where they are placed.
+pub(crate) fn add_packed<'a>(parameters: &mut Parameters<'a>, packed: &PrimitivesView<'a>) {
     parameters.array(packed.triangles);
     parameters.array(packed.spheres);
     parameters.array(packed.sphere_primitives);
-    parameters.array(view.geometries);
-    parameters.array(view.instances);
-    parameters.count(view.instances.len());
-    parameters.array(view.triangles);
-    parameters.array(view.spheres);
+    parameters.array(packed.geometries);
+    parameters.array(packed.instances);
+    parameters.count(packed.instances.len());
 }
 
 /// What hits look like.

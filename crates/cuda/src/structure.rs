@@ -1,6 +1,7 @@
 //! Which structures there are on GPUs: for each its kernel, and what that takes before the parameters of the scene.
 
 use crate::parameters::Parameters;
+use eosphor_accel::Bvh;
 use eosphor_core::hierarchy::{InstanceTreeView, PrimitivesView};
 use eosphor_render::{Accel, BackendError, Hierarchy};
 
@@ -43,13 +44,7 @@ pub(crate) fn add_structure<'a>(
 ) -> Result<PrimitivesView<'a>, BackendError> {
     match hierarchy {
         Hierarchy::Exhaustive(exhaustive) => Ok(exhaustive.primitives.view()),
-        Hierarchy::Bvh(bvh) => {
-            parameters.array(&bvh.nodes);
-            parameters.array(&bvh.roots);
-            parameters.array(&bvh.instance_order);
-            parameters.number(bvh.instance_root);
-            Ok(bvh.primitives.view())
-        }
+        Hierarchy::Bvh(bvh) => Ok(add_bvh(parameters, bvh)),
         Hierarchy::Bvh8(_) => Err(kernel(Accel::Bvh8).expect_err("it has none")),
         Hierarchy::Octree(octree) | Hierarchy::OctreeParametric(octree) => {
             let tree = octree.view();
@@ -76,6 +71,15 @@ pub(crate) fn add_structure<'a>(
             Ok(tree.primitives)
         }
     }
+}
+
+/// [`add_structure`] for a bounding volume hierarchy.
+pub(crate) fn add_bvh<'a>(parameters: &mut Parameters<'a>, bvh: &'a Bvh) -> PrimitivesView<'a> {
+    parameters.array(&bvh.nodes);
+    parameters.array(&bvh.roots);
+    parameters.array(&bvh.instance_order);
+    parameters.number(bvh.instance_root);
+    bvh.primitives.view()
 }
 
 fn add_instance_tree<'a>(parameters: &mut Parameters<'a>, tree: &InstanceTreeView<'a>) {

@@ -11,6 +11,7 @@ mod features;
 mod film;
 mod hierarchy;
 pub mod output;
+mod ray_sets;
 mod scene_hash;
 mod statistics;
 
@@ -25,5 +26,6 @@ pub use eosphor_core::whitted::PixelFeatures;
 pub use features::{CameraWork, FeatureRows};
 pub use film::Film;
 pub use hierarchy::{Accel, Hierarchy};
+pub use ray_sets::RaySets;
 pub use scene_hash::scene_hash;
 pub use statistics::RayStatistics;

@@ -1,7 +1,9 @@
 //! What is done to the PTX as a text, and what must hold of it.
 
-/// The kernels of `gpu/src/kernels.rs`, sorted.
-pub(super) const ENTRIES: [&str; 6] = [
+/// The kernels of `gpu/src/kernels.rs` and `rays.rs`, sorted.
+pub(super) const ENTRIES: [&str; 8] = [
+    "closest_hits_bvh",
+    "occluded_bvh",
     "render_bvh",
     "render_exhaustive",
     "render_grid",

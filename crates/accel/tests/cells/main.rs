@@ -6,7 +6,7 @@ mod worlds;
 
 use eosphor_accel::{Exhaustive, Grid, GridOptions, KdTree, KdTreeOptions, Octree, OctreeOptions, Overlap};
 use eosphor_core::geometry::Sphere;
-use eosphor_core::hierarchy::{CountWork, IgnoreWork, Tracer};
+use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch, Tracer};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use proptest::prelude::*;
@@ -75,11 +75,28 @@ fn check_one(name: &str, tracer: &impl Tracer, ray: &Ray, filter: &RayFilter, al
         (tracer.closest_hit(ray, filter), all.first().copied().unwrap_or(Hit::miss(ray.t_max)));
     assert_eq!(bits(&closest), bits(&expected), "{name}: {closest:?} instead of {expected:?} for {ray:?}");
     assert_eq!(tracer.occluded(ray, filter), !all.is_empty(), "{name}: {ray:?}");
+    check_batch(name, tracer, ray, filter);
     let hits = chain(tracer, ray, filter);
     assert_eq!(hits.len(), all.len(), "{name}: {hits:?} instead of {all:?} for {ray:?}");
     for (hit, expected) in hits.iter().zip(all) {
         assert_eq!(bits(hit), bits(expected), "{name}: {hit:?} instead of {expected:?} for {ray:?}");
     }
+}
+
+/// Rays that go together are answered as each alone: the ray and others from its origin, of all octants.
+fn check_batch(name: &str, tracer: &impl Tracer, ray: &Ray, filter: &RayFilter) {
+    let sign = |lane: usize, bit: usize| if lane & bit == 0 { 1.0 } else { -1.0 };
+    let batch = ShadowBatch::<9> {
+        origin: ray.origin,
+        x: std::array::from_fn(|lane| ray.direction.x * sign(lane, 1)),
+        y: std::array::from_fn(|lane| ray.direction.y * sign(lane, 2)),
+        z: std::array::from_fn(|lane| ray.direction.z * sign(lane, 4)),
+        t_max: std::array::from_fn(|lane| if lane == 8 { f32::INFINITY } else { ray.t_max }),
+    };
+    let active: [bool; 9] = std::array::from_fn(|lane| lane != 3);
+    let expected: [bool; 9] =
+        std::array::from_fn(|lane| !active[lane] || tracer.occluded(&batch.ray(lane), filter));
+    assert_eq!(tracer.occluded_batch(&batch, filter, &active), expected, "{name}: {batch:?}");
 }
 
 /// All hits, one after the other, up to a number that shows whether any is left out or repeated.

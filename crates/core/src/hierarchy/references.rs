@@ -26,7 +26,7 @@ impl Mailbox {
 
     /// Whether the primitive is remembered; it is from now on.
     #[inline(always)]
-    fn has(&mut self, reference: u32) -> bool {
+    pub(super) fn has(&mut self, reference: u32) -> bool {
         let place = &mut self.last[reference as usize % REMEMBERED];
         let same = *place == reference;
         *place = reference;

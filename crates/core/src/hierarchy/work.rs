@@ -4,6 +4,9 @@ use core::cell::Cell;
 
 /// Told by traversals what they do.
 pub trait Work {
+    /// Whether it counts. If so, rays go one by one: of nodes that they share, nobody could tell how many a ray takes.
+    const COUNTS: bool = true;
+
     /// This many node boxes are tested.
     fn nodes(&self, count: u32);
     /// This many primitives are tested.
@@ -15,6 +18,8 @@ pub trait Work {
 pub struct IgnoreWork;
 
 impl Work for IgnoreWork {
+    const COUNTS: bool = false;
+
     #[inline(always)]
     fn nodes(&self, _count: u32) {}
     #[inline(always)]

@@ -1,8 +1,9 @@
-//! Octree: the nodes, and two scalar traversals.
+//! Octree: the nodes, two scalar traversals, and one of shadow rays together.
 //!
 //! Octants are numbered 4 for the upper half of x, plus 2 for that of y, plus 1 for that of z.
 
 mod basic;
+mod packet;
 mod parametric;
 
 pub use basic::OctreeTracer;

@@ -9,12 +9,13 @@
 //! numbers, so there is nothing to sort; and where planes are met at the same time, within rounding, all octants around
 //! are visited, where a step from one to the next would have to choose.
 
+use super::packet::Packet;
 use super::{MAX_OCTREE_DEPTH, OctreeView};
-use crate::hierarchy::candidates::{Placement, PrimitivesView, Search, item};
+use crate::hierarchy::candidates::{Any, Placement, PrimitivesView, Search, item};
 use crate::hierarchy::cell_ray::{CellRay, in_time};
 use crate::hierarchy::references::{Mailbox, References};
-use crate::hierarchy::two_level::{SearchScene, answer_queries};
-use crate::hierarchy::{Stack, Tracer, Work};
+use crate::hierarchy::two_level::SearchScene;
+use crate::hierarchy::{ShadowBatch, Stack, Tracer, Work};
 use crate::intersect::LocalRay;
 use crate::math::{Vec3, fma, max, min, vec3};
 use crate::ray::{Hit, Ray, RayFilter};
@@ -189,4 +190,63 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
     }
 }
 
-answer_queries!(OctreeParametricTracer);
+impl<C: Work> OctreeParametricTracer<'_, C> {
+    #[inline(always)]
+    fn hidden_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        let mut search = Any { t_max: ray.t_max, found: false };
+        self.search_instances(ray, filter, &mut search);
+        search.found
+    }
+}
+
+impl<C: Work> Tracer for OctreeParametricTracer<'_, C> {
+    #[inline(always)]
+    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+        self.find_closest(ray, filter)
+    }
+
+    #[inline(always)]
+    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        self.find_any(ray, filter)
+    }
+
+    #[inline(always)]
+    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+        self.find_next(ray, filter, after)
+    }
+
+    /// Through the world rays go together, unless their numbers are too large or work is counted; through instances one by
+    /// one.
+    #[inline(always)]
+    fn occluded_batch<const W: usize>(
+        &self,
+        batch: &ShadowBatch<W>,
+        filter: &RayFilter,
+        active: &[bool; W],
+    ) -> [bool; W] {
+        let (root, extent) = (item(self.tree.roots, 0), item(self.tree.primitives.geometries, 0).extent);
+        let together = (W > 1) & !C::COUNTS & (root.node != crate::material::NONE);
+        let mut hidden = [true; W];
+        let mut packet = Packet::new(batch, filter);
+        let mut goes_along = [false; W];
+        for lane in 0..W {
+            if active[lane] {
+                goes_along[lane] = together && packet.take(lane, &root.bounds, extent);
+                if !goes_along[lane] {
+                    hidden[lane] = self.occluded(&batch.ray(lane), filter);
+                }
+            }
+        }
+        if together {
+            let hidden_by_world = packet.search(&self.tree, &root.bounds, root.node);
+            let has_instances = self.tree.primitives.instances.len() > 1;
+            for lane in 0..W {
+                if goes_along[lane] {
+                    hidden[lane] = hidden_by_world[lane]
+                        || has_instances && self.hidden_by_instances(&batch.ray(lane), filter);
+                }
+            }
+        }
+        hidden
+    }
+}

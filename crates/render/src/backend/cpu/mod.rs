@@ -6,6 +6,7 @@ mod features;
 mod measure;
 mod options;
 mod queries;
+mod rays;
 mod tile;
 
 pub use eosphor_accel::SimdLevel;
