@@ -1,7 +1,7 @@
 //! Kernels that answer queries about rays, without a picture: for benchmarks, and for programs that trace rays of their
 //! own.
 
-use crate::{array, indexed};
+use crate::parameters::{array, indexed};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
 use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, IgnoreWork, PrimitivesView, Tracer};

@@ -14,7 +14,11 @@ use std::process::ExitCode;
 type Command = (&'static str, &'static str, fn(&[String]) -> anyhow::Result<()>);
 
 const COMMANDS: &[Command] = &[
-    ("ptx", "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there", ptx::run),
+    (
+        "ptx",
+        "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there, --registers what it takes",
+        ptx::run,
+    ),
     ("fma", "check that AVX2 and AVX-512 code calls no library fma [BINARY]", fma::run),
     ("fuzz", "run the fuzz targets [--stage] [SECONDS [TARGET...]]", fuzz::run),
     (

@@ -14,7 +14,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let a: Vec<String> = std::env::args().collect();
     let number = |k: usize, usual: f64| a.get(k).map_or(usual, |x| x.parse().expect("a number"));
     let (eye, at) = (triple(&a[2]), triple(&a[3]));
-    let (width, height, repeats) = (number(5, 3840.0) as u32, number(6, 2160.0) as u32, number(7, 30.0) as usize);
+    let (width, height, repeats) =
+        (number(5, 3840.0) as u32, number(6, 2160.0) as u32, number(7, 30.0) as usize);
     let mut scene = load(&a[1], &LoadOptions::default())?.scene;
     scene.settings.size = [width, height];
     scene.camera = Some(Camera {
@@ -29,7 +30,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, Builder::Binned, &data) else { unreachable!() };
     let sets = RaySets::new(&data, |rays| cpu.closest_hits(&fast, rays));
     let gpu = CudaRays::new(0, &bvh)?;
-    println!("{}: {} triangles, {} nodes, {}", a[1], data.triangles.len(), bvh.nodes.len(), gpu.device_name());
+    println!(
+        "{}: {} triangles, {} nodes, {}",
+        a[1],
+        data.triangles.len(),
+        bvh.nodes.len(),
+        gpu.device_name()
+    );
     for (name, rays) in [("primary", &sets.primary), ("bounce", &sets.bounce), ("shuffled", &sets.shuffled)] {
         let expected = cpu.closest_hits(&fast, rays);
         let timed = gpu.closest_hits(rays, repeats)?;

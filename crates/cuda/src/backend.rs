@@ -2,8 +2,10 @@
 
 use crate::bands::{BandHeight, Rows};
 use crate::device::{Device, devices};
-use crate::failure::failure;
+use crate::launch::Launcher;
+use crate::options::CudaOptions;
 use crate::scene::DeviceScene;
+use crate::structure::kernel;
 use eosphor_accel::Builder;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
@@ -15,42 +17,28 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// How the CUDA backend works.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CudaOptions {
-    /// Numbers of the devices that share the work; not empty.
-    pub devices: Vec<usize>,
-    /// The hierarchy.
-    pub accel: Accel,
-    /// How the bounding volume hierarchy is built.
-    pub builder: Builder,
-}
-
-impl Default for CudaOptions {
-    /// The first device, with a BVH.
-    fn default() -> CudaOptions {
-        CudaOptions { devices: vec![0], accel: Accel::Bvh, builder: Builder::Binned }
-    }
-}
-
 /// Renders on NVIDIA GPUs.
 pub struct CudaBackend {
     devices: Arc<Vec<Device>>,
     accel: Accel,
     builder: Builder,
+    block_size: u32,
 }
 
 impl CudaBackend {
-    /// Opens the devices. On the first start with a new version or driver this takes seconds: the driver compiles the
-    /// kernels, and keeps them.
+    /// Opens the devices. On the first start with a new version, structure or driver this takes seconds: the driver
+    /// compiles the kernel, and keeps it.
     ///
     /// # Errors
     ///
-    /// [`BackendError::Unavailable`] where there is no driver, or a device is not there or too old.
+    /// [`CudaOptions::check`]'s, and [`BackendError::Unavailable`] where there is no driver, or a device is not there or
+    /// too old.
     pub fn new(options: CudaOptions) -> Result<CudaBackend, BackendError> {
+        options.check()?;
+        let kernel = kernel(options.accel)?;
         let found = devices()?;
         let open = |&ordinal: &usize| match found.get(ordinal) {
-            Some(info) => Device::open(info),
+            Some(info) => Device::open(info, &[kernel]),
             None => Err(BackendError::Unavailable(format!(
                 "there is no device cuda:{ordinal}: there {}",
                 match found.len() {
@@ -59,11 +47,13 @@ impl CudaBackend {
                 }
             ))),
         };
-        if options.devices.is_empty() {
-            return Err(BackendError::Unavailable("no CUDA device was chosen".into()));
-        }
         let devices = options.devices.iter().map(open).collect::<Result<_, _>>()?;
-        Ok(CudaBackend { devices: Arc::new(devices), accel: options.accel, builder: options.builder })
+        Ok(CudaBackend {
+            devices: Arc::new(devices),
+            accel: options.accel,
+            builder: options.builder,
+            block_size: options.block_size,
+        })
     }
 }
 
@@ -76,21 +66,12 @@ impl Backend for CudaBackend {
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
         let hierarchy = Hierarchy::build(self.accel, self.builder, &scene);
-        let (bvh, primitives) = match &hierarchy {
-            Hierarchy::Exhaustive(exhaustive) => (None, &exhaustive.primitives),
-            Hierarchy::Bvh(bvh) => (Some(bvh), &bvh.primitives),
-            _ => {
-                let problem = format!("GPUs have no hierarchy {}: choose bvh or none", self.accel);
-                return Err(BackendError::Failed(problem));
-            }
-        };
-        let upload = |device: &Device| {
-            DeviceScene::upload(&device.stream, &scene.view(), bvh, primitives)
-                .map_err(|error| failure(&device.name, "copying the scene", error))
-        };
+        let film_pixels = largest_band(scene.settings.width, scene.settings.height) as u64;
+        let upload = |device: &Device| DeviceScene::upload(device, &scene.view(), &hierarchy, film_pixels);
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),
+            block_size: self.block_size,
             statistics: hierarchy.statistics(),
             width: scene.settings.width,
             height: scene.settings.height,
@@ -98,10 +79,16 @@ impl Backend for CudaBackend {
     }
 }
 
+/// Pixels of the largest band that a picture is rendered in.
+fn largest_band(width: u32, rows: u32) -> usize {
+    width as usize * BandHeight::new(width).most().min(rows) as usize
+}
+
 struct PreparedCuda {
     /// One for each device.
     scenes: Vec<DeviceScene>,
     devices: Arc<Vec<Device>>,
+    block_size: u32,
     statistics: HierarchyStatistics,
     width: u32,
     height: u32,
@@ -168,14 +155,16 @@ impl PreparedCuda {
     ) -> Result<(), BackendError> {
         let width = self.width as usize;
         let mut band_height = BandHeight::new(self.width);
+        let fail = |error| device.failure("rendering", error);
+        let mut launcher =
+            Launcher::new(device, scene, self.block_size, largest_band(self.width, self.height))
+                .map_err(fail)?;
         let mut colors = Vec::new();
         while !control.cancel.load(Ordering::Relaxed) {
             let Some(band) = rows.take(band_height.rows()) else { break };
             let start = Instant::now();
             colors.resize(band.len() * width, eosphor_core::math::Vec3::ZERO);
-            let statistics = scene
-                .render_rows(device, band.start, &mut colors)
-                .map_err(|error| failure(&device.name, "rendering", error))?;
+            let statistics = launcher.render_rows(band.start, &mut colors).map_err(fail)?;
             band_height.learn(band.len() as u32, start.elapsed().as_secs_f64());
             let progress = {
                 let mut guard = picture.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

@@ -1,6 +1,6 @@
 //! Bands of rows: a picture is rendered in launches short enough to watch and stop.
 
-use crate::scene::WARP_ROWS;
+use crate::launch::WARP_ROWS;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -10,8 +10,8 @@ const LAUNCH_SECONDS: f64 = 0.1;
 /// Pixels of a device's first launch.
 const FIRST_PIXELS: u32 = 1 << 12;
 
-/// Most pixels of a launch, so that thread numbers fit.
-const MOST_PIXELS: u32 = 1 << 28;
+/// Most pixels of a launch: enough to keep any device busy, and 100 MB of film.
+const MOST_PIXELS: u32 = 1 << 23;
 
 /// Hands out rows of a picture to several devices.
 pub(crate) struct Rows {
@@ -46,6 +46,11 @@ impl BandHeight {
 
     pub(crate) fn rows(&self) -> u32 {
         self.rows
+    }
+
+    /// The most rows that it will ever be.
+    pub(crate) fn most(&self) -> u32 {
+        self.most
     }
 
     /// Learns that `rows` rows took this long; what comes next may be harder, so it grows step by step.
@@ -96,6 +101,7 @@ mod tests {
             (0..20).for_each(|_| height.learn(height.rows(), 0.0));
             assert!(height.rows().is_multiple_of(WARP_ROWS) && height.rows() > 0);
             assert!(height.rows() as u64 * width as u64 <= MOST_PIXELS as u64, "{width}");
+            assert_eq!(height.rows(), height.most());
         }
     }
 }

@@ -1,10 +1,10 @@
-//! Devices: which there are, and the kernels on one of them.
+//! Devices: which there are, and kernels on one of them.
 
 use crate::failure::{failure, reason};
 use crate::ptx;
 use cudarc::driver::result::{self, DriverError};
-use cudarc::driver::sys::{self, CUdevice_attribute_enum as Attribute};
-use cudarc::driver::{CudaContext, CudaFunction, CudaModule, CudaStream};
+use cudarc::driver::sys::{self, CUdevice_attribute_enum as Attribute, CUfunction_attribute};
+use cudarc::driver::{CudaContext, CudaFunction, CudaStream};
 use cudarc::nvrtc::Ptx;
 use eosphor_render::BackendError;
 use std::fmt;
@@ -78,19 +78,18 @@ fn info(ordinal: i32) -> Result<DeviceInfo, DriverError> {
     })
 }
 
-/// A device with the kernels loaded.
+/// A device with kernels loaded.
 pub(crate) struct Device {
     /// For messages.
     pub(crate) name: String,
     pub(crate) stream: Arc<CudaStream>,
-    pub(crate) module: Arc<CudaModule>,
-    pub(crate) render_bvh: CudaFunction,
-    pub(crate) render_exhaustive: CudaFunction,
+    /// In the order in which they were asked for.
+    pub(crate) kernels: Vec<CudaFunction>,
 }
 
 impl Device {
     /// Opens a device; the driver compiles the kernels for it, the first time on a machine in seconds.
-    pub(crate) fn open(info: &DeviceInfo) -> Result<Device, BackendError> {
+    pub(crate) fn open(info: &DeviceInfo, kernels: &[&str]) -> Result<Device, BackendError> {
         if !info.is_supported() {
             let (major, minor) = ptx::OLDEST_CAPABILITY;
             return Err(BackendError::Unavailable(format!(
@@ -100,13 +99,32 @@ impl Device {
         let name = format!("cuda:{} ({})", info.ordinal, info.name);
         let fail = |error| failure(&name, "loading the kernels", error);
         let context = CudaContext::new(info.ordinal).map_err(|error| failure(&name, "starting", error))?;
-        let module = context.load_module(Ptx::from_src(ptx::PTX)).map_err(fail)?;
-        Ok(Device {
-            stream: context.default_stream(),
-            render_bvh: module.load_function(ptx::RENDER_BVH).map_err(fail)?,
-            render_exhaustive: module.load_function(ptx::RENDER_EXHAUSTIVE).map_err(fail)?,
-            module,
-            name,
-        })
+        let module = context.load_module(Ptx::from_src(ptx::text(kernels))).map_err(fail)?;
+        let load = |name: &&str| module.load_function(name).map_err(fail);
+        let kernels = kernels.iter().map(load).collect::<Result<_, _>>()?;
+        Ok(Device { stream: context.default_stream(), kernels, name })
+    }
+
+    /// Memory that nobody has taken.
+    pub(crate) fn free_bytes(&self) -> Result<u64, DriverError> {
+        self.stream.context().mem_get_info().map(|(free, _)| free as u64)
+    }
+
+    /// What the driver sets aside for the stacks of threads when kernels are launched: for as many as can run at a time.
+    pub(crate) fn stack_bytes(&self) -> Result<u64, DriverError> {
+        let attribute = |which| self.stream.context().attribute(which).map(|value| value as u64);
+        let processors = attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)?;
+        let threads = attribute(Attribute::CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR)?;
+        let mut most = 0;
+        for kernel in &self.kernels {
+            let stack = kernel.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
+            most = most.max(stack as u64);
+        }
+        Ok(processors * threads * most)
+    }
+
+    /// What went wrong here, while doing what.
+    pub(crate) fn failure(&self, doing: &str, error: DriverError) -> BackendError {
+        failure(&self.name, doing, error)
     }
 }

@@ -19,11 +19,16 @@ mod backend;
 mod bands;
 mod device;
 mod failure;
+mod launch;
 mod memory;
+mod options;
+mod parameters;
 mod ptx;
 mod rays;
 mod scene;
+mod structure;
 
-pub use backend::{CudaBackend, CudaOptions};
+pub use backend::CudaBackend;
 pub use device::{DeviceInfo, devices};
+pub use options::CudaOptions;
 pub use rays::{CudaRays, Timed};

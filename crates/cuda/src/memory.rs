@@ -1,47 +1,86 @@
-//! Arrays of core's types on the device.
+//! A device's memory: what a scene needs of it is known before any is taken.
 
-use cudarc::driver::{CudaSlice, CudaStream, DeviceRepr, DriverError};
+use crate::parameters::Parameters;
+use cudarc::driver::{CudaSlice, CudaStream, DevicePtrMut, DriverError, result};
+use eosphor_render::BackendError;
 use std::sync::Arc;
 
-/// A value that lies in the device's memory as it does in ours: core's types are `repr(C)` without pointers, and
-/// host and device agree on sizes, alignment and byte order.
-#[derive(Clone, Copy)]
-#[repr(transparent)]
-pub(crate) struct Plain<T: Copy>(T);
+/// What rendering needs on a device, in bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Needs {
+    /// The scene's arrays and the hierarchy's.
+    pub(crate) scene: u64,
+    /// The film of the largest band.
+    pub(crate) film: u64,
+    /// What the driver sets aside for the stacks of all threads that run at a time.
+    pub(crate) stacks: u64,
+}
 
-// SAFETY: this crate puts only types of the kernels' parameters inside, which fulfil what the type says.
-unsafe impl<T: Copy> DeviceRepr for Plain<T> {}
-
-/// An array on the device.
-pub(crate) type DeviceArray<T> = CudaSlice<Plain<T>>;
-
-/// Copies an array to the device. An empty one becomes a place that is never read, because kernels take references.
-pub(crate) fn upload<T: Copy>(stream: &Arc<CudaStream>, items: &[T]) -> Result<DeviceArray<T>, DriverError> {
-    if items.is_empty() {
-        return allocate(stream, 1);
+impl Needs {
+    /// Whether so much is free.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::OutOfMemory`] with all numbers where it is not.
+    pub(crate) fn check(&self, free: u64, device: &str) -> Result<(), BackendError> {
+        let needed = self.scene.saturating_add(self.film).saturating_add(self.stacks);
+        if needed <= free {
+            return Ok(());
+        }
+        let [needed, free, scene, film, stacks] =
+            [needed, free, self.scene, self.film, self.stacks].map(bytes);
+        Err(BackendError::OutOfMemory(format!(
+            "not enough memory on {device}: {needed} are needed ({scene} for the scene and its hierarchy, {film} for the \
+             rows that are rendered at a time, {stacks} for the threads' stacks) and {free} are free: render on the CPU, \
+             which gives the same picture, or choose another --accel or device"
+        )))
     }
-    // SAFETY: Plain is a transparent wrapper.
-    let plain = unsafe { std::slice::from_raw_parts(items.as_ptr().cast::<Plain<T>>(), items.len()) };
-    stream.clone_htod(plain)
 }
 
-/// Room for an array that a kernel writes.
-pub(crate) fn allocate<T: Copy>(
-    stream: &Arc<CudaStream>,
-    length: usize,
-) -> Result<DeviceArray<T>, DriverError> {
-    // SAFETY: it is written before it is read, by a kernel, or never read.
-    unsafe { stream.alloc(length) }
+/// With a unit of 1000, as the program writes them everywhere.
+fn bytes(number: u64) -> String {
+    match number as f64 {
+        n if n < 999.5e3 => format!("{:.1} kB", n / 1e3),
+        n if n < 999.5e6 => format!("{:.1} MB", n / 1e6),
+        n => format!("{:.1} GB", n / 1e9),
+    }
 }
 
-/// Copies an array that a kernel has written completely back from the device.
-pub(crate) fn download<T: Copy>(
+/// Copies the arrays to the device. Gives back the memory, to be kept, and its address there.
+pub(crate) fn upload(
     stream: &Arc<CudaStream>,
-    array: &DeviceArray<T>,
-    items: &mut [T],
-) -> Result<(), DriverError> {
-    // SAFETY: Plain is a transparent wrapper.
-    let plain = unsafe { std::slice::from_raw_parts_mut(items.as_mut_ptr().cast::<Plain<T>>(), items.len()) };
-    stream.memcpy_dtoh(array, plain)?;
-    stream.synchronize()
+    parameters: &Parameters,
+) -> Result<(CudaSlice<u8>, u64), DriverError> {
+    // SAFETY: what is not written below is never read.
+    let mut memory = unsafe { stream.alloc::<u8>(parameters.bytes() as usize) }?;
+    let (base, written) = memory.device_ptr_mut(stream);
+    for piece in parameters.pieces().iter().filter(|piece| !piece.bytes.is_empty()) {
+        // SAFETY: the layout keeps pieces inside the memory; the source lives until the stream is waited for below.
+        unsafe { result::memcpy_htod_async(base + piece.offset, piece.bytes, stream.cu_stream()) }?;
+    }
+    stream.synchronize()?;
+    drop(written);
+    Ok((memory, base))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_said_with_its_numbers() {
+        let needs = Needs { scene: 70_000_000_000, film: 100_663_296, stacks: 1_900_000_000 };
+        assert!(needs.check(72_000_663_296, "cuda:0").is_ok());
+        let message = needs.check(71_999_000_000, "cuda:0 (H100)").unwrap_err().to_string();
+        let parts = [
+            "cuda:0 (H100)",
+            "72.0 GB are needed",
+            "70.0 GB for",
+            "100.7 MB for",
+            "1.9 GB for",
+            "72.0 GB are free",
+        ];
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+        assert!(Needs { scene: u64::MAX, film: 1, stacks: 1 }.check(1 << 40, "cuda:0").is_err());
+    }
 }

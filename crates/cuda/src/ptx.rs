@@ -6,42 +6,114 @@ pub(crate) const PTX: &str = include_str!("../ptx/eosphor.ptx");
 /// The oldest devices that [`PTX`] loads on.
 pub(crate) const OLDEST_CAPABILITY: (i32, i32) = (7, 5);
 
-/// Threads of a block; the kernels are compiled for at most this many.
-pub(crate) const BLOCK: u32 = 128;
+/// The most threads of a block that the kernels are compiled for: with more, each would have fewer registers.
+pub(crate) const MOST_THREADS: u32 = 128;
 
-/// Renders a band of rows over a BVH.
-pub(crate) const RENDER_BVH: &str = "render_bvh";
+/// The text with these kernels alone: the driver compiles all that it is given, which takes a second a kernel or so.
+pub(crate) fn text(kernels: &[&str]) -> String {
+    let mut out = String::new();
+    let mut left_out = false;
+    for line in PTX.lines() {
+        if let Some(name) = entry_name(line) {
+            left_out = !kernels.contains(&name);
+        }
+        if !left_out {
+            out.push_str(line);
+            out.push('\n');
+        }
+        // What is below belongs to no kernel.
+        left_out &= line != "}";
+    }
+    out
+}
 
-/// The same without any hierarchy.
-pub(crate) const RENDER_EXHAUSTIVE: &str = "render_exhaustive";
-
-/// Closest hits of rays in a BVH.
-pub(crate) const CLOSEST_HITS_BVH: &str = "closest_hits_bvh";
-
-/// Whether anything is in the way of rays in a BVH.
-pub(crate) const OCCLUDED_BVH: &str = "occluded_bvh";
+/// The name of the kernel that starts on a line.
+fn entry_name(line: &str) -> Option<&str> {
+    line.strip_prefix(".visible .entry ")?.strip_suffix('(')
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameters::Kind;
+    use crate::rays::{RAY_KERNELS, bvh_parameters};
+    use crate::scene::scene_parameters;
+    use crate::structure::kernel;
+    use eosphor_render::{Accel, Builder, Hierarchy};
+    use eosphor_scene::{LoadOptions, SceneData, load};
 
-    /// The parameters of a kernel, one a line in the PTX.
-    fn parameters(kernel: &str) -> usize {
+    /// The structures that have a kernel, and its name.
+    fn kernels() -> impl Iterator<Item = (Accel, &'static str)> {
+        Accel::ALL.iter().filter_map(|&accel| Some((accel, kernel(accel).ok()?)))
+    }
+
+    /// The parameters that a kernel declares.
+    fn declared(kernel: &str) -> Vec<Kind> {
+        let kind = |line: &str| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            match words[..] {
+                [".param", ".u64", ".ptr", ".align", align, _] => {
+                    Kind::Array { align: align.parse().unwrap() }
+                }
+                [".param", ".u64", _] => Kind::Count,
+                [".param", ".u32", _] => Kind::Number,
+                [".param", ".f32", _] => Kind::Float,
+                _ => panic!("{kernel}: {line}"),
+            }
+        };
         let start = PTX.find(&format!(".entry {kernel}(")).expect("the kernel is there");
-        PTX[start..].lines().skip(1).take_while(|line| !line.starts_with(')')).count()
+        PTX[start..].lines().skip(1).take_while(|line| !line.starts_with(')')).map(kind).collect()
     }
 
     #[test]
-    fn kernels_take_what_the_launch_passes() {
-        use crate::scene::{BVH_ARGUMENTS, COMMON_ARGUMENTS};
-        assert_eq!(parameters(RENDER_BVH), BVH_ARGUMENTS + COMMON_ARGUMENTS);
-        assert_eq!(parameters(RENDER_EXHAUSTIVE), COMMON_ARGUMENTS);
+    fn kernels_take_what_is_passed() {
+        let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        let data = SceneData::flatten(&scene).unwrap().0;
+        // What a launch adds: the rows, the film, which is a raw pointer, and the totals.
+        let launch =
+            [Kind::Number, Kind::Number, Kind::Array { align: 1 }, Kind::Array { align: align_of::<u64>() }];
+        for (accel, name) in kernels() {
+            let hierarchy = Hierarchy::build(accel, Builder::Binned, &data);
+            let parameters = scene_parameters(&data.view(), &hierarchy).unwrap();
+            assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
+        }
     }
 
     #[test]
-    fn target_and_block_are_those_of_the_text() {
+    fn ray_kernels_take_what_is_passed() {
+        let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        let data = SceneData::flatten(&scene).unwrap().0;
+        let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, Builder::Binned, &data) else {
+            unreachable!()
+        };
+        let parameters = bvh_parameters(&bvh);
+        // What a launch adds: the rays, their number, and the answers, which are a raw pointer.
+        let rays = Kind::Array { align: align_of::<eosphor_core::ray::Ray>() };
+        let launch = [rays, Kind::Number, Kind::Array { align: 1 }];
+        for name in RAY_KERNELS {
+            assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_text_has_one_kernel_and_all_that_it_needs() {
+        let entries = |text: &str| text.lines().filter_map(entry_name).map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(entries(PTX).len(), kernels().count() + RAY_KERNELS.len());
+        // Tables of constants stand before the kernels.
+        let tables = |text: &str| text.lines().filter(|line| line.starts_with(".global")).count();
+        for (_, name) in kernels() {
+            let text = text(&[name]);
+            assert_eq!(entries(&text), [name]);
+            assert_eq!(tables(&text), tables(PTX));
+            assert!(text.contains(&format!("\n.maxntid {MOST_THREADS}\n")));
+            assert_eq!(text.lines().filter(|&line| line == "}").count(), 1);
+            assert_eq!(text.matches('{').count(), text.matches('}').count());
+        }
+    }
+
+    #[test]
+    fn the_target_is_that_of_the_oldest_devices() {
         let (major, minor) = OLDEST_CAPABILITY;
         assert!(PTX.contains(&format!("\n.target sm_{major}{minor}\n")));
-        assert!(PTX.contains(&format!("\n.maxntid {BLOCK}\n")));
     }
 }

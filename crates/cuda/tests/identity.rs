@@ -10,10 +10,16 @@ use std::fmt::Display;
 use std::io::Write;
 use std::sync::Arc;
 
-/// Renders on CPU and GPU and compares films and ray counts.
+/// Renders on CPU and GPU, over this structure there, and compares films and ray counts.
 fn assert_identical(scene: &Scene, accel: Accel) {
+    assert_identical_by(scene, CudaOptions { accel, ..CudaOptions::default() });
+}
+
+/// The same, with the GPU working in this way.
+fn assert_identical_by(scene: &Scene, options: CudaOptions) {
     let data = Arc::new(SceneData::flatten(scene).unwrap().0);
-    let gpu = match CudaBackend::new(CudaOptions { accel, ..CudaOptions::default() }) {
+    let way = format!("{options:?}");
+    let gpu = match CudaBackend::new(options) {
         Ok(gpu) => gpu,
         Err(error) if std::env::var_os("REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
         Err(error) => return skip(&error),
@@ -22,9 +28,9 @@ fn assert_identical(scene: &Scene, accel: Accel) {
     let (on_gpu, _) = common::render(&gpu, &data).unwrap();
     let (on_cpu, _) = common::render(&cpu, &data).unwrap();
     if let Some(text) = common::difference(&on_cpu.film, &on_gpu.film) {
-        panic!("CPU and GPU: {text}");
+        panic!("CPU and GPU, {way}: {text}");
     }
-    assert_eq!(on_cpu.statistics, on_gpu.statistics);
+    assert_eq!(on_cpu.statistics, on_gpu.statistics, "{way}");
 }
 
 /// Says so even where the test harness keeps what passing tests print to itself.
@@ -70,11 +76,52 @@ fn glass_without_hierarchy() {
     assert_identical(&scene, Accel::None);
 }
 
+/// Structures that there are on GPUs.
+fn structures() -> impl Iterator<Item = Accel> {
+    let is_there = |&accel: &Accel| CudaOptions { accel, ..CudaOptions::default() }.check().is_ok();
+    Accel::ALL.iter().copied().filter(is_there)
+}
+
+#[test]
+fn every_structure() {
+    assert_eq!(structures().count(), Accel::ALL.len() - 1, "all but bvh8");
+    for accel in structures() {
+        for name in ["glass", "surfaces", "builtin:cornell"] {
+            let mut scene = common::scene(name, None).unwrap();
+            (scene.settings.size, scene.settings.samples) = ([83, 59], 2);
+            assert_identical(&scene, accel);
+        }
+    }
+}
+
+#[test]
+fn rays_from_far_away() {
+    // Beyond the grid's reach they take another walk, and rounding is larger than a cell.
+    for distance in [1e3, 1e5] {
+        let mut scene = common::scene("glass", None).unwrap();
+        scene.settings.size = [61, 47];
+        let camera = scene.camera.as_mut().unwrap();
+        camera.position = camera.position * distance;
+        camera.fov_x_degrees = 60.0 / distance;
+        structures().for_each(|accel| assert_identical(&scene, accel));
+    }
+}
+
+#[test]
+fn every_block_size() {
+    let mut scene = common::scene("glass", None).unwrap();
+    // Neither a multiple of a warp's pixels nor of a block's.
+    scene.settings.size = [93, 53];
+    for block_size in [32, 64, 96, 128] {
+        assert_identical_by(&scene, CudaOptions { block_size, ..CudaOptions::default() });
+    }
+}
+
 #[test]
 fn one_pixel_and_nothing_in_it() {
     let mut scene = Scene { camera: Some(Default::default()), ..Scene::default() };
     scene.settings.size = [1, 1];
-    assert_identical(&scene, Accel::Bvh);
+    structures().for_each(|accel| assert_identical(&scene, accel));
 }
 
 /// EOSPHOR_TEST_OBJ names one more scene.

@@ -30,8 +30,10 @@ impl RaySets {
     pub fn new(scene: &SceneData, trace: impl FnOnce(&[Ray]) -> Vec<Hit>) -> RaySets {
         let primary = camera_rays(scene);
         let hits = trace(&primary);
-        let bounce: Vec<Ray> =
-            (0..).zip(primary.iter().zip(&hits)).filter_map(|(k, (ray, hit))| bounce(scene, k, ray, hit)).collect();
+        let bounce: Vec<Ray> = (0..)
+            .zip(primary.iter().zip(&hits))
+            .filter_map(|(k, (ray, hit))| bounce(scene, k, ray, hit))
+            .collect();
         let mut shuffled = bounce.clone();
         for i in (2..=shuffled.len()).rev() {
             shuffled.swap(i - 1, pcg(i as u32) as usize % i);

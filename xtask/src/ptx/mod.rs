@@ -3,6 +3,8 @@
 //! The PTX is committed, so users need no special compiler. Its header names a hash of the sources; a plain test
 //! compares, so that it cannot fall behind them.
 
+mod ptxas;
+mod registers;
 mod sources;
 mod text;
 mod toolchain;
@@ -25,7 +27,11 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
     match arguments {
         [] => write(&root),
         [flag] if flag == "--check" => check(&root),
-        _ => bail!("usage: cargo xtask ptx [--check]"),
+        [flag] if flag == "--registers" => {
+            check(&root)?;
+            registers::check(&root.join(OUTPUT))
+        }
+        _ => bail!("usage: cargo xtask ptx [--check | --registers]"),
     }
 }
 

@@ -1,7 +1,16 @@
 //! What is done to the PTX as a text, and what must hold of it.
 
-/// The kernels of `gpu/src/lib.rs`.
-const ENTRIES: [&str; 4] = ["closest_hits_bvh", "occluded_bvh", "render_bvh", "render_exhaustive"];
+/// The kernels of `gpu/src/kernels.rs` and `rays.rs`, sorted.
+pub(super) const ENTRIES: [&str; 8] = [
+    "closest_hits_bvh",
+    "occluded_bvh",
+    "render_bvh",
+    "render_exhaustive",
+    "render_grid",
+    "render_kdtree",
+    "render_octree",
+    "render_octree_parametric",
+];
 
 /// rustc has no attribute for this: blocks have at most 128 threads, so each may have more registers.
 const LAUNCH_BOUNDS: &str = ".maxntid 128";

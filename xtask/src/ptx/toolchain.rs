@@ -111,7 +111,7 @@ fn unpack_debian_packages(folder: &Path) -> Result<()> {
 }
 
 /// What a command prints; an error with its messages where it fails.
-fn output_of(command: &mut Command) -> Result<String> {
+pub(super) fn output_of(command: &mut Command) -> Result<String> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command.output().with_context(|| format!("starting {name}"))?;
     if !output.status.success() {

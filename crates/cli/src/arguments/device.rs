@@ -23,6 +23,9 @@ pub(crate) struct DeviceFlags {
     /// Instructions of the CPU; auto takes the widest there are
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
+    /// Threads of a block on GPUs: 32, 64, 96 or 128, which is usual
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
+    pub(crate) block_size: Option<u32>,
     /// The order in which the CPU traces rays: batched, or scalar, the reference
     #[arg(long, value_name = "NAME", default_value = "batched", value_parser = schedulers(), hide = true)]
     pub(crate) scheduler: Scheduler,

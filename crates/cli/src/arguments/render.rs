@@ -24,7 +24,7 @@ pub(crate) struct RenderFlags {
     /// Move all geometry; camera and lights stay
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     pub(crate) translate: Option<Vec3>,
-    /// The hierarchy over the primitives; changes no pixel. Otherwise bvh8 on the CPU, bvh on GPUs
+    /// The hierarchy over the primitives; changes no pixel. Otherwise bvh8 on the CPU, bvh on GPUs, which have all but bvh8
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
     /// Another picture of the scene. cost: the nodes and primitive tests of each pixel's camera rays, from dark to bright

@@ -183,6 +183,16 @@ fn cuda_without_a_driver_is_one_clear_line() {
 }
 
 #[test]
+fn cuda_says_what_it_has_before_it_looks_for_a_driver() {
+    let place = Place::new();
+    let cuda = |flag, value| place.render("a.png", &["--backend", "cuda", flag, value]);
+    cuda("--accel", "bvh8")
+        .is_wrong_usage(&["bvh8 is made for", "none, bvh, octree, octree-parametric, grid, kdtree"]);
+    cuda("--block-size", "256").is_wrong_usage(&["blocks of 256 threads", "32, 64, 96 and 128"]);
+    cuda("--block-size", "100").is_wrong_usage(&["blocks of 100 threads"]);
+}
+
+#[test]
 fn cost_is_shown_in_false_colours() {
     let place = Place::new();
     let run = place.render("cost.png", &["--show", "cost", "--json"]).succeeded();

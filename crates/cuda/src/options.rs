@@ -1,0 +1,78 @@
+//! How the CUDA backend works.
+
+use crate::ptx::MOST_THREADS;
+use crate::structure::kernel;
+use eosphor_accel::Builder;
+use eosphor_render::{Accel, BackendError};
+
+/// How the CUDA backend works. Nothing here changes a pixel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CudaOptions {
+    /// Numbers of the devices that share the work; not empty.
+    pub devices: Vec<usize>,
+    /// The hierarchy: any but [`Accel::Bvh8`], which is made for the SIMD instructions of CPUs.
+    pub accel: Accel,
+    /// How the bounding volume hierarchy is built.
+    pub builder: Builder,
+    /// Threads of a block: 32, 64, 96 or 128.
+    pub block_size: u32,
+}
+
+impl Default for CudaOptions {
+    /// The first device, with a BVH and blocks of 128 threads.
+    fn default() -> CudaOptions {
+        CudaOptions {
+            devices: vec![0],
+            accel: Accel::Bvh,
+            builder: Builder::Binned,
+            block_size: MOST_THREADS,
+        }
+    }
+}
+
+impl CudaOptions {
+    /// Whether there is such a way to render. This asks no device.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Failed`] with what to choose instead.
+    pub fn check(&self) -> Result<(), BackendError> {
+        kernel(self.accel)?;
+        if self.devices.is_empty() {
+            return Err(BackendError::Failed("no CUDA device was chosen".into()));
+        }
+        // A warp has 32 threads, and what is left of one would idle.
+        match self.block_size.is_multiple_of(32) && (32..=MOST_THREADS).contains(&self.block_size) {
+            true => Ok(()),
+            false => Err(BackendError::Failed(format!(
+                "blocks of {} threads: there are blocks of 32, 64, 96 and {MOST_THREADS} (the kernels are compiled for at \
+                 most {MOST_THREADS}, and warps have 32)",
+                self.block_size
+            ))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_whole_warps_and_not_too_large() {
+        let check = |block_size| CudaOptions { block_size, ..CudaOptions::default() }.check();
+        for block_size in [32, 64, 96, 128] {
+            assert!(check(block_size).is_ok());
+        }
+        for block_size in [0, 1, 100, 160, 1024, u32::MAX] {
+            assert!(check(block_size).unwrap_err().to_string().contains("32, 64, 96 and 128"));
+        }
+    }
+
+    #[test]
+    fn structures_and_devices_must_be_there() {
+        let usual = CudaOptions::default();
+        assert!(CudaOptions { accel: Accel::Bvh8, ..usual.clone() }.check().is_err());
+        assert!(CudaOptions { accel: Accel::KdTree, ..usual.clone() }.check().is_ok());
+        assert!(CudaOptions { devices: Vec::new(), ..usual }.check().is_err());
+    }
+}

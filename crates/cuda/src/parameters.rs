@@ -1,0 +1,123 @@
+//! What a kernel takes: arrays, which are copied to the device first, and numbers, in the kernel's order.
+
+use std::mem::MaybeUninit;
+
+/// Arrays start at multiples of this: more than any item asks for, and whole cache lines.
+const ALIGNMENT: u64 = 256;
+
+/// What the kernel's declaration says of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A reference to the first item of an array whose items have this alignment.
+    Array { align: usize },
+    /// `u64`.
+    Count,
+    /// `u32`.
+    Number,
+    /// `f32`.
+    Float,
+}
+
+/// Parameters of a kernel, and where each array shall lie in one piece of the device's memory. Nothing is copied before
+/// it is known how much that is.
+#[derive(Default)]
+pub(crate) struct Parameters<'a> {
+    kinds: Vec<Kind>,
+    /// Numbers as they are; of arrays, their offset.
+    values: Vec<u64>,
+    pieces: Vec<Piece<'a>>,
+    bytes: u64,
+}
+
+/// An array and its offset in the device's memory.
+pub(crate) struct Piece<'a> {
+    pub(crate) offset: u64,
+    /// Not necessarily initialised: types may have padding.
+    pub(crate) bytes: &'a [MaybeUninit<u8>],
+}
+
+impl<'a> Parameters<'a> {
+    /// An array. `T` is one of core's types, which are `repr(C)` without pointers, so that host and device agree on
+    /// sizes, alignment and byte order. An empty one becomes a place that is never read, because kernels take references.
+    pub(crate) fn array<T: Copy>(&mut self, items: &'a [T]) {
+        const { assert!(align_of::<T>() as u64 <= ALIGNMENT) };
+        // SAFETY: any memory can be looked at as bytes that need not be initialised.
+        let bytes = unsafe { std::slice::from_raw_parts(items.as_ptr().cast(), size_of_val(items)) };
+        let offset = self.bytes.next_multiple_of(ALIGNMENT);
+        self.pieces.push(Piece { offset, bytes });
+        self.bytes = offset + bytes.len().max(size_of::<T>()) as u64;
+        self.push(Kind::Array { align: align_of::<T>() }, offset);
+    }
+
+    /// How many items an array has.
+    pub(crate) fn count(&mut self, items: usize) {
+        self.push(Kind::Count, items as u64);
+    }
+
+    /// A number.
+    pub(crate) fn number(&mut self, value: u32) {
+        self.push(Kind::Number, value.into());
+    }
+
+    /// A number with a fraction.
+    pub(crate) fn float(&mut self, value: f32) {
+        self.push(Kind::Float, value.to_bits().into());
+    }
+
+    fn push(&mut self, kind: Kind, value: u64) {
+        self.kinds.push(kind);
+        self.values.push(value);
+    }
+
+    /// What was added, in order.
+    #[cfg(test)]
+    pub(crate) fn kinds(&self) -> &[Kind] {
+        &self.kinds
+    }
+
+    /// Memory that the arrays take.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// What is to be copied where.
+    pub(crate) fn pieces(&self) -> &[Piece<'a>] {
+        &self.pieces
+    }
+
+    /// The parameters with the arrays in memory that starts at `base`. The driver reads as many of the eight bytes as the
+    /// parameter has, the lower ones first.
+    pub(crate) fn values(&self, base: u64) -> Vec<u64> {
+        let value = |(kind, value): (&Kind, &u64)| match kind {
+            Kind::Array { .. } => base + value,
+            _ => *value,
+        };
+        self.kinds.iter().zip(&self.values).map(value).collect()
+    }
+}
+
+// The lower bytes must come first.
+const _: () = assert!(cfg!(target_endian = "little"));
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_lie_apart_and_aligned() {
+        let (bytes, floats, nothing) = ([1u8; 300], [0.5f32; 3], [0u64; 0]);
+        let mut parameters = Parameters::default();
+        parameters.array(&bytes);
+        parameters.number(7);
+        parameters.array(&nothing);
+        parameters.array(&floats);
+        parameters.float(1.0);
+        parameters.count(3);
+        assert_eq!(parameters.bytes(), 512 + 256 + 12);
+        assert_eq!(parameters.values(1 << 40)[..2], [1 << 40, 7]);
+        assert_eq!(parameters.values(4096)[2..], [4096 + 512, 4096 + 768, 0x3F80_0000, 3]);
+        let pieces: Vec<_> = parameters.pieces().iter().map(|p| (p.offset, p.bytes.len())).collect();
+        assert_eq!(pieces, [(0, 300), (512, 0), (768, 12)]);
+        assert_eq!(parameters.kinds()[2..4], [Kind::Array { align: 8 }, Kind::Array { align: 4 }]);
+    }
+}

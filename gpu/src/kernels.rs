@@ -1,0 +1,196 @@
+//! The entry points: each renders a band of rows over one structure.
+
+use crate::band::render_band;
+use crate::parameters::{array, indexed, instance_tree};
+use crate::totals::RayTotals;
+use eosphor_core::camera::Camera;
+use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
+use eosphor_core::hierarchy::{
+    BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, IgnoreWork, KdNode,
+    KdRoot, KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer,
+    OctreeView, PrimitivesView,
+};
+use eosphor_core::intersect::PackedTriangle;
+use eosphor_core::light::Light;
+use eosphor_core::material::Material;
+use eosphor_core::math::Vec3;
+use eosphor_core::settings::Settings;
+use eosphor_core::texture::{Texture, Textures};
+use eosphor_core::view::SceneView;
+
+/// Defines a kernel. After the structure's own parameters, which `crates/cuda/src/hierarchy.rs` passes, all have the
+/// same ones, in the order in which `crates/cuda/src/scene.rs` passes them.
+macro_rules! render_kernel {
+    ($(#[$doc:meta])* $name:ident($($own:ident: $type:ty),*) |$primitives:ident| $tracer:expr) => {
+        $(#[$doc])*
+        ///
+        /// # Safety
+        ///
+        /// References are to the first items of the scene's arrays, which are as long as the scene's indices and the
+        /// counts say; `film` has room for the pixels of rows `first_row .. end_row`.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "ptx-kernel" fn $name(
+            $($own: $type,)*
+            packed_triangles: &PackedTriangle,
+            packed_spheres: &Sphere,
+            sphere_primitives: &u32,
+            geometries: &Geometry,
+            instances: &Instance,
+            instance_count: u64,
+            triangles: &[Vec3; 3],
+            spheres: &Sphere,
+            triangle_shading: &TriangleShading,
+            triangle_extras: &TriangleExtra,
+            sphere_materials: &u32,
+            materials: &Material,
+            textures: &Texture,
+            texture_count: u64,
+            texture_words: &u32,
+            texture_word_count: u64,
+            srgb_decode: &[f32; 256],
+            lights: &Light,
+            light_count: u64,
+            camera: &Camera,
+            settings: &Settings,
+            extent: f32,
+            first_row: u32,
+            end_row: u32,
+            film: *mut Vec3,
+            totals: &RayTotals,
+        ) {
+            // SAFETY: the kernel's own contract.
+            unsafe {
+                let $primitives = PrimitivesView {
+                    triangles: indexed(packed_triangles),
+                    spheres: indexed(packed_spheres),
+                    sphere_primitives: indexed(sphere_primitives),
+                    geometries: indexed(geometries),
+                    instances: array(instances, instance_count),
+                };
+                let view = SceneView {
+                    triangles: indexed(triangles),
+                    spheres: indexed(spheres),
+                    geometries: indexed(geometries),
+                    instances: array(instances, instance_count),
+                    triangle_shading: indexed(triangle_shading),
+                    triangle_extras: indexed(triangle_extras),
+                    sphere_materials: indexed(sphere_materials),
+                    materials: indexed(materials),
+                    textures: Textures {
+                        textures: array(textures, texture_count),
+                        words: array(texture_words, texture_word_count),
+                        srgb_decode,
+                    },
+                    lights: array(lights, light_count),
+                    camera,
+                    settings,
+                    extent,
+                };
+                render_band(&view, &$tracer, first_row, end_row, film, totals);
+            }
+        }
+    };
+}
+
+render_kernel! {
+    /// Without any structure: the reference.
+    render_exhaustive() |primitives| ExhaustiveTracer { primitives, work: IgnoreWork }
+}
+
+render_kernel! {
+    /// Over a bounding volume hierarchy.
+    render_bvh(nodes: &BvhNode, roots: &u32, instance_order: &u32, instance_root: u32) |primitives| BvhTracer {
+        bvh: BvhView {
+            nodes: indexed(nodes),
+            roots: indexed(roots),
+            instance_root,
+            instance_order: indexed(instance_order),
+            primitives,
+        },
+        work: IgnoreWork,
+    }
+}
+
+render_kernel! {
+    /// Over an octree, all octants that a ray meets.
+    render_octree(
+        nodes: &OctreeNode,
+        roots: &OctreeRoot,
+        references: &u32,
+        instance_nodes: &BvhNode,
+        instance_order: &u32,
+        instance_root: u32
+    ) |primitives| OctreeTracer {
+        tree: OctreeView {
+            nodes: indexed(nodes),
+            roots: indexed(roots),
+            references: indexed(references),
+            instances: instance_tree(instance_nodes, instance_order, instance_root),
+            primitives,
+        },
+        work: IgnoreWork,
+    }
+}
+
+render_kernel! {
+    /// Over an octree, octants in the order of the ray.
+    render_octree_parametric(
+        nodes: &OctreeNode,
+        roots: &OctreeRoot,
+        references: &u32,
+        instance_nodes: &BvhNode,
+        instance_order: &u32,
+        instance_root: u32
+    ) |primitives| OctreeParametricTracer {
+        tree: OctreeView {
+            nodes: indexed(nodes),
+            roots: indexed(roots),
+            references: indexed(references),
+            instances: instance_tree(instance_nodes, instance_order, instance_root),
+            primitives,
+        },
+        work: IgnoreWork,
+    }
+}
+
+render_kernel! {
+    /// Over a uniform grid.
+    render_grid(
+        starts: &u32,
+        roots: &GridRoot,
+        references: &u32,
+        instance_nodes: &BvhNode,
+        instance_order: &u32,
+        instance_root: u32
+    ) |primitives| GridTracer {
+        grid: GridView {
+            roots: indexed(roots),
+            starts: indexed(starts),
+            references: indexed(references),
+            instances: instance_tree(instance_nodes, instance_order, instance_root),
+            primitives,
+        },
+        work: IgnoreWork,
+    }
+}
+
+render_kernel! {
+    /// Over a kd-tree.
+    render_kdtree(
+        nodes: &KdNode,
+        roots: &KdRoot,
+        references: &u32,
+        instance_nodes: &BvhNode,
+        instance_order: &u32,
+        instance_root: u32
+    ) |primitives| KdTreeTracer {
+        tree: KdTreeView {
+            nodes: indexed(nodes),
+            roots: indexed(roots),
+            references: indexed(references),
+            instances: instance_tree(instance_nodes, instance_order, instance_root),
+            primitives,
+        },
+        work: IgnoreWork,
+    }
+}

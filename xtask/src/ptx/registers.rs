@@ -1,0 +1,108 @@
+//! `cargo xtask ptx --registers`: what the kernels take of a processor, and whether that is within their budgets.
+//!
+//! Registers decide how many threads run at a time, what is spilled goes through memory, and the driver sets aside a
+//! stack for every thread that can run. A change in core may raise any of them without a test's noticing.
+
+use super::ptxas::{self, Usage};
+use super::text::ENTRIES;
+use anyhow::{Result, bail};
+use std::path::Path;
+
+/// Turing, the oldest that is supported, and Hopper, which is measured.
+const ARCHITECTURES: [&str; 2] = ["sm_75", "sm_90"];
+
+/// The most that a kernel may take on any architecture.
+struct Budget {
+    kernel: &'static str,
+    registers: u32,
+    /// Bytes written and read, together.
+    spilled: u32,
+    stack: u32,
+}
+
+const fn budget(kernel: &'static str, registers: u32, spilled: u32, stack: u32) -> Budget {
+    Budget { kernel, registers, spilled, stack }
+}
+
+/// What they take now and a little more, so that growth is noticed. 255 registers are all that a thread can have.
+const BUDGETS: [Budget; ENTRIES.len()] = [
+    budget("closest_hits_bvh", 144, 0, 1100),
+    budget("occluded_bvh", 136, 64, 1100),
+    budget("render_bvh", 255, 2100, 8000),
+    budget("render_exhaustive", 255, 1750, 7000),
+    budget("render_grid", 255, 3100, 9500),
+    budget("render_kdtree", 255, 2550, 8500),
+    budget("render_octree", 255, 2100, 8000),
+    budget("render_octree_parametric", 255, 2650, 8500),
+];
+
+/// Prints the table of the PTX in a file.
+pub(super) fn check(ptx: &Path) -> Result<()> {
+    let ptxas = ptxas::find()?;
+    // Each takes half a minute or more.
+    let all: Vec<Vec<Usage>> = std::thread::scope(|scope| {
+        let ptxas = &ptxas;
+        let start = |architecture| scope.spawn(move || ptxas::usage(ptxas, ptx, architecture));
+        let workers: Vec<_> = ARCHITECTURES.map(start).into();
+        workers.into_iter().map(|worker| worker.join().expect("it does not panic")).collect::<Result<_>>()
+    })?;
+    println!("| kernel | architecture | registers | spilled bytes | stack bytes |\n|---|---|--:|--:|--:|");
+    let mut problems = Vec::new();
+    for (architecture, kernels) in ARCHITECTURES.iter().zip(&all) {
+        for Usage { kernel, registers, spilled, stack } in kernels {
+            println!("| `{kernel}` | {architecture} | {registers} | {spilled} | {stack} |");
+        }
+        problems.extend(over_budget(kernels).into_iter().map(|problem| format!("{architecture}: {problem}")));
+    }
+    if problems.is_empty() {
+        return Ok(());
+    }
+    bail!("{}; make it less, or raise BUDGETS in xtask/src/ptx/registers.rs and say why", problems.join("; "))
+}
+
+/// What exceeds its budget, and kernels that are missing or have none. `kernels` are sorted by name.
+fn over_budget(kernels: &[Usage]) -> Vec<String> {
+    let names: Vec<&str> = kernels.iter().map(|usage| &*usage.kernel).collect();
+    if names != BUDGETS.each_ref().map(|budget| budget.kernel) {
+        return vec![format!("there are budgets for other kernels than {}", names.join(", "))];
+    }
+    let mut problems = Vec::new();
+    for (usage, budget) in kernels.iter().zip(&BUDGETS) {
+        for (what, has, may) in [
+            ("registers", usage.registers, budget.registers),
+            ("bytes spilled", usage.spilled, budget.spilled),
+            ("bytes of stack", usage.stack, budget.stack),
+        ] {
+            if has > may {
+                problems.push(format!("{} has {has} {what}, and may have {may}", budget.kernel));
+            }
+        }
+    }
+    problems
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_exceeds_its_budget_is_named() {
+        let usage = |b: &Budget| Usage {
+            kernel: b.kernel.into(),
+            registers: b.registers,
+            spilled: b.spilled,
+            stack: b.stack,
+        };
+        let mut kernels: Vec<Usage> = BUDGETS.iter().map(usage).collect();
+        assert_eq!(over_budget(&kernels), [""; 0]);
+        kernels[1].spilled += 1;
+        let problems = over_budget(&kernels);
+        assert!(problems.len() == 1 && problems[0].starts_with("occluded_bvh has"), "{problems:?}");
+        assert_eq!(over_budget(&kernels[1..]).len(), 1);
+    }
+
+    #[test]
+    fn every_kernel_has_a_budget() {
+        assert_eq!(BUDGETS.each_ref().map(|budget| budget.kernel), ENTRIES);
+    }
+}
