@@ -10,7 +10,7 @@ use eosphor_core::ray::{Hit, Ray, RayFilter};
 
 /// Defines a kernel that answers a query for each ray. After the hierarchy come the rays, their number and the answers.
 macro_rules! ray_kernel {
-    ($(#[$doc:meta])* $name:ident: $answer:ty, |$tracer:ident, $ray:ident| $query:expr) => {
+    ($(#[$doc:meta])* $name:ident: $answer:ty, |$count:ident| $instances:expr, |$tracer:ident, $ray:ident| $query:expr) => {
         $(#[$doc])*
         ///
         /// # Safety
@@ -28,7 +28,7 @@ macro_rules! ray_kernel {
             sphere_primitives: &u32,
             geometries: &Geometry,
             instances: &Instance,
-            instance_count: u64,
+            $count: u64,
             rays: &Ray,
             count: u32,
             answers: *mut $answer,
@@ -44,7 +44,7 @@ macro_rules! ray_kernel {
                     spheres: indexed(packed_spheres),
                     sphere_primitives: indexed(sphere_primitives),
                     geometries: indexed(geometries),
-                    instances: array(instances, instance_count),
+                    instances: array(instances, $instances),
                 };
                 let $tracer = BvhTracer {
                     bvh: BvhView {
@@ -65,10 +65,22 @@ macro_rules! ray_kernel {
 
 ray_kernel! {
     /// Finds closest hits.
-    closest_hits_bvh: Hit, |tracer, ray| tracer.closest_hit(ray, &RayFilter::ALL)
+    closest_hits_bvh: Hit, |instance_count| instance_count, |tracer, ray| tracer.closest_hit(ray, &RayFilter::ALL)
 }
 
 ray_kernel! {
     /// Finds out whether anything is in the way: 1 or 0.
-    occluded_bvh: u32, |tracer, ray| tracer.occluded(ray, &RayFilter::ALL) as u32
+    occluded_bvh: u32, |instance_count| instance_count, |tracer, ray| tracer.occluded(ray, &RayFilter::ALL) as u32
+}
+
+// Without the walk over instances there are registers for a third more threads.
+
+ray_kernel! {
+    /// The same where there is no instance but the world.
+    closest_hits_world: Hit, |_instance_count| 1, |tracer, ray| tracer.closest_hit(ray, &RayFilter::ALL)
+}
+
+ray_kernel! {
+    /// The same where there is no instance but the world.
+    occluded_world: u32, |_instance_count| 1, |tracer, ray| tracer.occluded(ray, &RayFilter::ALL) as u32
 }

@@ -9,7 +9,7 @@ pub(crate) const OLDEST_CAPABILITY: (i32, i32) = (7, 5);
 /// The most threads of a block that the kernels are compiled for: with more, each would have fewer registers.
 pub(crate) const MOST_THREADS: u32 = 128;
 
-/// The text with these kernels alone: the driver compiles all that it is given, which takes a second a kernel or so.
+/// The text with these kernels alone, and the functions that they may call: the driver compiles all that it is given, which takes a second a kernel or so.
 pub(crate) fn text(kernels: &[&str]) -> String {
     let mut out = String::new();
     let mut left_out = false;
@@ -90,7 +90,7 @@ mod tests {
         // What a launch adds: the rays, their number, and the answers, which are a raw pointer.
         let rays = Kind::Array { align: align_of::<eosphor_core::ray::Ray>() };
         let launch = [rays, Kind::Number, Kind::Array { align: 1 }];
-        for name in RAY_KERNELS {
+        for name in RAY_KERNELS.concat() {
             assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
         }
     }
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn a_text_has_one_kernel_and_all_that_it_needs() {
         let entries = |text: &str| text.lines().filter_map(entry_name).map(str::to_owned).collect::<Vec<_>>();
-        assert_eq!(entries(PTX).len(), kernels().count() + RAY_KERNELS.len());
+        assert_eq!(entries(PTX).len(), kernels().count() + RAY_KERNELS.concat().len());
         // Tables of constants stand before the kernels.
         let tables = |text: &str| text.lines().filter(|line| line.starts_with(".global")).count();
         for (_, name) in kernels() {
@@ -106,7 +106,9 @@ mod tests {
             assert_eq!(entries(&text), [name]);
             assert_eq!(tables(&text), tables(PTX));
             assert!(text.contains(&format!("\n.maxntid {MOST_THREADS}\n")));
-            assert_eq!(text.lines().filter(|&line| line == "}").count(), 1);
+            // And one function, declared at the top.
+            assert_eq!(text.matches("decide_triangle(").count(), 1);
+            assert_eq!(text.lines().filter(|&line| line == "}").count(), 2);
             assert_eq!(text.matches('{').count(), text.matches('}').count());
         }
     }

@@ -12,8 +12,10 @@ use eosphor_accel::Bvh;
 use eosphor_core::ray::{Hit, Ray};
 use eosphor_render::BackendError;
 
-/// The kernels of `gpu/src/rays.rs`: closest hits, and whether anything is in the way.
-pub(crate) const RAY_KERNELS: [&str; 2] = ["closest_hits_bvh", "occluded_bvh"];
+/// The kernels of `gpu/src/rays.rs`: closest hits, and whether anything is in the way; then the same where there is no
+/// instance but the world.
+pub(crate) const RAY_KERNELS: [[&str; 2]; 2] =
+    [["closest_hits_bvh", "occluded_bvh"], ["closest_hits_world", "occluded_world"]];
 
 /// A bounding volume hierarchy on a device, to be asked about rays.
 pub struct CudaRays {
@@ -44,7 +46,8 @@ impl CudaRays {
         let info = found
             .get(ordinal)
             .ok_or_else(|| BackendError::Unavailable(format!("there is no device cuda:{ordinal}")))?;
-        let device = Device::open(info, &RAY_KERNELS)?;
+        let only_world = bvh.primitives.instances.len() == 1;
+        let device = Device::open(info, &RAY_KERNELS[only_world as usize])?;
         let fail = |error| device.failure("copying the hierarchy", error);
         let parameters = bvh_parameters(bvh);
         Needs { scene: parameters.bytes(), film: 0, stacks: device.stack_bytes().map_err(fail)? }
