@@ -18,7 +18,7 @@ mod report;
 mod streams;
 mod text;
 
-use arguments::{Arguments, Command};
+use arguments::{Arguments, Bench, Command};
 use clap::Parser;
 use std::process::ExitCode;
 
@@ -32,6 +32,9 @@ fn main() -> ExitCode {
         Command::Render(flags) => commands::render(flags),
         Command::Info(flags) => commands::info(flags),
         Command::Compare(flags) => commands::compare(flags),
+        Command::Bench(flags) => match &flags.what {
+            Bench::Rays(flags) => commands::bench_rays(flags),
+        },
         Command::Devices(flags) => commands::devices(flags),
         Command::Schema(flags) => commands::schema(flags),
         Command::Completions(flags) => commands::completions(flags),

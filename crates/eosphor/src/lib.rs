@@ -76,6 +76,16 @@ pub use eosphor_scene::{
     Transform, Triangle, UnknownPreset, Warning, load, scene_reference, scene_schema,
 };
 
+/// Queries about rays without a picture, for benchmarks.
+pub mod rays {
+    #[doc(inline)]
+    pub use eosphor_core::ray::{Hit, PrimitiveId, Ray};
+    #[doc(inline)]
+    pub use eosphor_cuda::{CudaRays, Timed};
+    #[doc(inline)]
+    pub use eosphor_render::RaySets;
+}
+
 /// Vectors, colours and transforms.
 pub mod math {
     #[doc(inline)]

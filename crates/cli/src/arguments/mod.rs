@@ -1,11 +1,13 @@
 //! What can be said on the command line.
 
+mod bench;
 mod camera;
 mod device;
 mod render;
 mod settings;
 mod values;
 
+pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags};
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use render::{RenderFlags, Show};
 
@@ -31,6 +33,8 @@ pub(crate) enum Command {
     ///
     /// Exits with 0 where every pixel is identical, with 1 where not.
     Compare(CompareFlags),
+    /// Measure how fast a device is, and whether its answers are those of the CPU
+    Bench(BenchFlags),
     /// List the devices that can render
     Devices(DevicesFlags),
     /// Print the JSON schema of scene files, for editors

@@ -1,5 +1,6 @@
 //! One file a subcommand.
 
+mod bench;
 mod compare;
 mod completions;
 mod cost;
@@ -9,6 +10,7 @@ mod render;
 mod schema;
 mod structures;
 
+pub(crate) use bench::bench_rays;
 pub(crate) use compare::compare;
 pub(crate) use completions::completions;
 pub(crate) use devices::devices;

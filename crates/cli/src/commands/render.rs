@@ -95,7 +95,7 @@ fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Fai
 }
 
 /// The camera that flattening gives a scene without one; its field of view is the default.
-fn framed_camera(scene: &Scene) -> Result<Camera, Failure> {
+pub(super) fn framed_camera(scene: &Scene) -> Result<Camera, Failure> {
     let (data, _) = SceneData::flatten(scene)?;
     Ok(Camera { position: data.camera.eye, direction: data.camera.forward, ..Camera::default() })
 }

@@ -1,0 +1,167 @@
+//! `eosphor bench rays SCENE`: how fast a device answers queries about rays, and whether it answers as the CPU does.
+
+use crate::arguments::{BackendChoice, BenchRaysFlags};
+use crate::backend::{builder_for, cpu_backend, limit_threads};
+use crate::commands::render::framed_camera;
+use crate::failure::Failure;
+use crate::streams;
+use crate::text::grouped;
+use eosphor::rays::{CudaRays, Hit, Ray, RaySets};
+use eosphor::{Accel, CpuBackend, Hierarchy, SceneData, load};
+use serde::Serialize;
+use std::fmt::Write;
+use std::time::Instant;
+
+#[derive(Serialize)]
+struct Report {
+    device: String,
+    triangles: usize,
+    rows: Vec<Row>,
+}
+
+/// One query over one set.
+#[derive(Serialize)]
+struct Row {
+    set: &'static str,
+    query: &'static str,
+    rays: usize,
+    /// Median over the repetitions: of the kernel on a GPU, of the whole query on the CPU.
+    milliseconds: f64,
+    mrays_per_second: f64,
+    /// Answers that are not the CPU's, bit for bit. The CPU itself is compared with its own scalar search.
+    different: usize,
+}
+
+/// What answers.
+enum Device<'a> {
+    Cpu(&'a CpuBackend, Hierarchy),
+    Cuda(CudaRays),
+}
+
+pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
+    limit_threads(&flags.device)?;
+    let mut scene = load(&flags.scene, &flags.camera.load_options())?.scene;
+    scene.settings.size = flags.size;
+    flags.camera.apply(&mut scene, framed_camera)?;
+    scene.validate().map_err(Failure::usage)?;
+    let (data, _) = SceneData::flatten(&scene)?;
+    let builder = builder_for(&flags.device);
+    let cpu = cpu_backend(&flags.device, None)?;
+    let fast = Hierarchy::build(Accel::Bvh8, builder, &data);
+    let plain = Hierarchy::build(Accel::Bvh, builder, &data);
+    let sets = RaySets::new(&data, |rays| cpu.closest_hits(&fast, rays));
+    // The answers of the one are compared with those of the other.
+    let (device, reference) = match &flags.device.backend {
+        BackendChoice::Auto | BackendChoice::Cpu => (Device::Cpu(&cpu, fast), plain),
+        BackendChoice::Cuda(devices) => {
+            let Hierarchy::Bvh(bvh) = &plain else { unreachable!("it was asked for") };
+            (Device::Cuda(CudaRays::new(devices[0], bvh)?), fast)
+        }
+    };
+    let mut report = Report { device: device.describe(), triangles: data.triangles.len(), rows: Vec::new() };
+    for (set, rays) in [("primary", &sets.primary), ("bounce", &sets.bounce), ("shuffled", &sets.shuffled)] {
+        let (hits, times) = device.closest_hits(rays, flags.repeats)?;
+        let expected = cpu.closest_hits(&reference, rays);
+        let different = hits.iter().zip(&expected).filter(|(a, b)| bits(a) != bits(b)).count();
+        report.rows.push(Row::new(set, "closest hit", rays, times, different));
+        let (hidden, times) = device.occluded(rays, flags.repeats)?;
+        let expected = cpu.occluded_rays(&reference, rays);
+        let different = hidden.iter().zip(&expected).filter(|(a, b)| a != b).count();
+        report.rows.push(Row::new(set, "any hit", rays, times, different));
+    }
+    let different: usize = report.rows.iter().map(|row| row.different).sum();
+    if flags.json { streams::json(&report) } else { streams::result(&report.table()) }?;
+    match different {
+        0 => Ok(()),
+        n => Err(Failure::Failed(format!(
+            "{} answers differ from the CPU's: please report this",
+            grouped(n as u64)
+        ))),
+    }
+}
+
+/// All that a hit says, so that no difference is too small.
+fn bits(hit: &Hit) -> (u32, u32, u32, u32, u32) {
+    (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.id.instance, hit.id.primitive)
+}
+
+impl Device<'_> {
+    fn describe(&self) -> String {
+        match self {
+            Device::Cpu(cpu, _) => format!("CPU, {} threads, {}", cpu.threads(), cpu.simd()),
+            Device::Cuda(cuda) => cuda.device_name().to_owned(),
+        }
+    }
+
+    /// And milliseconds of each repetition.
+    fn closest_hits(&self, rays: &[Ray], repeats: usize) -> Result<(Vec<Hit>, Vec<f64>), Failure> {
+        match self {
+            Device::Cpu(cpu, hierarchy) => Ok(repeated(repeats, || cpu.closest_hits(hierarchy, rays))),
+            Device::Cuda(cuda) => {
+                let timed = cuda.closest_hits(rays, repeats)?;
+                Ok((timed.answers, timed.milliseconds.iter().map(|&t| t as f64).collect()))
+            }
+        }
+    }
+
+    fn occluded(&self, rays: &[Ray], repeats: usize) -> Result<(Vec<bool>, Vec<f64>), Failure> {
+        match self {
+            Device::Cpu(cpu, hierarchy) => Ok(repeated(repeats, || cpu.occluded_rays(hierarchy, rays))),
+            Device::Cuda(cuda) => {
+                let timed = cuda.occluded(rays, repeats)?;
+                Ok((timed.answers, timed.milliseconds.iter().map(|&t| t as f64).collect()))
+            }
+        }
+    }
+}
+
+/// Answers once to warm up, and then as often as is said.
+fn repeated<T>(repeats: usize, answer: impl Fn() -> T) -> (T, Vec<f64>) {
+    let mut answers = answer();
+    let mut times = Vec::with_capacity(repeats);
+    for _ in 0..repeats {
+        let start = Instant::now();
+        answers = answer();
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    (answers, times)
+}
+
+impl Row {
+    fn new(
+        set: &'static str,
+        query: &'static str,
+        rays: &[Ray],
+        mut times: Vec<f64>,
+        different: usize,
+    ) -> Row {
+        times.sort_by(f64::total_cmp);
+        let milliseconds = times.get(times.len() / 2).copied().unwrap_or(0.0);
+        let mrays_per_second = if milliseconds > 0.0 { rays.len() as f64 * 1e-3 / milliseconds } else { 0.0 };
+        Row { set, query, rays: rays.len(), milliseconds, mrays_per_second, different }
+    }
+}
+
+impl Report {
+    fn table(&self) -> String {
+        let mut text = format!("{}; {} triangles\n", self.device, grouped(self.triangles as u64));
+        let _ = writeln!(
+            text,
+            "{:<9} {:<12} {:>12} {:>10} {:>12} {:>10}",
+            "rays", "query", "number", "ms", "Mrays/s", "different"
+        );
+        for row in &self.rows {
+            let _ = writeln!(
+                text,
+                "{:<9} {:<12} {:>12} {:>10.3} {:>12.1} {:>10}",
+                row.set,
+                row.query,
+                grouped(row.rays as u64),
+                row.milliseconds,
+                row.mrays_per_second,
+                grouped(row.different as u64)
+            );
+        }
+        text
+    }
+}
