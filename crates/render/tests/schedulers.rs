@@ -168,6 +168,25 @@ fn depth_limits_and_energy() {
 }
 
 #[test]
+fn points_that_wait_for_nothing_hold_up_no_camera_ray() {
+    // Every camera ray finds a pane whose rays are all too weak to go on.
+    let mut scene = everything();
+    let kind = MaterialKind::Transparent {
+        color: vec3(0.7, 0.6, 0.5),
+        transparency: 0.5,
+        reflection: 0.2,
+        shininess: 20.0,
+    };
+    let material = add(&mut scene, kind);
+    let (edge_u, edge_v) = (vec3(40.0, 0.0, 0.0), vec3(0.0, 40.0, 0.0));
+    scene.parallelograms.push(Parallelogram { corner: vec3(-20.0, -20.0, 5.0), edge_u, edge_v, material });
+    scene.settings.size = [96, 80];
+    scene.settings.energy_threshold = 0.9;
+    let rays = assert_identical("too weak to go on", &scene);
+    assert_eq!((rays.camera, rays.refracted), (2 * 96 * 80, 0));
+}
+
+#[test]
 fn glossy_rays_by_the_thousand() {
     let mut scene = everything();
     for material in &mut scene.materials {

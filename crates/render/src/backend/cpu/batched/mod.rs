@@ -82,13 +82,18 @@ pub(super) fn trace_tile<T: BatchTracer>(
             return None;
         }
         work.paths.clear();
+        let waiting = work.pending.len();
         // While few points wait there are camera rays to make them more.
-        let from_camera = work.pending.len() < BATCH && camera.take(view, BATCH, &mut work.paths);
+        let from_camera = waiting < BATCH && camera.take(view, BATCH, &mut work.paths);
         if !from_camera {
             work.pending.take(view, BATCH, &mut work.paths);
         }
         if work.paths.is_empty() {
-            break;
+            if waiting == 0 {
+                break;
+            }
+            // The points that waited had no ray to give, but there may be camera rays left.
+            continue;
         }
         work.find_hits(view, tracer, if from_camera { Coherence::Coherent } else { Coherence::Auto });
         work.shade(view, tile, &mut counts);
