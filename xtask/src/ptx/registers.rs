@@ -24,18 +24,19 @@ const fn budget(kernel: &'static str, registers: u32, spilled: u32, stack: u32) 
     Budget { kernel, registers, spilled, stack }
 }
 
-/// What they take now and a little more, so that growth is noticed. 255 registers are all that a thread can have.
+/// What they take now and a little more, so that growth is noticed. 255 registers are all that a
+/// thread can have; ptxas gives 168 to kernels that call the function for rare triangles, and spills around the call.
 const BUDGETS: [Budget; ENTRIES.len()] = [
-    budget("closest_hits_bvh", 64, 900, 1600),
+    budget("closest_hits_bvh", 64, 1000, 1600),
     budget("closest_hits_world", 64, 600, 900),
     budget("occluded_bvh", 64, 900, 1600),
     budget("occluded_world", 64, 600, 900),
-    budget("render_bvh", 255, 2100, 8000),
+    budget("render_bvh", 168, 3700, 8200),
     budget("render_exhaustive", 255, 1750, 7000),
-    budget("render_grid", 255, 3100, 9500),
-    budget("render_kdtree", 255, 2550, 8500),
-    budget("render_octree", 255, 2100, 8000),
-    budget("render_octree_parametric", 255, 2650, 8500),
+    budget("render_grid", 168, 7400, 9700),
+    budget("render_kdtree", 168, 4500, 8800),
+    budget("render_octree", 168, 3900, 8200),
+    budget("render_octree_parametric", 168, 5000, 8700),
 ];
 
 /// Prints the table of the PTX in a file.
@@ -99,7 +100,7 @@ mod tests {
         assert_eq!(over_budget(&kernels), [""; 0]);
         kernels[1].spilled += 1;
         let problems = over_budget(&kernels);
-        assert!(problems.len() == 1 && problems[0].starts_with("occluded_bvh has"), "{problems:?}");
+        assert!(problems.len() == 1 && problems[0].starts_with("closest_hits_world has"), "{problems:?}");
         assert_eq!(over_budget(&kernels[1..]).len(), 1);
     }
 
