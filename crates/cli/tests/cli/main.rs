@@ -1,6 +1,5 @@
 //! The real program, from outside: exit codes, messages, files.
 
-mod bench;
 mod compare;
 #[cfg(unix)]
 mod inputs;
