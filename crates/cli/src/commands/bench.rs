@@ -55,7 +55,11 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
         BackendChoice::Auto | BackendChoice::Cpu => (Device::Cpu(&cpu, fast), plain),
         BackendChoice::Cuda(devices) => {
             let Hierarchy::Bvh(bvh) = &plain else { unreachable!("it was asked for") };
-            (Device::Cuda(CudaRays::new(devices[0], bvh)?), fast)
+            let [device] = devices[..] else {
+                let problem = "rays are traced on one device at a time: choose one, as in --backend cuda:0";
+                return Err(Failure::usage(problem));
+            };
+            (Device::Cuda(CudaRays::new(device, bvh)?), fast)
         }
     };
     let mut report = Report { device: device.describe(), triangles: data.triangles.len(), rows: Vec::new() };

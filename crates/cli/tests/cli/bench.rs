@@ -1,0 +1,25 @@
+//! `eosphor bench rays`.
+
+use crate::place::Place;
+
+#[test]
+fn the_cpu_answers_as_its_scalar_search_does() {
+    let place = Place::new();
+    let arguments = ["bench", "rays", "builtin:cornell", "--size", "40x30", "--repeats", "2", "--json"];
+    let report = place.run(&arguments).succeeded().json();
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 6);
+    assert!(rows.iter().all(|row| row["different"] == 0), "{report}");
+    assert_eq!(rows[0]["rays"], 40 * 30);
+    // One from each hit, in order and shuffled.
+    assert_eq!((&rows[2]["rays"], rows[2]["rays"].as_u64() > Some(0)), (&rows[4]["rays"], true));
+}
+
+#[test]
+fn several_devices_and_no_repeats_are_wrong_usage() {
+    let place = Place::new();
+    let with =
+        |more: &[&str]| place.run(&[&["bench", "rays", "builtin:cornell", "--size", "8x8"], more].concat());
+    with(&["--backend", "cuda:0,1"]).is_wrong_usage(&["one device at a time", "cuda:0"]);
+    with(&["--repeats", "0"]).is_wrong_usage(&["from 1 to 10000"]);
+}
