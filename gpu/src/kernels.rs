@@ -6,9 +6,9 @@ use crate::totals::RayTotals;
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::hierarchy::{
-    BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, IgnoreWork, KdNode,
-    KdRoot, KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer,
-    OctreeView, PrimitivesView,
+    BvhNode, BvhPair, Company, ExhaustiveTracer, GridRoot, GridTracer, GridView, IgnoreWork, KdNode, KdRoot,
+    KdTreeTracer, KdTreeView, Link, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
+    PairTracer, PairView, PrimitivesView,
 };
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::light::Light;
@@ -97,18 +97,39 @@ render_kernel! {
     render_exhaustive() |primitives| ExhaustiveTracer { primitives, work: IgnoreWork }
 }
 
-render_kernel! {
+/// Defines a kernel over a bounding volume hierarchy.
+macro_rules! bvh_kernel {
+    ($(#[$doc:meta])* $name:ident, placed $placed:literal) => {
+        render_kernel! {
+            $(#[$doc])*
+            $name(
+                pairs: &BvhPair,
+                roots: &Link,
+                instance_root: Link,
+                world_extent: f32,
+                company: Company
+            ) |primitives| PairTracer::<$placed> {
+                view: PairView {
+                    pairs: indexed(pairs),
+                    roots: indexed(roots),
+                    instance_root,
+                    world_extent,
+                    company,
+                    primitives,
+                },
+            }
+        }
+    };
+}
+
+bvh_kernel! {
     /// Over a bounding volume hierarchy.
-    render_bvh(nodes: &BvhNode, roots: &u32, instance_order: &u32, instance_root: u32) |primitives| BvhTracer {
-        bvh: BvhView {
-            nodes: indexed(nodes),
-            roots: indexed(roots),
-            instance_root,
-            instance_order: indexed(instance_order),
-            primitives,
-        },
-        work: IgnoreWork,
-    }
+    render_bvh, placed true
+}
+
+bvh_kernel! {
+    /// The same where there is no instance but the world.
+    render_bvh_world, placed false
 }
 
 render_kernel! {

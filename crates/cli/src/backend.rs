@@ -19,6 +19,7 @@ pub(crate) fn backend_for(flags: &DeviceFlags, accel: Option<Accel>) -> Result<B
                 accel: accel.unwrap_or(usual.accel),
                 builder: builder_for(flags),
                 block_size: flags.block_size.unwrap_or(usual.block_size),
+                traversal: flags.gpu_traversal,
             };
             options.check().map_err(Failure::usage)?;
             Ok(Box::new(CudaBackend::new(options)?))

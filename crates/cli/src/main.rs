@@ -34,6 +34,7 @@ fn main() -> ExitCode {
         Command::Compare(flags) => commands::compare(flags),
         Command::Bench(flags) => match &flags.what {
             Bench::Rays(flags) => commands::bench_rays(flags),
+            Bench::Render(flags) => commands::bench_render(flags),
         },
         Command::Devices(flags) => commands::devices(flags),
         Command::Schema(flags) => commands::schema(flags),

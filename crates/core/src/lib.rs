@@ -8,7 +8,7 @@
 //! [`shading::SurfacePoint`] → [`whitted::local_radiance`], [`whitted::direct_light`], [`whitted::child_ray`] →
 //! [`whitted::ExactSum`].
 #![cfg_attr(target_arch = "nvptx64", no_std)]
-#![cfg_attr(target_arch = "nvptx64", feature(core_float_math))]
+#![cfg_attr(target_arch = "nvptx64", feature(asm_experimental_arch, core_float_math))]
 
 pub mod camera;
 pub mod geometry;

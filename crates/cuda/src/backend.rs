@@ -1,11 +1,11 @@
 //! The backend: hierarchies are built on the CPU, pictures rendered in bands of rows on one or more devices.
 
-use crate::bands::{BandHeight, Rows};
+use crate::bands::{BandHeight, Rows, rays_per_pixel};
 use crate::device::{Device, devices};
 use crate::launch::Launcher;
-use crate::options::CudaOptions;
+use crate::options::{CudaOptions, Traversal};
 use crate::scene::DeviceScene;
-use crate::structure::kernel;
+use crate::structure::{Structure, kernel};
 use eosphor_accel::Builder;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
@@ -23,11 +23,12 @@ pub struct CudaBackend {
     accel: Accel,
     builder: Builder,
     block_size: u32,
+    traversal: Traversal,
 }
 
 impl CudaBackend {
-    /// Opens the devices. On the first start with a new version, structure or driver this takes seconds: the driver
-    /// compiles the kernel, and keeps it.
+    /// Opens the devices. When the first scene is prepared with a new version, structure or driver, that takes seconds: the
+    /// driver compiles the kernel, and keeps it.
     ///
     /// # Errors
     ///
@@ -35,10 +36,9 @@ impl CudaBackend {
     /// too old.
     pub fn new(options: CudaOptions) -> Result<CudaBackend, BackendError> {
         options.check()?;
-        let kernel = kernel(options.accel)?;
         let found = devices()?;
         let open = |&ordinal: &usize| match found.get(ordinal) {
-            Some(info) => Device::open(info, &[kernel]),
+            Some(info) => Device::open(info),
             None => Err(BackendError::Unavailable(format!(
                 "there is no device cuda:{ordinal}: there {}",
                 match found.len() {
@@ -53,6 +53,7 @@ impl CudaBackend {
             accel: options.accel,
             builder: options.builder,
             block_size: options.block_size,
+            traversal: options.traversal,
         })
     }
 }
@@ -66,12 +67,16 @@ impl Backend for CudaBackend {
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
         let hierarchy = Hierarchy::build(self.accel, self.builder, &scene);
+        let structure = Structure::new(&hierarchy, self.traversal)?;
+        let kernel = kernel(self.accel, scene.instances.len() > 1)?;
         let film_pixels = largest_band(scene.settings.width, scene.settings.height) as u64;
-        let upload = |device: &Device| DeviceScene::upload(device, &scene.view(), &hierarchy, film_pixels);
+        let upload =
+            |device: &Device| DeviceScene::upload(device, kernel, &scene.view(), &structure, film_pixels);
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),
             block_size: self.block_size,
+            rays_per_pixel: rays_per_pixel(&scene.view(), self.accel),
             statistics: hierarchy.statistics(),
             width: scene.settings.width,
             height: scene.settings.height,
@@ -81,7 +86,7 @@ impl Backend for CudaBackend {
 
 /// Pixels of the largest band that a picture is rendered in.
 fn largest_band(width: u32, rows: u32) -> usize {
-    width as usize * BandHeight::new(width).most().min(rows) as usize
+    width as usize * BandHeight::most(width).min(rows) as usize
 }
 
 struct PreparedCuda {
@@ -89,6 +94,8 @@ struct PreparedCuda {
     scenes: Vec<DeviceScene>,
     devices: Arc<Vec<Device>>,
     block_size: u32,
+    /// A guess.
+    rays_per_pixel: f64,
     statistics: HierarchyStatistics,
     width: u32,
     height: u32,
@@ -154,7 +161,7 @@ impl PreparedCuda {
         control: &RenderControl,
     ) -> Result<(), BackendError> {
         let width = self.width as usize;
-        let mut band_height = BandHeight::new(self.width);
+        let mut band_height = BandHeight::new(self.width, self.rays_per_pixel);
         let fail = |error| device.failure("rendering", error);
         let mut launcher =
             Launcher::new(device, scene, self.block_size, largest_band(self.width, self.height))

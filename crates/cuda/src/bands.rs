@@ -1,14 +1,22 @@
 //! Bands of rows: a picture is rendered in launches short enough to watch and stop.
 
 use crate::launch::WARP_ROWS;
+use eosphor_core::view::SceneView;
+use eosphor_render::Accel;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Seconds that a launch should take. Drivers of cards with a screen end kernels that run for several seconds.
 const LAUNCH_SECONDS: f64 = 0.1;
 
-/// Pixels of a device's first launch.
-const FIRST_PIXELS: u32 = 1 << 12;
+/// Rays of a device's first launch, by a guess: a tenth of a second, or less.
+const FIRST_RAYS: f64 = 67_108_864.0;
+
+/// The fewest pixels of a first launch.
+const FEWEST_PIXELS: f64 = 4096.0;
+
+/// Primitives that a ray tests in the time of one in a hierarchy.
+const TESTED_IN_PASSING: f64 = 64.0;
 
 /// Most pixels of a launch: enough to keep any device busy, and 100 MB of film.
 const MOST_PIXELS: u32 = 1 << 23;
@@ -39,18 +47,20 @@ pub(crate) struct BandHeight {
 }
 
 impl BandHeight {
-    pub(crate) fn new(width: u32) -> BandHeight {
-        let rows = |pixels: u32| whole_warps(pixels as f64 / width as f64);
-        BandHeight { rows: rows(FIRST_PIXELS), most: rows(MOST_PIXELS) }
+    /// For pictures of this width, whose pixels take so many rays, or as much work as those.
+    pub(crate) fn new(width: u32, rays_per_pixel: f64) -> BandHeight {
+        let rows = |pixels: f64| whole_warps(pixels / width as f64);
+        let most = rows(MOST_PIXELS as f64);
+        BandHeight { rows: rows((FIRST_RAYS / rays_per_pixel).max(FEWEST_PIXELS)).min(most), most }
     }
 
     pub(crate) fn rows(&self) -> u32 {
         self.rows
     }
 
-    /// The most rows that it will ever be.
-    pub(crate) fn most(&self) -> u32 {
-        self.most
+    /// The most rows that it will ever be, whatever the rays.
+    pub(crate) fn most(width: u32) -> u32 {
+        whole_warps(MOST_PIXELS as f64 / width as f64)
     }
 
     /// Learns that `rows` rows took this long; what comes next may be harder, so it grows step by step.
@@ -58,6 +68,15 @@ impl BandHeight {
         let growth = (LAUNCH_SECONDS / seconds.max(1e-9)).clamp(0.1, 4.0);
         self.rows = whole_warps(rows as f64 * growth).min(self.most);
     }
+}
+
+/// A guess at the rays that a pixel takes: those of its samples, and to the lights from what they meet first. Without a
+/// hierarchy a ray is as much work as many.
+pub(crate) fn rays_per_pixel(view: &SceneView, accel: Accel) -> f64 {
+    let lights: f64 = view.lights.iter().map(|light| light.samples() as f64).sum();
+    let primitives = (view.triangles.len() + view.spheres.len()) as f64;
+    let work = if accel == Accel::None { (primitives / TESTED_IN_PASSING).max(1.0) } else { 1.0 };
+    view.settings.samples.max(1) as f64 * (1.0 + lights) * work
 }
 
 /// A number of rows that is a multiple of a warp's, rounded down, but not 0.
@@ -82,7 +101,7 @@ mod tests {
     #[test]
     fn bands_take_about_a_tenth_of_a_second() {
         // A millisecond a row.
-        let mut height = BandHeight::new(4096);
+        let mut height = BandHeight::new(4096, 1.0);
         for _ in 0..10 {
             height.learn(height.rows(), height.rows() as f64 * 1e-3);
         }
@@ -95,13 +114,21 @@ mod tests {
     }
 
     #[test]
+    fn the_first_band_is_smaller_where_pixels_take_more() {
+        let pixels = |rays| BandHeight::new(1000, rays).rows() * 1000;
+        assert_eq!(pixels(1.0), BandHeight::most(1000) * 1000);
+        assert!((600_000..700_000).contains(&pixels(100.0)));
+        assert_eq!([pixels(1e6), pixels(f64::INFINITY)], [4000; 2]);
+    }
+
+    #[test]
     fn bands_suit_any_width() {
         for width in [1, 7, 800, 65_535] {
-            let mut height = BandHeight::new(width);
+            let mut height = BandHeight::new(width, 1e9);
             (0..20).for_each(|_| height.learn(height.rows(), 0.0));
             assert!(height.rows().is_multiple_of(WARP_ROWS) && height.rows() > 0);
             assert!(height.rows() as u64 * width as u64 <= MOST_PIXELS as u64, "{width}");
-            assert_eq!(height.rows(), height.most());
+            assert_eq!(height.rows(), BandHeight::most(width));
         }
     }
 }

@@ -7,8 +7,9 @@ use cudarc::driver::sys::{self, CUdevice_attribute_enum as Attribute, CUfunction
 use cudarc::driver::{CudaContext, CudaFunction, CudaStream};
 use cudarc::nvrtc::Ptx;
 use eosphor_render::BackendError;
+use std::collections::HashMap;
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A device that NVIDIA's driver offers.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -78,18 +79,18 @@ fn info(ordinal: i32) -> Result<DeviceInfo, DriverError> {
     })
 }
 
-/// A device with kernels loaded.
+/// A device that is open.
 pub(crate) struct Device {
     /// For messages.
     pub(crate) name: String,
     pub(crate) stream: Arc<CudaStream>,
-    /// In the order in which they were asked for.
-    pub(crate) kernels: Vec<CudaFunction>,
+    /// Kernels that were loaded.
+    kernels: Mutex<HashMap<&'static str, CudaFunction>>,
 }
 
 impl Device {
-    /// Opens a device; the driver compiles the kernels for it, the first time on a machine in seconds.
-    pub(crate) fn open(info: &DeviceInfo, kernels: &[&str]) -> Result<Device, BackendError> {
+    /// Opens a device.
+    pub(crate) fn open(info: &DeviceInfo) -> Result<Device, BackendError> {
         if !info.is_supported() {
             let (major, minor) = ptx::OLDEST_CAPABILITY;
             return Err(BackendError::Unavailable(format!(
@@ -97,12 +98,21 @@ impl Device {
             )));
         }
         let name = format!("cuda:{} ({})", info.ordinal, info.name);
-        let fail = |error| failure(&name, "loading the kernels", error);
         let context = CudaContext::new(info.ordinal).map_err(|error| failure(&name, "starting", error))?;
-        let module = context.load_module(Ptx::from_src(ptx::text(kernels))).map_err(fail)?;
-        let load = |name: &&str| module.load_function(name).map_err(fail);
-        let kernels = kernels.iter().map(load).collect::<Result<_, _>>()?;
-        Ok(Device { stream: context.default_stream(), kernels, name })
+        Ok(Device { stream: context.default_stream(), kernels: Mutex::default(), name })
+    }
+
+    /// A kernel. The driver compiles it for the device, the first time on a machine in seconds.
+    pub(crate) fn kernel(&self, name: &'static str) -> Result<CudaFunction, BackendError> {
+        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = kernels.get(name) {
+            return Ok(kernel.clone());
+        }
+        let fail = |error| self.failure("loading the kernel", error);
+        let module = self.stream.context().load_module(Ptx::from_src(ptx::text(&[name]))).map_err(fail)?;
+        let kernel = module.load_function(name).map_err(fail)?;
+        kernels.insert(name, kernel.clone());
+        Ok(kernel)
     }
 
     /// Memory that nobody has taken.
@@ -110,17 +120,13 @@ impl Device {
         self.stream.context().mem_get_info().map(|(free, _)| free as u64)
     }
 
-    /// What the driver sets aside for the stacks of threads when kernels are launched: for as many as can run at a time.
-    pub(crate) fn stack_bytes(&self) -> Result<u64, DriverError> {
+    /// What the driver sets aside for the stacks of threads when a kernel is launched: for as many as can run at a time.
+    pub(crate) fn stack_bytes(&self, kernel: &CudaFunction) -> Result<u64, DriverError> {
         let attribute = |which| self.stream.context().attribute(which).map(|value| value as u64);
         let processors = attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)?;
         let threads = attribute(Attribute::CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR)?;
-        let mut most = 0;
-        for kernel in &self.kernels {
-            let stack = kernel.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
-            most = most.max(stack as u64);
-        }
-        Ok(processors * threads * most)
+        let stack = kernel.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
+        Ok(processors * threads * stack as u64)
     }
 
     /// What went wrong here, while doing what.

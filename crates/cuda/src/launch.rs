@@ -48,7 +48,7 @@ impl<'a> Launcher<'a> {
         let end_row = first_row + (colors.len() / self.scene.width as usize) as u32;
         assert!(colors.len() * 3 <= self.film.len(), "the band is larger than the film");
         stream.memset_zeros(&mut self.totals)?;
-        let mut launch = stream.launch_builder(&self.device.kernels[0]);
+        let mut launch = stream.launch_builder(&self.scene.kernel);
         for parameter in &self.scene.parameters {
             launch.arg(parameter);
         }

@@ -30,5 +30,5 @@ mod structure;
 
 pub use backend::CudaBackend;
 pub use device::{DeviceInfo, devices};
-pub use options::CudaOptions;
+pub use options::{CudaOptions, Traversal};
 pub use rays::{CudaRays, Timed};

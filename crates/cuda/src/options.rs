@@ -3,7 +3,44 @@
 use crate::ptx::MOST_THREADS;
 use crate::structure::kernel;
 use eosphor_accel::Builder;
+use eosphor_core::hierarchy::Company;
 use eosphor_render::{Accel, BackendError};
+
+/// How the threads of a warp, 32 of them, walk through a bounding volume hierarchy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Traversal {
+    /// By vote where all rays start in one point and go the same way along every axis, else each for itself.
+    #[default]
+    Auto,
+    /// Each for itself, the nearer child first.
+    Single,
+    /// By vote: all go where any has to, first to the child that is nearer for most. Through what instances place each
+    /// walks for itself.
+    Vote,
+}
+
+impl Traversal {
+    /// All there are.
+    pub const ALL: [Traversal; 3] = [Traversal::Auto, Traversal::Single, Traversal::Vote];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Traversal::Auto => "auto",
+            Traversal::Single => "single",
+            Traversal::Vote => "vote",
+        }
+    }
+
+    /// As kernels take it.
+    pub(crate) fn company(self) -> Company {
+        match self {
+            Traversal::Auto => Company::AUTO,
+            Traversal::Single => Company::ALONE,
+            Traversal::Vote => Company::TOGETHER,
+        }
+    }
+}
 
 /// How the CUDA backend works. Nothing here changes a pixel.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,6 +53,8 @@ pub struct CudaOptions {
     pub builder: Builder,
     /// Threads of a block: 32, 64, 96 or 128.
     pub block_size: u32,
+    /// The way through a bounding volume hierarchy.
+    pub traversal: Traversal,
 }
 
 impl Default for CudaOptions {
@@ -26,6 +65,7 @@ impl Default for CudaOptions {
             accel: Accel::Bvh,
             builder: Builder::Binned,
             block_size: MOST_THREADS,
+            traversal: Traversal::Auto,
         }
     }
 }
@@ -37,7 +77,14 @@ impl CudaOptions {
     ///
     /// [`BackendError::Failed`] with what to choose instead.
     pub fn check(&self) -> Result<(), BackendError> {
-        kernel(self.accel)?;
+        kernel(self.accel, false)?;
+        if self.traversal != Traversal::Auto && self.accel != Accel::Bvh {
+            return Err(BackendError::Failed(format!(
+                "{}: there are several ways through a bvh, one through {}: leave that out, or choose bvh",
+                self.traversal.name(),
+                self.accel
+            )));
+        }
         if self.devices.is_empty() {
             return Err(BackendError::Failed("no CUDA device was chosen".into()));
         }
@@ -73,6 +120,9 @@ mod tests {
         let usual = CudaOptions::default();
         assert!(CudaOptions { accel: Accel::Bvh8, ..usual.clone() }.check().is_err());
         assert!(CudaOptions { accel: Accel::KdTree, ..usual.clone() }.check().is_ok());
+        let vote = CudaOptions { traversal: Traversal::Vote, ..usual.clone() };
+        assert!(vote.check().is_ok());
+        assert!(CudaOptions { accel: Accel::Grid, ..vote }.check().is_err());
         assert!(CudaOptions { devices: Vec::new(), ..usual }.check().is_err());
     }
 }

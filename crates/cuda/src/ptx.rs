@@ -35,16 +35,20 @@ fn entry_name(line: &str) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::Traversal;
     use crate::parameters::Kind;
     use crate::rays::{RAY_KERNELS, bvh_parameters};
     use crate::scene::scene_parameters;
-    use crate::structure::kernel;
+    use crate::structure::{Structure, kernel, pairs};
     use eosphor_render::{Accel, Builder, Hierarchy};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
-    /// The structures that have a kernel, and its name.
+    /// The structures that have a kernel, and its names.
     fn kernels() -> impl Iterator<Item = (Accel, &'static str)> {
-        Accel::ALL.iter().filter_map(|&accel| Some((accel, kernel(accel).ok()?)))
+        let of = |accel| [kernel(accel, false), kernel(accel, true)].map(|name| Some((accel, name.ok()?)));
+        let mut all: Vec<_> = Accel::ALL.iter().flat_map(|&accel| of(accel)).flatten().collect();
+        all.dedup();
+        all.into_iter()
     }
 
     /// The parameters that a kernel declares.
@@ -74,7 +78,8 @@ mod tests {
             [Kind::Number, Kind::Number, Kind::Array { align: 1 }, Kind::Array { align: align_of::<u64>() }];
         for (accel, name) in kernels() {
             let hierarchy = Hierarchy::build(accel, Builder::Binned, &data);
-            let parameters = scene_parameters(&data.view(), &hierarchy).unwrap();
+            let structure = Structure::new(&hierarchy, Traversal::Auto).unwrap();
+            let parameters = scene_parameters(&data.view(), &structure).unwrap();
             assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
         }
     }
@@ -86,10 +91,12 @@ mod tests {
         let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, Builder::Binned, &data) else {
             unreachable!()
         };
-        let parameters = bvh_parameters(&bvh);
-        // What a launch adds: the rays, their number, and the answers, which are a raw pointer.
+        let pairs = pairs(&bvh).unwrap();
+        let parameters = bvh_parameters(&bvh, &pairs, Traversal::Auto);
+        // What a launch adds: the rays, their number, and two arrays of answers, which are raw pointers.
         let rays = Kind::Array { align: align_of::<eosphor_core::ray::Ray>() };
-        let launch = [rays, Kind::Number, Kind::Array { align: 1 }];
+        let answers = Kind::Array { align: 1 };
+        let launch = [rays, Kind::Number, answers, answers];
         for name in RAY_KERNELS.concat() {
             assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
         }

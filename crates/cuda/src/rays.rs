@@ -2,14 +2,14 @@
 
 use crate::device::{Device, devices};
 use crate::memory::{Needs, upload};
+use crate::options::Traversal;
 use crate::parameters::Parameters;
-use crate::ptx::MOST_THREADS;
 use crate::scene::add_packed;
-use crate::structure::add_bvh;
+use crate::structure::{add_bvh, pairs};
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError, LaunchConfig, PushKernelArg};
-use eosphor_accel::Bvh;
-use eosphor_core::ray::{Hit, Ray};
+use eosphor_accel::{Bvh, BvhPairs};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray};
 use eosphor_render::BackendError;
 
 /// The kernels of `gpu/src/rays.rs`: closest hits, and whether anything is in the way; then the same where there is no
@@ -17,9 +17,14 @@ use eosphor_render::BackendError;
 pub(crate) const RAY_KERNELS: [[&str; 2]; 2] =
     [["closest_hits_bvh", "occluded_bvh"], ["closest_hits_world", "occluded_world"]];
 
+/// Threads of a block: small, so that a warp that is done makes room for another one before its neighbours are.
+const RAYS_IN_BLOCK: u32 = 64;
+
 /// A bounding volume hierarchy on a device, to be asked about rays.
 pub struct CudaRays {
     device: Device,
+    /// Closest hits, and whether anything is in the way.
+    kernels: [CudaFunction; 2],
     /// What kernels take before the rays.
     parameters: Vec<u64>,
     /// Where the hierarchy is; kept for as long as the parameters name it.
@@ -35,25 +40,58 @@ pub struct Timed<T> {
     pub milliseconds: Vec<f32>,
 }
 
+/// What kernels answer.
+struct Asked<T> {
+    answers: Vec<T>,
+    hit_instances: Vec<u32>,
+    milliseconds: Vec<f32>,
+}
+
+/// A hit as `gpu/src/rays.rs` writes it.
+#[derive(Clone, Copy)]
+#[repr(C, align(16))]
+struct HitRow {
+    t: f32,
+    u: f32,
+    v: f32,
+    primitive: u32,
+}
+
+impl HitRow {
+    fn hit(&self, instance: u32) -> Hit {
+        let &HitRow { t, u, v, primitive } = self;
+        let id = if primitive == PrimitiveId::NONE.primitive {
+            PrimitiveId::NONE
+        } else {
+            PrimitiveId { instance, primitive }
+        };
+        Hit { t, u, v, id }
+    }
+}
+
 impl CudaRays {
     /// Copies a hierarchy to a device.
     ///
     /// # Errors
     ///
     /// [`BackendError::Unavailable`] where there is no such device; [`BackendError::OutOfMemory`].
-    pub fn new(ordinal: usize, bvh: &Bvh) -> Result<CudaRays, BackendError> {
+    pub fn new(ordinal: usize, bvh: &Bvh, traversal: Traversal) -> Result<CudaRays, BackendError> {
         let found = devices()?;
         let info = found
             .get(ordinal)
             .ok_or_else(|| BackendError::Unavailable(format!("there is no device cuda:{ordinal}")))?;
         let only_world = bvh.primitives.instances.len() == 1;
-        let device = Device::open(info, &RAY_KERNELS[only_world as usize])?;
+        let device = Device::open(info)?;
+        let [closest, any] = RAY_KERNELS[only_world as usize];
+        let kernels = [device.kernel(closest)?, device.kernel(any)?];
         let fail = |error| device.failure("copying the hierarchy", error);
-        let parameters = bvh_parameters(bvh);
-        Needs { scene: parameters.bytes(), film: 0, stacks: device.stack_bytes().map_err(fail)? }
+        let pairs = pairs(bvh)?;
+        let parameters = bvh_parameters(bvh, &pairs, traversal);
+        let stacks = device.stack_bytes(&kernels[0]).map_err(fail)?;
+        Needs { scene: parameters.bytes(), film: 0, stacks }
             .check(device.free_bytes().map_err(fail)?, &device.name)?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
-        Ok(CudaRays { parameters: parameters.values(base), _memory: memory, device })
+        Ok(CudaRays { parameters: parameters.values(base), _memory: memory, kernels, device })
     }
 
     /// The device's name.
@@ -68,7 +106,11 @@ impl CudaRays {
     /// [`BackendError::OutOfMemory`], or what the driver says.
     pub fn closest_hits(&self, rays: &[Ray], repeats: usize) -> Result<Timed<Hit>, BackendError> {
         let fail = |error| self.device.failure("tracing rays", error);
-        self.ask(&self.device.kernels[0], rays, Hit::miss(0.0), repeats).map_err(fail)
+        let nothing = HitRow { t: 0.0, u: 0.0, v: 0.0, primitive: 0 };
+        let asked = self.ask(&self.kernels[0], rays, nothing, repeats).map_err(fail)?;
+        let answers = asked.answers.iter().zip(&asked.hit_instances);
+        let answers = answers.map(|(row, &instance)| row.hit(instance)).collect();
+        Ok(Timed { answers, milliseconds: asked.milliseconds })
     }
 
     /// Whether anything is in the way; the same.
@@ -78,9 +120,9 @@ impl CudaRays {
     /// As for [`CudaRays::closest_hits`].
     pub fn occluded(&self, rays: &[Ray], repeats: usize) -> Result<Timed<bool>, BackendError> {
         let fail = |error| self.device.failure("tracing rays", error);
-        let timed = self.ask(&self.device.kernels[1], rays, 0u32, repeats).map_err(fail)?;
-        let answers = timed.answers.iter().map(|&hidden| hidden != 0).collect();
-        Ok(Timed { answers, milliseconds: timed.milliseconds })
+        let asked = self.ask(&self.kernels[1], rays, 0u32, repeats).map_err(fail)?;
+        let answers = asked.answers.iter().map(|&hidden| hidden != 0).collect();
+        Ok(Timed { answers, milliseconds: asked.milliseconds })
     }
 
     fn ask<T: Copy>(
@@ -89,16 +131,18 @@ impl CudaRays {
         rays: &[Ray],
         nothing: T,
         repeats: usize,
-    ) -> Result<Timed<T>, DriverError> {
+    ) -> Result<Asked<T>, DriverError> {
         let stream = &self.device.stream;
         let mut parameters = Parameters::default();
         parameters.array(rays);
         let (_memory, device_rays) = upload(stream, &parameters)?;
         let mut answers = stream.alloc_zeros::<u8>(size_of::<T>() * rays.len().max(1))?;
+        // Zeros where the kernel writes none: all hits are in the world then.
+        let mut hit_instances = stream.alloc_zeros::<u32>(rays.len().max(1))?;
         let count = rays.len() as u32;
         let shape = LaunchConfig {
-            grid_dim: (count.div_ceil(MOST_THREADS).max(1), 1, 1),
-            block_dim: (MOST_THREADS, 1, 1),
+            grid_dim: (count.div_ceil(RAYS_IN_BLOCK).max(1), 1, 1),
+            block_dim: (RAYS_IN_BLOCK, 1, 1),
             shared_mem_bytes: 0,
         };
         let mut milliseconds = Vec::with_capacity(repeats);
@@ -108,7 +152,7 @@ impl CudaRays {
             for parameter in &self.parameters {
                 launch.arg(parameter);
             }
-            launch.arg(&device_rays).arg(&count).arg(&mut answers);
+            launch.arg(&device_rays).arg(&count).arg(&mut answers).arg(&mut hit_instances);
             let start = stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
             // SAFETY: the arguments are those of the kernel, in its order; the arrays are those of a hierarchy, whose
             // indices are in range; there are as many rays and answers as is said.
@@ -128,14 +172,15 @@ impl CudaRays {
             stream.memcpy_dtoh(&answers, bytes)?;
             stream.synchronize()?;
         }
-        Ok(Timed { answers: found, milliseconds })
+        let hit_instances = stream.clone_dtoh(&hit_instances)?[..rays.len()].to_vec();
+        Ok(Asked { answers: found, hit_instances, milliseconds })
     }
 }
 
 /// What the kernels take of a hierarchy, in the order of `gpu/src/rays.rs`.
-pub(crate) fn bvh_parameters(bvh: &Bvh) -> Parameters<'_> {
+pub(crate) fn bvh_parameters<'a>(bvh: &'a Bvh, pairs: &'a BvhPairs, traversal: Traversal) -> Parameters<'a> {
     let mut parameters = Parameters::default();
-    let primitives = add_bvh(&mut parameters, bvh);
+    let primitives = add_bvh(&mut parameters, bvh, pairs, traversal);
     add_packed(&mut parameters, &primitives);
     parameters
 }

@@ -3,14 +3,15 @@
 use crate::device::Device;
 use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
-use crate::structure::add_structure;
-use cudarc::driver::CudaSlice;
+use crate::structure::{Structure, add_structure};
+use cudarc::driver::{CudaFunction, CudaSlice};
 use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::view::SceneView;
-use eosphor_render::{BackendError, Hierarchy};
+use eosphor_render::BackendError;
 
-/// A scene on a device: its arrays, and the parameters of the device's first kernel that name them.
+/// A scene on a device: its arrays, and the kernel that renders it.
 pub(crate) struct DeviceScene {
+    pub(crate) kernel: CudaFunction,
     /// What a kernel takes before the parameters of a launch.
     pub(crate) parameters: Vec<u64>,
     /// Pixels of a row.
@@ -20,38 +21,41 @@ pub(crate) struct DeviceScene {
 }
 
 impl DeviceScene {
-    /// Copies a scene and the hierarchy over it to a device, if there is room for them and for a band of `film_pixels`.
+    /// Copies a scene and the structure over it to a device, where this kernel renders it, if there is room for them and for a band of `film_pixels`.
     ///
     /// # Errors
     ///
     /// [`BackendError::OutOfMemory`] with the numbers where there is not.
     pub(crate) fn upload(
         device: &Device,
+        kernel: &'static str,
         view: &SceneView,
-        hierarchy: &Hierarchy,
+        structure: &Structure,
         film_pixels: u64,
     ) -> Result<DeviceScene, BackendError> {
-        let parameters = scene_parameters(view, hierarchy)?;
+        let parameters = scene_parameters(view, structure)?;
+        let kernel = device.kernel(kernel)?;
         let doing = "copying the scene";
         let fail = |error| device.failure(doing, error);
         Needs {
             scene: parameters.bytes(),
             film: film_pixels * 12,
-            stacks: device.stack_bytes().map_err(fail)?,
+            stacks: device.stack_bytes(&kernel).map_err(fail)?,
         }
         .check(device.free_bytes().map_err(fail)?, &device.name)?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
-        Ok(DeviceScene { parameters: parameters.values(base), width: view.settings.width, _memory: memory })
+        let parameters = parameters.values(base);
+        Ok(DeviceScene { kernel, parameters, width: view.settings.width, _memory: memory })
     }
 }
 
 /// All parameters of a kernel but those of a launch, in the order of `gpu/src/kernels.rs`.
 pub(crate) fn scene_parameters<'a>(
     view: &SceneView<'a>,
-    hierarchy: &'a Hierarchy,
+    structure: &'a Structure,
 ) -> Result<Parameters<'a>, BackendError> {
     let mut parameters = Parameters::default();
-    let primitives = add_structure(&mut parameters, hierarchy)?;
+    let primitives = add_structure(&mut parameters, structure)?;
     add_primitives(&mut parameters, view, &primitives);
     add_shading(&mut parameters, view);
     Ok(parameters)

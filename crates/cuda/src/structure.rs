@@ -1,19 +1,21 @@
 //! Which structures there are on GPUs: for each its kernel, and what that takes before the parameters of the scene.
 
+use crate::options::Traversal;
 use crate::parameters::Parameters;
-use eosphor_accel::Bvh;
+use eosphor_accel::{Bvh, BvhPairs};
 use eosphor_core::hierarchy::{InstanceTreeView, PrimitivesView};
 use eosphor_render::{Accel, BackendError, Hierarchy};
 
-/// The kernel that renders over a structure.
+/// The kernel that renders over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
+/// threads of a warp can walk together.)
 ///
 /// # Errors
 ///
 /// Says which structures there are where this one is for CPUs alone.
-pub(crate) fn kernel(accel: Accel) -> Result<&'static str, BackendError> {
-    on_gpus(accel).ok_or_else(|| {
+pub(crate) fn kernel(accel: Accel, placed: bool) -> Result<&'static str, BackendError> {
+    on_gpus(accel, placed).ok_or_else(|| {
         let names: Vec<&str> =
-            Accel::ALL.iter().filter(|&&a| on_gpus(a).is_some()).map(|a| a.name()).collect();
+            Accel::ALL.iter().filter(|&&a| on_gpus(a, placed).is_some()).map(|a| a.name()).collect();
         BackendError::Failed(format!(
             "{accel} is made for the SIMD instructions of CPUs: on GPUs choose one of {}",
             names.join(", ")
@@ -21,16 +23,55 @@ pub(crate) fn kernel(accel: Accel) -> Result<&'static str, BackendError> {
     })
 }
 
-fn on_gpus(accel: Accel) -> Option<&'static str> {
+fn on_gpus(accel: Accel, placed: bool) -> Option<&'static str> {
     match accel {
         Accel::None => Some("render_exhaustive"),
-        Accel::Bvh => Some("render_bvh"),
+        Accel::Bvh => Some(if placed { "render_bvh" } else { "render_bvh_world" }),
         Accel::Bvh8 => None,
         Accel::Octree => Some("render_octree"),
         Accel::OctreeParametric => Some("render_octree_parametric"),
         Accel::Grid => Some("render_grid"),
         Accel::KdTree => Some("render_kdtree"),
     }
+}
+
+/// A structure as GPUs read it.
+pub(crate) struct Structure<'h> {
+    hierarchy: &'h Hierarchy,
+    /// What a bounding volume hierarchy becomes,
+    pairs: Option<BvhPairs>,
+    /// and the way through it.
+    traversal: Traversal,
+}
+
+impl<'h> Structure<'h> {
+    /// From the one that was built.
+    ///
+    /// # Errors
+    ///
+    /// As [`pairs`].
+    pub(crate) fn new(hierarchy: &'h Hierarchy, traversal: Traversal) -> Result<Structure<'h>, BackendError> {
+        let pairs = match hierarchy {
+            Hierarchy::Bvh(bvh) => Some(pairs(bvh)?),
+            _ => None,
+        };
+        Ok(Structure { hierarchy, pairs, traversal })
+    }
+}
+
+/// A bounding volume hierarchy as GPUs read it.
+///
+/// # Errors
+///
+/// Says how many primitives there may be where there are more.
+pub(crate) fn pairs(bvh: &Bvh) -> Result<BvhPairs, BackendError> {
+    BvhPairs::new(bvh).ok_or_else(|| {
+        BackendError::Failed(format!(
+            "a bvh on a GPU can have {} triangles at most, and twice as many spheres and instances: this scene has \
+             more (choose another structure, or --backend cpu)",
+            eosphor_core::hierarchy::Link::TRIANGLES_END
+        ))
+    })
 }
 
 /// Adds the structure's own parameters, in the order of `gpu/src/kernels.rs`. Gives back its primitives, which come next.
@@ -40,12 +81,15 @@ fn on_gpus(accel: Accel) -> Option<&'static str> {
 /// As [`kernel`].
 pub(crate) fn add_structure<'a>(
     parameters: &mut Parameters<'a>,
-    hierarchy: &'a Hierarchy,
+    structure: &'a Structure,
 ) -> Result<PrimitivesView<'a>, BackendError> {
-    match hierarchy {
+    match structure.hierarchy {
         Hierarchy::Exhaustive(exhaustive) => Ok(exhaustive.primitives.view()),
-        Hierarchy::Bvh(bvh) => Ok(add_bvh(parameters, bvh)),
-        Hierarchy::Bvh8(_) => Err(kernel(Accel::Bvh8).expect_err("it has none")),
+        Hierarchy::Bvh(bvh) => {
+            let pairs = structure.pairs.as_ref().expect("a bvh has pairs");
+            Ok(add_bvh(parameters, bvh, pairs, structure.traversal))
+        }
+        Hierarchy::Bvh8(_) => Err(kernel(Accel::Bvh8, false).expect_err("it has none")),
         Hierarchy::Octree(octree) | Hierarchy::OctreeParametric(octree) => {
             let tree = octree.view();
             parameters.array(tree.nodes);
@@ -74,12 +118,19 @@ pub(crate) fn add_structure<'a>(
 }
 
 /// [`add_structure`] for a bounding volume hierarchy.
-pub(crate) fn add_bvh<'a>(parameters: &mut Parameters<'a>, bvh: &'a Bvh) -> PrimitivesView<'a> {
-    parameters.array(&bvh.nodes);
-    parameters.array(&bvh.roots);
-    parameters.array(&bvh.instance_order);
-    parameters.number(bvh.instance_root);
-    bvh.primitives.view()
+pub(crate) fn add_bvh<'a>(
+    parameters: &mut Parameters<'a>,
+    bvh: &'a Bvh,
+    pairs: &'a BvhPairs,
+    traversal: Traversal,
+) -> PrimitivesView<'a> {
+    let view = pairs.view(bvh);
+    parameters.array(view.pairs);
+    parameters.array(view.roots);
+    parameters.number(view.instance_root.bits());
+    parameters.float(view.world_extent);
+    parameters.number(traversal.company().bits());
+    view.primitives
 }
 
 fn add_instance_tree<'a>(parameters: &mut Parameters<'a>, tree: &InstanceTreeView<'a>) {
@@ -94,11 +145,11 @@ mod tests {
 
     #[test]
     fn structures_for_cpus_alone_are_refused_with_the_others_names() {
-        let message = kernel(Accel::Bvh8).unwrap_err().to_string();
+        let message = kernel(Accel::Bvh8, false).unwrap_err().to_string();
         assert!(
             message.starts_with("bvh8 is made for") && message.contains("none, bvh, octree,"),
             "{message}"
         );
-        assert_eq!(Accel::ALL.iter().filter(|&&accel| kernel(accel).is_err()).count(), 1);
+        assert_eq!(Accel::ALL.iter().filter(|&&accel| kernel(accel, true).is_err()).count(), 1);
     }
 }

@@ -55,7 +55,7 @@ pub use error::Error;
 pub use render::render;
 
 #[doc(inline)]
-pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, devices as cuda_devices};
+pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, Traversal, devices as cuda_devices};
 #[doc(inline)]
 pub use eosphor_render::output::{
     DevelopSettings, Developed, Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture,

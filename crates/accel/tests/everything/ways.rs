@@ -2,10 +2,10 @@
 
 use crate::support::World;
 use eosphor_accel::{
-    BatchTracer, BuildOptions, Builder, Bvh, Bvh8, Coherence, Exhaustive, Filters, Grid, GridOptions, KdTree,
-    KdTreeOptions, Octree, OctreeOptions, OneByOne, SimdLevel,
+    BatchTracer, BuildOptions, Builder, Bvh, Bvh8, BvhPairs, Coherence, Exhaustive, Filters, Grid,
+    GridOptions, KdTree, KdTreeOptions, Octree, OctreeOptions, OneByOne, SimdLevel,
 };
-use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch};
+use eosphor_core::hierarchy::{Company, CountWork, IgnoreWork, ShadowBatch};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 
 /// What every way answers, for many rays.
@@ -51,7 +51,7 @@ pub(crate) struct Way<'a> {
 /// A world under every structure, with the settings that are usual and some that make other trees.
 pub(crate) struct Structures {
     pub(crate) exhaustive: Exhaustive,
-    bvhs: Vec<(String, Bvh)>,
+    bvhs: Vec<(String, (Bvh, BvhPairs))>,
     bvh8s: Vec<(String, Bvh8)>,
     octrees: Vec<(String, Octree)>,
     grids: Vec<(String, Grid)>,
@@ -98,7 +98,11 @@ impl Structures {
             KdTreeOptions { traversal_cost: 0.01, patience: 5, max_depth: 40, empty_bonus: 0.8, ..kdtree };
         Structures {
             exhaustive: Exhaustive::new(&scene),
-            bvhs: named(binary_options(), |o| Bvh::build(&scene, o)),
+            bvhs: named(binary_options(), |o| {
+                let bvh = Bvh::build(&scene, o);
+                let pairs = BvhPairs::new(&bvh).expect("it is small");
+                (bvh, pairs)
+            }),
             bvh8s: named(eight_wide_options(), |o| Bvh8::build(&scene, o)),
             octrees: named(two(octree, octree_fine), |o| Octree::build(&scene, o)),
             grids: named(two(grid, grid_fine), |o| Grid::build(&scene, o)),
@@ -109,9 +113,16 @@ impl Structures {
     /// All ways but the reference.
     pub(crate) fn ways(&self) -> Vec<Way<'_>> {
         let mut ways = Vec::new();
-        for (name, bvh) in &self.bvhs {
+        for (name, (bvh, pairs)) in &self.bvhs {
             let scalar = bvh.tracer(IgnoreWork);
             add(&mut ways, format!("bvh {name}"), OneByOne(scalar));
+            add(&mut ways, format!("bvh {name}, in pairs"), OneByOne(pairs.tracer(bvh)));
+            if bvh.primitives.instances.len() == 1 {
+                for (how, company) in [("alone", Company::ALONE), ("together", Company::TOGETHER)] {
+                    let tracer = pairs.world_tracer(bvh, company);
+                    add(&mut ways, format!("bvh {name}, in pairs, {how}"), OneByOne(tracer));
+                }
+            }
         }
         for (name, bvh8) in &self.bvh8s {
             for level in SimdLevel::available() {

@@ -1,8 +1,11 @@
 //! Flags of `eosphor bench`.
 
 use super::camera::CameraFlags;
-use super::{DeviceFlags, SCENE_HELP};
+use super::values::triple;
+use super::{DeviceFlags, SCENE_HELP, SettingsFlags};
 use clap::{Args, Subcommand};
+use eosphor::math::Vec3;
+use eosphor::{Accel, Preset};
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchFlags {
@@ -17,6 +20,38 @@ pub(crate) enum Bench {
     /// Prints the median time of each query and the number of answers that are not the CPU's, bit for bit; exits with 1
     /// where there are any.
     Rays(Box<BenchRaysFlags>),
+    /// A picture, once the scene is on the device
+    ///
+    /// Prints the median time of the whole picture, on GPUs with the way back to the CPU; nothing is written. It is the picture
+    /// that render makes of the same scene and flags.
+    Render(Box<BenchRenderFlags>),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchRenderFlags {
+    #[arg(help = SCENE_HELP)]
+    pub(crate) scene: String,
+    /// How often the picture is rendered
+    #[arg(long, value_name = "N", default_value = "20", value_parser = repeats)]
+    pub(crate) repeats: usize,
+    /// Render as a reference system does; other flags win over it
+    #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1)]))]
+    pub(crate) preset: Option<Preset>,
+    /// Move all geometry; camera and lights stay
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    pub(crate) translate: Option<Vec3>,
+    /// The hierarchy over the primitives
+    #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
+    pub(crate) accel: Option<Accel>,
+    #[command(flatten)]
+    pub(crate) settings: SettingsFlags,
+    #[command(flatten)]
+    pub(crate) camera: CameraFlags,
+    #[command(flatten)]
+    pub(crate) device: DeviceFlags,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -3,7 +3,7 @@
 use super::values::named;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, value_parser};
-use eosphor::{Accel, Builder, Quality, Scheduler, SimdLevel};
+use eosphor::{Accel, Builder, Quality, Scheduler, SimdLevel, Traversal};
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
@@ -26,6 +26,10 @@ pub(crate) struct DeviceFlags {
     /// Threads of a block on GPUs: 32, 64, 96 or 128, which is usual
     #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
     pub(crate) block_size: Option<u32>,
+    /// How the threads of a warp walk through a bvh on GPUs: single, each for itself; vote, all where any has to; auto, by
+    /// vote where all rays start in one point and go the same way
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = traversals())]
+    pub(crate) gpu_traversal: Traversal,
     /// The order in which the CPU traces rays: batched, or scalar, the reference
     #[arg(long, value_name = "NAME", default_value = "batched", value_parser = schedulers(), hide = true)]
     pub(crate) scheduler: Scheduler,
@@ -98,6 +102,10 @@ pub(super) fn accels() -> impl TypedValueParser<Value = AccelChoice> {
         "builders" => Ok(AccelChoice::Builders),
         name => name.parse().map(AccelChoice::One),
     })
+}
+
+fn traversals() -> impl TypedValueParser<Value = Traversal> {
+    named(Traversal::ALL.map(|traversal| (traversal.name(), traversal)))
 }
 
 fn schedulers() -> impl TypedValueParser<Value = Scheduler> {

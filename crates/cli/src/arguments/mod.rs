@@ -7,9 +7,11 @@ mod render;
 mod settings;
 mod values;
 
-pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags};
+pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
+pub(crate) use camera::CameraFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use render::{RenderFlags, Show};
+pub(crate) use settings::SettingsFlags;
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;

@@ -10,7 +10,7 @@ mod render;
 mod schema;
 mod structures;
 
-pub(crate) use bench::bench_rays;
+pub(crate) use bench::{bench_rays, bench_render};
 pub(crate) use compare::compare;
 pub(crate) use completions::completions;
 pub(crate) use devices::devices;

@@ -1,7 +1,7 @@
 //! `eosphor render SCENE -o OUT`.
 
 use super::cost::show_cost;
-use crate::arguments::{RenderFlags, Show};
+use crate::arguments::{CameraFlags, RenderFlags, SettingsFlags, Show};
 use crate::backend::{backend_for, feature_pass, limit_threads};
 use crate::command_line::command_line;
 use crate::failure::Failure;
@@ -14,7 +14,7 @@ use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
 use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
-use eosphor::{Scene, SceneData, Transform, check_writable, load, scene_hash};
+use eosphor::{Preset, Scene, SceneData, Transform, check_writable, load, scene_hash};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -81,17 +81,28 @@ fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Fai
         }
         flags.report.verbosity().say(Verbosity::Verbose, &format!("read {}", path.display()));
     }
-    if let Some(preset) = flags.preset {
-        preset.apply(&mut scene);
-    }
-    flags.settings.apply(&mut scene.settings);
-    if let Some(offset) = flags.translate {
-        translate(&mut scene, offset);
-    }
-    flags.camera.apply(&mut scene, framed_camera)?;
-    // The file was valid by itself: what is out of range now came with a flag.
-    scene.validate().map_err(Failure::usage)?;
+    apply(&mut scene, flags.preset, &flags.settings, flags.translate, &flags.camera)?;
     Ok(scene)
+}
+
+/// Changes a scene as flags say.
+pub(super) fn apply(
+    scene: &mut Scene,
+    preset: Option<Preset>,
+    settings: &SettingsFlags,
+    translate: Option<Vec3>,
+    camera: &CameraFlags,
+) -> Result<(), Failure> {
+    if let Some(preset) = preset {
+        preset.apply(scene);
+    }
+    settings.apply(&mut scene.settings);
+    if let Some(offset) = translate {
+        move_all(scene, offset);
+    }
+    camera.apply(scene, framed_camera)?;
+    // The file was valid by itself: what is out of range now came with a flag.
+    scene.validate().map_err(Failure::usage)
 }
 
 /// The camera that flattening gives a scene without one; its field of view is the default.
@@ -101,7 +112,7 @@ pub(super) fn framed_camera(scene: &Scene) -> Result<Camera, Failure> {
 }
 
 /// Moves all geometry.
-fn translate(scene: &mut Scene, offset: Vec3) {
+fn move_all(scene: &mut Scene, offset: Vec3) {
     for instance in &mut scene.instances {
         let Transform { translate, matrix, .. } = &mut instance.world_from_object;
         match matrix {

@@ -1,6 +1,7 @@
 //! Bounding volume hierarchy with two children a node: the nodes, and the scalar traversal.
 
-use super::candidates::{Any, Placement, PrimitivesView, Search, item};
+use super::candidates::{Placement, PrimitivesView, item};
+use super::search::{Any, Search};
 use super::two_level::{InstanceTreeView, SearchScene, answer_queries};
 use super::{Stack, Tracer, Work};
 use crate::geometry::Bounds;
@@ -84,7 +85,7 @@ pub(super) trait VisitLeaf {
 struct PrimitiveLeaves<'a, 't, C> {
     tracer: &'a BvhTracer<'t, C>,
     ray: &'a LocalRay,
-    placement: &'a Placement,
+    placement: &'a Placement<'a>,
     filter: &'a RayFilter,
 }
 
@@ -97,7 +98,7 @@ impl<C: Work> VisitLeaf for PrimitiveLeaves<'_, '_, C> {
         if leaf.count & BvhNode::SPHERES == 0 {
             primitives.search_triangles(leaf.first, count, self.ray, self.placement, self.filter, search)
         } else {
-            primitives.search_spheres(leaf.first, count, self.ray, self.placement, search)
+            primitives.search_spheres(leaf.first, count, self.placement, search)
         }
     }
 }
@@ -108,8 +109,7 @@ impl<C: Work> BvhTracer<'_, C> {
     pub fn occluded_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
         let mut search = Any { t_max: ray.t_max, found: false };
         let primitives = &self.bvh.primitives;
-        let world_extent = item(primitives.geometries, 0).extent;
-        let world_ray = LocalRay::new(ray.origin, ray.direction, ray.t_min, world_extent);
+        let world_ray = LocalRay::of(ray, None, item(primitives.geometries, 0).extent);
         if primitives.instances.len() > 1 && !world_ray.t_min.is_nan() {
             self.search_instances(ray, filter, &mut search);
         }
@@ -128,7 +128,7 @@ impl<C: Work> SearchScene for BvhTracer<'_, C> {
         &self,
         geometry: u32,
         ray: &LocalRay,
-        placement: &Placement,
+        placement: &Placement<'_>,
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {

@@ -1,6 +1,7 @@
 //! No hierarchy: every primitive is tested. The reference for all others.
 
-use super::candidates::{Placement, PrimitivesView, Search, item};
+use super::candidates::{Placement, PrimitivesView, item};
+use super::search::Search;
 use super::two_level::{SearchScene, answer_queries};
 use super::{Tracer, Work};
 use crate::intersect::{LocalRay, Slab};
@@ -26,14 +27,14 @@ impl<C: Work> SearchScene for ExhaustiveTracer<'_, C> {
         &self,
         geometry: u32,
         ray: &LocalRay,
-        placement: &Placement,
+        placement: &Placement<'_>,
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {
         let g = item(self.primitives.geometries, geometry);
         self.work.primitives(g.triangle_count + g.sphere_count);
         self.primitives.test_triangles(g.first_triangle, g.triangle_count, ray, placement, filter, search)
-            || self.primitives.search_spheres(g.first_sphere, g.sphere_count, ray, placement, search)
+            || self.primitives.search_spheres(g.first_sphere, g.sphere_count, placement, search)
     }
 
     #[inline(always)]

@@ -1,8 +1,9 @@
 //! kd-tree: the nodes, and the scalar traversal (Havran 2000, "Heuristic ray shooting algorithms", algorithm TA-B rec).
 
-use super::candidates::{Placement, PrimitivesView, Search, item};
+use super::candidates::{Placement, PrimitivesView, item};
 use super::cell_ray::{CellRay, in_time};
 use super::references::{Mailbox, References};
+use super::search::Search;
 use super::two_level::{InstanceTreeView, SearchScene, answer_queries};
 use super::{Stack, Tracer, Work};
 use crate::geometry::Bounds;
@@ -94,7 +95,7 @@ impl<C: Work> SearchScene for KdTreeTracer<'_, C> {
         &self,
         geometry: u32,
         ray: &LocalRay,
-        placement: &Placement,
+        placement: &Placement<'_>,
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {

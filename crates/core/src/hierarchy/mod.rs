@@ -7,10 +7,15 @@ mod exhaustive;
 mod grid;
 mod kdtree;
 mod octree;
+mod pair_tracer;
+mod pairs;
+mod put_off;
 mod references;
+mod search;
 mod stack;
 mod tracer;
 mod two_level;
+mod warp;
 mod work;
 
 pub use bvh::{BvhNode, BvhTracer, BvhView, MAX_BVH_DEPTH};
@@ -22,6 +27,8 @@ pub use kdtree::{KdNode, KdRoot, KdTreeTracer, KdTreeView, MAX_KD_DEPTH};
 pub use octree::{
     MAX_OCTREE_DEPTH, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
 };
+pub use pair_tracer::PairTracer;
+pub use pairs::{BvhPair, Company, Link, PAIR_SLACK, PairView, REACH};
 pub use references::SPHERE_REFERENCE;
 pub use stack::Stack;
 pub use tracer::{ShadowBatch, Tracer};

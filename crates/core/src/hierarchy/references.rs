@@ -1,7 +1,8 @@
 //! Primitives by number, for structures that hold a primitive in more than one place.
 
 use super::Work;
-use super::candidates::{Placement, PrimitivesView, Search, item};
+use super::candidates::{Placement, PrimitivesView, item};
+use super::search::Search;
 use crate::intersect::LocalRay;
 use crate::ray::RayFilter;
 
@@ -39,7 +40,7 @@ pub(super) struct References<'a, C> {
     pub(super) primitives: &'a PrimitivesView<'a>,
     pub(super) references: &'a [u32],
     pub(super) ray: &'a LocalRay,
-    pub(super) placement: &'a Placement,
+    pub(super) placement: &'a Placement<'a>,
     pub(super) filter: &'a RayFilter,
     pub(super) work: &'a C,
     pub(super) mailbox: Option<Mailbox>,
@@ -63,7 +64,7 @@ impl<C: Work> References<'_, C> {
             let ends = if reference & SPHERE_REFERENCE == 0 {
                 primitives.search_triangles(reference, 1, ray, placement, self.filter, search)
             } else {
-                primitives.search_spheres(reference & !SPHERE_REFERENCE, 1, ray, placement, search)
+                primitives.search_spheres(reference & !SPHERE_REFERENCE, 1, placement, search)
             };
             if ends {
                 return true;

@@ -53,6 +53,18 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
         Some(unsafe { self.room.get_unchecked(self.len as usize).assume_init() })
     }
 
+    /// Takes the top item.
+    ///
+    /// # Safety
+    /// There is one. Debug builds check.
+    #[inline(always)]
+    pub unsafe fn pop_unchecked(&mut self) -> T {
+        debug_assert!(self.len > 0);
+        self.len -= 1;
+        // SAFETY: items below `len` were written by `push`.
+        unsafe { self.room.get_unchecked(self.len as usize).assume_init() }
+    }
+
     /// The top item, to be changed in place.
     #[inline(always)]
     pub fn top_mut(&mut self) -> Option<&mut T> {

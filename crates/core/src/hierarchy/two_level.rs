@@ -2,7 +2,8 @@
 
 use super::Work;
 use super::bvh::{BvhNode, VisitLeaf, walk};
-use super::candidates::{Any, Closest, Next, Placement, PrimitivesView, Search, item};
+use super::candidates::{Placement, PrimitivesView, item};
+use super::search::{Any, Closest, Next, Search};
 use crate::intersect::{LocalRay, Slab};
 use crate::ray::{Hit, Ray, RayFilter};
 
@@ -50,9 +51,7 @@ pub(super) trait SearchScene {
         match primitives.enter_instance(number, ray, slab, search.t_max()) {
             Some((placement, local)) => {
                 let geometry = item(primitives.instances, number).geometry;
-                let over = self.search_geometry(geometry, &local, &placement, filter, search);
-                search.settle(primitives, &local);
-                over
+                self.search_geometry(geometry, &local, &placement, filter, search)
             }
             None => false,
         }
@@ -62,12 +61,10 @@ pub(super) trait SearchScene {
     #[inline(always)]
     fn search(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
         let primitives = self.primitives();
-        let world_extent = item(primitives.geometries, 0).extent;
-        let world_ray = LocalRay::new(ray.origin, ray.direction, ray.t_min, world_extent);
-        if self.search_geometry(0, &world_ray, &Placement::WORLD, filter, search) {
+        let world_ray = LocalRay::of(ray, None, item(primitives.geometries, 0).extent);
+        if self.search_geometry(0, &world_ray, &Placement::world(ray), filter, search) {
             return;
         }
-        search.settle(primitives, &world_ray);
         // A ray with numbers out of range hits nothing, though in an instance's own space they may be in range.
         if primitives.instances.len() > 1 && !world_ray.t_min.is_nan() {
             self.search_instances(ray, filter, search);
@@ -79,7 +76,7 @@ pub(super) trait SearchScene {
     fn find_closest(&self, ray: &Ray, filter: &RayFilter) -> Hit {
         let mut search = Closest::new(ray.t_max);
         self.search(ray, filter, &mut search);
-        search.best
+        search.hit(self.primitives(), ray)
     }
 
     /// [`super::Tracer::occluded`].
@@ -93,9 +90,9 @@ pub(super) trait SearchScene {
     /// [`super::Tracer::next_hit`].
     #[inline(always)]
     fn find_next(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        let mut search = Next { after: *after, best: Hit::miss(ray.t_max) };
+        let mut search = Next::new(ray.t_max, after);
         self.search(ray, filter, &mut search);
-        search.best
+        search.hit(self.primitives(), ray)
     }
 }
 

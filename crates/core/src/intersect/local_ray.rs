@@ -1,7 +1,8 @@
 //! A ray in the space of a geometry, with what the intersection tests need of it.
 
 use super::{EDGE_TOLERANCE, HIT_TOLERANCE, PADDING, STEEP, Slab, T_SLACK, USUAL_LENGTH, USUAL_REACH};
-use crate::math::Vec3;
+use crate::math::{Affine, Vec3};
+use crate::ray::Ray;
 
 /// A ray in a geometry's space. The direction is not of unit length where an instance scales; `t` means the same in
 /// every space.
@@ -36,6 +37,16 @@ pub const SHORTEST_DIRECTION: f32 = 1e-11;
 pub const LARGEST_NUMBER: f32 = 1e18;
 
 impl LocalRay {
+    /// A ray of the world in a geometry's space, into which the map takes it; the world itself has none.
+    #[inline(always)]
+    pub(crate) fn of(ray: &Ray, object_from_world: Option<&Affine>, extent: f32) -> LocalRay {
+        let (origin, direction) = match object_from_world {
+            Some(map) => (map.point(ray.origin), map.direction(ray.direction)),
+            None => (ray.origin, ray.direction),
+        };
+        LocalRay::new(origin, direction, ray.t_min, extent)
+    }
+
     /// For a geometry of the given extent ([`crate::geometry::Geometry::extent`]).
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> LocalRay {

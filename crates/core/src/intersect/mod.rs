@@ -22,6 +22,7 @@ mod triangle;
 pub use first_look::{EDGE_SLACK, FirstLook, Meeting, T_SLACK, USUAL_LENGTH, USUAL_REACH};
 pub use local_ray::{LARGEST_NUMBER, LocalRay, SHORTEST_DIRECTION};
 pub use slab::{SLAB_SLACK, SMALLEST_DIRECTION, Slab};
+pub(crate) use sphere::decide_sphere;
 pub use sphere::{intersect_sphere, sphere_bounds};
 pub use triangle::{Confirmed, EdgeTest, PackedTriangle, intersect_triangle, longest_edge_last};
 pub(crate) use triangle::{decide_triangle, intersect_triangle_unless};

@@ -2,7 +2,8 @@
 
 use super::{LocalRay, Slab};
 use crate::geometry::{Bounds, Sphere};
-use crate::math::{Vec3, sqrt};
+use crate::math::{Affine, Vec3, sqrt};
+use crate::ray::Ray;
 
 /// The sphere's bounds, grown by `padding`.
 #[inline(always)]
@@ -37,4 +38,16 @@ pub fn intersect_sphere(ray: &LocalRay, sphere: &Sphere) -> [f32; 2] {
         if counts { t } else { f32::NAN }
     };
     [checked(t_closest - half, -half), checked(t_closest + half, half)]
+}
+
+/// The same by a ray that is this one in the world; like [`super::decide_triangle`], a function of its own on GPUs.
+#[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
+#[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
+pub(crate) fn decide_sphere(
+    sphere: &Sphere,
+    ray: &Ray,
+    object_from_world: Option<&Affine>,
+    extent: f32,
+) -> [f32; 2] {
+    intersect_sphere(&LocalRay::of(ray, object_from_world, extent), sphere)
 }

@@ -12,7 +12,8 @@
 
 use super::{LocalRay, SMALLEST_DETERMINANT, Slab};
 use crate::geometry::Bounds;
-use crate::math::{Vec3, fma, sqrt, sqrt64};
+use crate::math::{Affine, Vec3, fma, sqrt, sqrt64};
+use crate::ray::Ray;
 
 /// Triangles whose edges meet at an angle with a sine below this have no area that single precision can tell.
 const NO_AREA: f32 = 1.0 / 4_194_304.0;
@@ -148,12 +149,19 @@ pub(crate) fn intersect_triangle_unless(
     if hit.counts(ray) { Some((hit.t, hit.u, hit.v)) } else { None }
 }
 
-/// [`PackedTriangle::test`], for where it is rare: on GPUs a function of its own, so that its registers are not those of the
-/// search.
+/// [`PackedTriangle::test`] by a ray that is this one in the world. What it takes is what searches have anyway, so that
+/// they need not keep what only this needs; on GPUs it is a function of its own, so that its registers are not theirs.
 #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
 #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-pub(crate) fn decide_triangle(triangle: &PackedTriangle, ray: &LocalRay) -> Confirmed {
-    triangle.test(ray, false)
+pub(crate) fn decide_triangle(
+    triangle: &PackedTriangle,
+    ray: &Ray,
+    object_from_world: Option<&Affine>,
+    extent: f32,
+) -> Confirmed {
+    let local = LocalRay::of(ray, object_from_world, extent);
+    let hit = triangle.test(&local, false);
+    Confirmed { meets: hit.counts(&local), ..hit }
 }
 
 impl Confirmed {

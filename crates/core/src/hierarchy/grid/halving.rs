@@ -1,9 +1,9 @@
 //! The walk for rays from far away: the grid is taken as a tree over ranges of cells, halved along their longest axis.
 
 use super::{GridRoot, GridTracer};
-use crate::hierarchy::candidates::Search;
 use crate::hierarchy::cell_ray::{CellRay, in_time};
 use crate::hierarchy::references::References;
+use crate::hierarchy::search::Search;
 use crate::hierarchy::{Stack, Work};
 use crate::math::{fma, max, min};
 

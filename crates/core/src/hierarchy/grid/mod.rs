@@ -8,9 +8,10 @@
 
 mod halving;
 
-use super::candidates::{Placement, PrimitivesView, Search, item};
+use super::candidates::{Placement, PrimitivesView, item};
 use super::cell_ray::{CellRay, in_time};
 use super::references::{Mailbox, References};
+use super::search::Search;
 use super::two_level::{InstanceTreeView, SearchScene, answer_queries};
 use super::{Tracer, Work};
 use crate::geometry::Bounds;
@@ -232,7 +233,7 @@ impl<C: Work> SearchScene for GridTracer<'_, C> {
         &self,
         geometry: u32,
         ray: &LocalRay,
-        placement: &Placement,
+        placement: &Placement<'_>,
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {

@@ -2,8 +2,9 @@
 
 use super::{MAX_OCTREE_DEPTH, OctreeNode, OctreeView};
 use crate::geometry::Bounds;
-use crate::hierarchy::candidates::{Placement, PrimitivesView, Search, item};
+use crate::hierarchy::candidates::{Placement, PrimitivesView, item};
 use crate::hierarchy::references::References;
+use crate::hierarchy::search::Search;
 use crate::hierarchy::two_level::{SearchScene, answer_queries};
 use crate::hierarchy::{Stack, Tracer, Work};
 use crate::intersect::{LocalRay, Slab};
@@ -71,7 +72,7 @@ impl<C: Work> SearchScene for OctreeTracer<'_, C> {
         &self,
         geometry: u32,
         ray: &LocalRay,
-        placement: &Placement,
+        placement: &Placement<'_>,
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {

@@ -7,9 +7,10 @@
 
 use super::{MAX_OCTREE_DEPTH, OctreeNode, OctreeView};
 use crate::geometry::Bounds;
-use crate::hierarchy::candidates::{Any, Placement, item};
+use crate::hierarchy::candidates::{Placement, item};
 use crate::hierarchy::cell_ray::{CellRay, in_time};
 use crate::hierarchy::references::{Mailbox, SPHERE_REFERENCE};
+use crate::hierarchy::search::Any;
 use crate::hierarchy::{ShadowBatch, Stack};
 use crate::intersect::{LocalRay, PackedTriangle};
 use crate::math::{Vec3, fma, max, min, vec3};
@@ -232,12 +233,13 @@ impl<'a, const W: usize> Packet<'a, W> {
     /// Tests a primitive for one ray, which ends there if it is hit.
     #[inline(always)]
     fn test(&mut self, tree: &OctreeView, reference: u32, lane: usize) {
-        let (p, ray, world) = (&tree.primitives, &self.local[lane], &Placement::WORLD);
+        let world_ray = self.rays.ray(lane);
+        let (p, ray, world) = (&tree.primitives, &self.local[lane], &Placement::world(&world_ray));
         let mut search = Any { t_max: self.t_max[lane], found: false };
         if reference & SPHERE_REFERENCE == 0 {
             p.search_triangles(reference, 1, ray, world, self.filter, &mut search);
         } else {
-            p.search_spheres(reference & !SPHERE_REFERENCE, 1, ray, world, &mut search);
+            p.search_spheres(reference & !SPHERE_REFERENCE, 1, world, &mut search);
         }
         if search.found {
             self.hidden[lane] = true;

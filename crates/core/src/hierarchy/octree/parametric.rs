@@ -11,9 +11,10 @@
 
 use super::packet::Packet;
 use super::{MAX_OCTREE_DEPTH, OctreeView};
-use crate::hierarchy::candidates::{Any, Placement, PrimitivesView, Search, item};
+use crate::hierarchy::candidates::{Placement, PrimitivesView, item};
 use crate::hierarchy::cell_ray::{CellRay, in_time};
 use crate::hierarchy::references::{Mailbox, References};
+use crate::hierarchy::search::{Any, Search};
 use crate::hierarchy::two_level::SearchScene;
 use crate::hierarchy::{ShadowBatch, Stack, Tracer, Work};
 use crate::intersect::LocalRay;
@@ -95,7 +96,7 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
         &self,
         geometry: u32,
         ray: &LocalRay,
-        placement: &Placement,
+        placement: &Placement<'_>,
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {

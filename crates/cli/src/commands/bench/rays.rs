@@ -1,5 +1,6 @@
 //! `eosphor bench rays SCENE`: how fast a device answers queries about rays, and whether it answers as the CPU does.
 
+use super::median;
 use crate::arguments::{BackendChoice, BenchRaysFlags};
 use crate::backend::{builder_for, cpu_backend, limit_threads};
 use crate::commands::render::framed_camera;
@@ -59,7 +60,7 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
                 let problem = "rays are traced on one device at a time: choose one, as in --backend cuda:0";
                 return Err(Failure::usage(problem));
             };
-            (Device::Cuda(CudaRays::new(device, bvh)?), fast)
+            (Device::Cuda(CudaRays::new(device, bvh, flags.device.gpu_traversal)?), fast)
         }
     };
     let mut report = Report { device: device.describe(), triangles: data.triangles.len(), rows: Vec::new() };
@@ -132,15 +133,8 @@ fn repeated<T>(repeats: usize, answer: impl Fn() -> T) -> (T, Vec<f64>) {
 }
 
 impl Row {
-    fn new(
-        set: &'static str,
-        query: &'static str,
-        rays: &[Ray],
-        mut times: Vec<f64>,
-        different: usize,
-    ) -> Row {
-        times.sort_by(f64::total_cmp);
-        let milliseconds = times.get(times.len() / 2).copied().unwrap_or(0.0);
+    fn new(set: &'static str, query: &'static str, rays: &[Ray], times: Vec<f64>, different: usize) -> Row {
+        let milliseconds = median(times);
         let mrays_per_second = if milliseconds > 0.0 { rays.len() as f64 * 1e-3 / milliseconds } else { 0.0 };
         Row { set, query, rays: rays.len(), milliseconds, mrays_per_second, different }
     }

@@ -1,0 +1,217 @@
+//! A bounding volume hierarchy as GPUs read it.
+
+use crate::Bvh;
+use eosphor_core::geometry::Bounds;
+use eosphor_core::hierarchy::{BvhNode, BvhPair, Company, Link, PAIR_SLACK, PairTracer, PairView, REACH};
+use eosphor_core::intersect::{PADDING, sphere_bounds};
+use eosphor_core::math::{Vec3, vec3};
+
+/// The trees of a [`Bvh`], with the boxes of two children in one node. Primitives stay where they are.
+#[derive(Clone, Debug)]
+pub struct BvhPairs {
+    /// Pairs of all trees.
+    pub pairs: Vec<BvhPair>,
+    /// For each geometry, its tree.
+    pub roots: Vec<Link>,
+    /// The tree over the instances but the world.
+    pub instance_root: Link,
+    /// The largest coordinate of the world and of what instances place in it.
+    pub world_extent: f32,
+}
+
+impl BvhPairs {
+    /// From a hierarchy; `None` where it has more primitives or instances than links of 32 bits can name.
+    pub fn new(bvh: &Bvh) -> Option<BvhPairs> {
+        let primitives = &bvh.primitives;
+        let numbers = primitives.spheres.len().max(primitives.instances.len());
+        if primitives.triangles.len() > Link::TRIANGLES_END as usize || numbers > Link::NUMBERS_END as usize {
+            return None;
+        }
+        let placed = &primitives.instances[1.min(primitives.instances.len())..];
+        let own = primitives.geometries.first().map_or(0.0, |world| world.extent);
+        let world_extent = placed.iter().fold(own, |extent, i| extent.max(i.world_bounds.extent()));
+        let mut pairs = Vec::with_capacity(bvh.nodes.len() / 2 + 1);
+        let mut tree = |root: u32, spheres, kind, extent: f32| {
+            let pad = f64::from(PAIR_SLACK) * (f64::from(REACH) + 1.0) * f64::from(extent);
+            Tree { bvh, kind, spheres, pad, pairs: &mut pairs }.convert(root)
+        };
+        let geometries = primitives.geometries.iter().zip(&bvh.roots).enumerate();
+        let roots = geometries
+            .map(|(number, (geometry, &root))| {
+                let extent = if number == 0 { world_extent } else { geometry.extent };
+                tree(root, PADDING * geometry.extent, Kind::Primitives, extent)
+            })
+            .collect();
+        let instance_root = if placed.is_empty() {
+            Link::NOTHING
+        } else {
+            tree(bvh.instance_root, 0.0, Kind::Instances, world_extent)
+        };
+        Some(BvhPairs { pairs, roots, instance_root, world_extent })
+    }
+
+    /// With the hierarchy that it was made from.
+    pub fn view<'a>(&'a self, bvh: &'a Bvh) -> PairView<'a> {
+        PairView {
+            pairs: &self.pairs,
+            roots: &self.roots,
+            instance_root: self.instance_root,
+            world_extent: self.world_extent,
+            company: Company::AUTO,
+            primitives: bvh.primitives.view(),
+        }
+    }
+
+    /// The traversal of GPUs through the world alone, whatever is placed in it.
+    pub fn world_tracer<'a>(&'a self, bvh: &'a Bvh, company: Company) -> PairTracer<'a, false> {
+        PairTracer { view: PairView { company, ..self.view(bvh) } }
+    }
+
+    /// The traversal of GPUs, one ray at a time. On a CPU it is for tests: [`crate::Bvh8`] is faster.
+    pub fn tracer<'a>(&'a self, bvh: &'a Bvh) -> PairTracer<'a, true> {
+        PairTracer { view: self.view(bvh) }
+    }
+}
+
+/// What the leaves of a tree name.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Primitives,
+    Instances,
+}
+
+/// One tree that is converted.
+struct Tree<'a> {
+    bvh: &'a Bvh,
+    kind: Kind,
+    /// What the bounds of spheres are padded by.
+    spheres: f32,
+    /// What boxes are padded by besides.
+    pad: f64,
+    pairs: &'a mut Vec<BvhPair>,
+}
+
+/// A child that is still to be converted, and where its link belongs: the pair, and which of its children.
+struct Waiting {
+    node: u32,
+    pair: usize,
+    second: bool,
+}
+
+impl Tree<'_> {
+    /// Depth first, so that a pair and its first child's are neighbours.
+    fn convert(&mut self, root: u32) -> Link {
+        let mut waiting = Vec::new();
+        let link = self.take(root, &mut waiting);
+        while let Some(Waiting { node, pair, second }) = waiting.pop() {
+            let link = self.take(node, &mut waiting);
+            let pair = &mut self.pairs[pair];
+            *(if second { &mut pair.link1 } else { &mut pair.link0 }) = link;
+        }
+        link
+    }
+
+    /// The link to a node. An inner one's children wait.
+    fn take(&mut self, number: u32, waiting: &mut Vec<Waiting>) -> Link {
+        let node = self.bvh.nodes[number as usize];
+        if !node.is_inner() {
+            return self.leaf(&node);
+        }
+        let boxes = [0, 1].map(|k| self.bvh.nodes[(node.first + k) as usize].bounds());
+        let pair = self.push(boxes, [Link::NOTHING; 2]);
+        waiting.push(Waiting { node: node.first + 1, pair, second: true });
+        waiting.push(Waiting { node: node.first, pair, second: false });
+        Link::pair(pair as u32)
+    }
+
+    fn leaf(&mut self, leaf: &BvhNode) -> Link {
+        let (first, count) = (leaf.first, leaf.count & !BvhNode::SPHERES);
+        if count == 0 {
+            return Link::NOTHING;
+        }
+        let (most, link): (u32, fn(u32, u32) -> Link) = match self.kind {
+            Kind::Primitives if leaf.count & BvhNode::SPHERES == 0 => (Link::MOST_TRIANGLES, Link::triangles),
+            Kind::Primitives => (1, |first, _| Link::sphere(first)),
+            Kind::Instances => (1, |first, _| Link::instance(first)),
+        };
+        self.halves(leaf, first, count, most, link).1
+    }
+
+    /// A leaf's primitives by halves, until there are at most so many together.
+    fn halves(
+        &mut self,
+        leaf: &BvhNode,
+        first: u32,
+        count: u32,
+        most: u32,
+        link: fn(u32, u32) -> Link,
+    ) -> (Bounds, Link) {
+        if count <= most {
+            return match self.kind {
+                Kind::Instances => {
+                    let number = self.bvh.instance_order[first as usize];
+                    let bounds = self.bvh.primitives.instances[number as usize].world_bounds;
+                    (bounds, link(number, 1))
+                }
+                // Those of triangles may have been cut.
+                Kind::Primitives if most > 1 => (leaf.bounds(), link(first, count)),
+                Kind::Primitives => {
+                    let sphere = &self.bvh.primitives.spheres[first as usize];
+                    (sphere_bounds(sphere, self.spheres), link(first, 1))
+                }
+            };
+        }
+        // The pair comes before what it leads to.
+        let nowhere = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
+        let pair = self.push([nowhere; 2], [Link::NOTHING; 2]);
+        let half = count / 2;
+        let (bounds0, link0) = self.halves(leaf, first, half, most, link);
+        let (bounds1, link1) = self.halves(leaf, first + half, count - half, most, link);
+        self.pairs[pair] = self.pair([bounds0, bounds1], [link0, link1]);
+        (bounds0.union(&bounds1), Link::pair(pair as u32))
+    }
+
+    fn push(&mut self, boxes: [Bounds; 2], links: [Link; 2]) -> usize {
+        self.pairs.push(self.pair(boxes, links));
+        self.pairs.len() - 1
+    }
+
+    fn pair(&self, boxes: [Bounds; 2], [link0, link1]: [Link; 2]) -> BvhPair {
+        let [(center0, half0), (center1, half1)] = boxes.map(|bounds| centered(&bounds, self.pad));
+        BvhPair { center0, link0, half0, unused: [0; 2], center1, half1, link1 }
+    }
+}
+
+/// Middle and half the size of a box that holds this one and a margin around it.
+fn centered(bounds: &Bounds, margin: f64) -> (Vec3, Vec3) {
+    let axis = |low: f32, high: f32| {
+        let (low, high) = (f64::from(low), f64::from(high));
+        let center = (0.5 * (low + high)) as f32;
+        let half = (high - f64::from(center)).max(f64::from(center) - low) + margin;
+        let rounded = half as f32;
+        (center, if f64::from(rounded) < half { rounded.next_up() } else { rounded })
+    };
+    let (x, y, z) = (
+        axis(bounds.min.x, bounds.max.x),
+        axis(bounds.min.y, bounds.max.y),
+        axis(bounds.min.z, bounds.max.z),
+    );
+    (vec3(x.0, y.0, z.0), vec3(x.1, y.1, z.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_centred_box_holds_the_box() {
+        for (low, high) in
+            [(0.1f32, 0.3), (-1e-30, 1e10), (5.0, 5.0), (-7.3, -7.2999997), (0.0, f32::MIN_POSITIVE)]
+        {
+            let bounds = Bounds { min: Vec3::splat(low), max: Vec3::splat(high) };
+            let (center, half) = centered(&bounds, 1e-9);
+            let (c, h) = (f64::from(center.x), f64::from(half.x));
+            assert!(c - h <= f64::from(low) - 1e-9 && f64::from(high) + 1e-9 <= c + h, "{low} {high}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! `eosphor bench render SCENE`: how long a picture takes once the scene is on the device.
+
+use super::median;
+use crate::arguments::BenchRenderFlags;
+use crate::backend::{backend_for, limit_threads};
+use crate::commands::render::apply;
+use crate::failure::Failure;
+use crate::streams;
+use crate::text::grouped;
+use eosphor::{RenderControl, SceneData, load};
+use serde::Serialize;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+#[derive(Serialize)]
+struct Report {
+    backend: String,
+    triangles: usize,
+    width: u32,
+    height: u32,
+    rays: u64,
+    /// The hierarchy, and on a GPU the way there.
+    prepare_milliseconds: f64,
+    /// Median over the repetitions: of the whole picture, on a GPU with the way back.
+    milliseconds: f64,
+    shortest_milliseconds: f64,
+    mrays_per_second: f64,
+}
+
+pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
+    limit_threads(&flags.device)?;
+    let mut scene = load(&flags.scene, &flags.camera.load_options())?.scene;
+    apply(&mut scene, flags.preset, &flags.settings, flags.translate, &flags.camera)?;
+    let backend = backend_for(&flags.device, flags.accel)?;
+    let data = Arc::new(SceneData::flatten(&scene)?.0);
+    let triangles = data.triangles.len();
+    let start = Instant::now();
+    let prepared = backend.prepare(data)?;
+    let prepare_milliseconds = start.elapsed().as_secs_f64() * 1e3;
+    let (cancel, watch) = (AtomicBool::new(false), |_| ());
+    let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false };
+    let mut rays = 0;
+    let mut times = Vec::with_capacity(flags.repeats);
+    // Once to warm up.
+    for repeat in 0..=flags.repeats {
+        let start = Instant::now();
+        rays = prepared.render(&control)?.statistics.total_rays();
+        if repeat > 0 {
+            times.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    let shortest_milliseconds = times.iter().copied().fold(f64::INFINITY, f64::min);
+    let milliseconds = median(times);
+    let [width, height] = scene.settings.size;
+    let report = Report {
+        backend: backend.describe(),
+        triangles,
+        width,
+        height,
+        rays,
+        prepare_milliseconds,
+        milliseconds,
+        shortest_milliseconds,
+        mrays_per_second: rays as f64 * 1e-3 / milliseconds.max(1e-9),
+    };
+    if flags.json { streams::json(&report) } else { streams::result(&report.table()) }
+}
+
+impl Report {
+    fn table(&self) -> String {
+        format!(
+            "{}; {} triangles\n\
+             picture   {} x {}, {} rays\n\
+             prepare   {:.1} ms\n\
+             render    {:.3} ms, {:.3} at best\n\
+             speed     {:.1} Mrays/s\n",
+            self.backend,
+            grouped(self.triangles as u64),
+            self.width,
+            self.height,
+            grouped(self.rays),
+            self.prepare_milliseconds,
+            self.milliseconds,
+            self.shortest_milliseconds,
+            self.mrays_per_second
+        )
+    }
+}

@@ -1,0 +1,459 @@
+//! The hierarchy as GPUs read it: the boxes of two children in one node of 64 bytes (Aila and Laine 2009), instances and
+//! primitives by links of 32 bits.
+//!
+//! A box is its centre and half its size, so that its entry and its exit are one fused multiply-add each, without telling
+//! near planes from far ones. It is larger than the node's by what rounding can bring about for rays that start within
+//! [`REACH`] extents; for others [`PairView::slack`] is added as they go.
+//!
+//! What is not certain in single precision would need a function that every walk keeps registers for. So it is put aside
+//! (`put_off.rs`) until the walk is over.
+
+use super::candidates::{Placement, PrimitivesView, item};
+use super::search::Search;
+use super::warp::Warp;
+use super::{MAX_BVH_DEPTH, Stack};
+use crate::intersect::{LocalRay, Slab};
+use crate::math::{Vec3, fma, max, min};
+use crate::ray::{Ray, RayFilter};
+
+/// Boxes are padded for rays whose origin is this many extents of the geometry from 0, along each axis.
+pub const REACH: f32 = 8.0;
+
+/// What boxes are padded by, over the extent of the geometry and the largest coordinate of the ray's origin together: more
+/// than [`crate::intersect::SLAB_SLACK`] and the rounding errors of either test, which are some 8 times 2^-24 of that.
+pub const PAIR_SLACK: f32 = 1.0 / 1_048_576.0;
+
+/// Two children.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct BvhPair {
+    /// Middle of the first one's box,
+    pub center0: Vec3,
+    /// and what it leads to.
+    pub link0: Link,
+    /// Half the size of its box.
+    pub half0: Vec3,
+    /// Nothing.
+    pub unused: [u32; 2],
+    /// Middle of the second one's box.
+    pub center1: Vec3,
+    /// Half the size of its box,
+    pub half1: Vec3,
+    /// and what it leads to.
+    pub link1: Link,
+}
+
+impl BvhPair {
+    /// All of it. (Where only a link is needed in the end, GPUs would read that when it is needed, which is late.)
+    #[cfg(target_arch = "nvptx64")]
+    #[inline(always)]
+    fn read(&self) -> BvhPair {
+        let mut rows = [[0u32; 4]; 4];
+        let mut k = 0;
+        while k < 4 {
+            // SAFETY: reads a quarter of what is borrowed; pairs lie in global memory, which nothing changes.
+            unsafe {
+                let row = (self as *const BvhPair).cast::<[u32; 4]>().add(k);
+                let (a, b, c, d);
+                core::arch::asm!(
+                    "ld.global.nc.v4.u32 {{{0}, {1}, {2}, {3}}}, [{4}];",
+                    out(reg32) a, out(reg32) b, out(reg32) c, out(reg32) d, in(reg64) row,
+                    options(pure, readonly, nostack, preserves_flags)
+                );
+                rows[k] = [a, b, c, d];
+            }
+            k += 1;
+        }
+        // SAFETY: a pair is four rows of plain numbers.
+        unsafe { core::mem::transmute::<[[u32; 4]; 4], BvhPair>(rows) }
+    }
+
+    /// All of it.
+    #[cfg(not(target_arch = "nvptx64"))]
+    #[inline(always)]
+    fn read(&self) -> BvhPair {
+        *self
+    }
+}
+
+/// What a child is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Link(u32);
+
+/// Set in links to anything but pairs.
+const NO_PAIR: u32 = 1 << 31;
+/// Set in links to anything but pairs and triangles.
+const SPECIAL: u32 = 0b11 << 30;
+const SPHERE: u32 = SPECIAL;
+const INSTANCE: u32 = SPECIAL | 0b01 << 28;
+const NUMBER: u32 = (1 << 28) - 1;
+/// The number of the first triangle; above it, how many less one.
+const TRIANGLE: u32 = (1 << 27) - 1;
+
+impl Link {
+    /// Nothing.
+    pub const NOTHING: Link = Link(SPECIAL | 0b10 << 28);
+    /// The world begins again.
+    const WORLD: Link = Link(SPECIAL | 0b10 << 28 | 1);
+    /// The end.
+    const DONE: Link = Link(SPECIAL | 0b11 << 28);
+
+    /// The most triangles of a leaf.
+    pub const MOST_TRIANGLES: u32 = 8;
+    /// Numbers of triangles are below this.
+    pub const TRIANGLES_END: u32 = 1 << 27;
+    /// Numbers of spheres and instances are below this.
+    pub const NUMBERS_END: u32 = 1 << 28;
+
+    /// To a pair, by its number.
+    pub fn pair(number: u32) -> Link {
+        debug_assert!(number < NO_PAIR);
+        Link(number)
+    }
+
+    /// To triangles.
+    pub fn triangles(first: u32, count: u32) -> Link {
+        debug_assert!(first < Link::TRIANGLES_END && (1..=Link::MOST_TRIANGLES).contains(&count));
+        Link(NO_PAIR | (count - 1) << 27 | first)
+    }
+
+    /// To a sphere.
+    pub fn sphere(number: u32) -> Link {
+        debug_assert!(number < Link::NUMBERS_END);
+        Link(SPHERE | number)
+    }
+
+    /// To an instance.
+    pub fn instance(number: u32) -> Link {
+        debug_assert!(number < Link::NUMBERS_END);
+        Link(INSTANCE | number)
+    }
+
+    /// As kernels take it.
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    #[inline(always)]
+    fn is_pair(self) -> bool {
+        self.0 & NO_PAIR == 0
+    }
+
+    #[inline(always)]
+    fn is_sphere(self) -> bool {
+        self.0 & !NUMBER == SPHERE
+    }
+
+    /// Of a link to triangles, the first one and how many.
+    #[inline(always)]
+    fn range(self) -> (u32, u32) {
+        (self.0 & TRIANGLE, (self.0 >> 27 & 7) + 1)
+    }
+
+    #[inline(always)]
+    fn is_triangles(self) -> bool {
+        self.0 & SPECIAL == NO_PAIR
+    }
+}
+
+/// Trees of pairs.
+#[derive(Clone, Copy, Debug)]
+pub struct PairView<'a> {
+    /// Pairs of all trees.
+    pub pairs: &'a [BvhPair],
+    /// For each geometry, its tree.
+    pub roots: &'a [Link],
+    /// The tree over the instances but the world.
+    pub instance_root: Link,
+    /// The largest coordinate of the world and of what instances place in it.
+    pub world_extent: f32,
+    /// How threads of a warp walk.
+    pub company: Company,
+    /// Primitives, in the order of the leaves.
+    pub primitives: PrimitivesView<'a>,
+}
+
+/// Whether the threads of a warp walk through the tree together, each for its own ray. It changes no hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Company(u32);
+
+impl Company {
+    /// Together where their rays start in one point and go the same way along every axis.
+    pub const AUTO: Company = Company(0);
+    /// Each thread for itself.
+    pub const ALONE: Company = Company(1);
+    /// All of a warp go where any of them has to, by vote (EOS's algorithm). Instances are entered alone.
+    pub const TOGETHER: Company = Company(2);
+
+    /// As kernels take it.
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+}
+
+/// A link a level of two trees, whose leaves may have been split further, and the ends.
+const ROOM: usize = 2 * (MAX_BVH_DEPTH + 8) + 4;
+
+/// The ray as a walk goes on with it.
+struct Space<'a> {
+    placement: Placement<'a>,
+    ray: LocalRay,
+    /// Minus the origin over the direction.
+    offset: Vec3,
+    /// The sizes of the inverse direction's components.
+    steps: Vec3,
+    /// What halves of boxes are too small by.
+    slack: f32,
+}
+
+impl<'a> Space<'a> {
+    #[inline(always)]
+    fn new(placement: Placement<'a>, ray: LocalRay, extent: f32) -> Space<'a> {
+        let inverse = ray.slab.inverse;
+        let reach = ray.origin.abs().max_component();
+        let slack = if reach <= REACH * extent { 0.0 } else { PAIR_SLACK * (reach + extent) };
+        Space { placement, ray, offset: -(ray.origin * inverse), steps: inverse.abs(), slack }
+    }
+
+    #[inline(always)]
+    fn world(view: &PairView, world_ray: &'a Ray) -> Space<'a> {
+        let ray = LocalRay::of(world_ray, None, item(view.primitives.geometries, 0).extent);
+        Space::new(Placement::world(world_ray), ray, view.world_extent)
+    }
+
+    /// Where the ray enters and leaves a box.
+    #[inline(always)]
+    fn interval(&self, center: Vec3, half: Vec3) -> (f32, f32) {
+        let (i, o, s) = (self.ray.slab.inverse, self.offset, self.steps);
+        let (x, y, z) = (fma(center.x, i.x, o.x), fma(center.y, i.y, o.y), fma(center.z, i.z, o.z));
+        let (h, t_min) = (half, self.ray.t_min);
+        let near = max(max(fma(-h.x, s.x, x), fma(-h.y, s.y, y)), max(fma(-h.z, s.z, z), t_min));
+        let far = min(min(fma(h.x, s.x, x), fma(h.y, s.y, y)), fma(h.z, s.z, z));
+        (near, far)
+    }
+}
+
+/// Which children of a pair a ray enters, and where.
+struct Crossing {
+    enters0: bool,
+    enters1: bool,
+    near0: f32,
+    near1: f32,
+}
+
+/// Room for a walk's stack.
+pub(super) type Room = super::stack::Room<Link, ROOM>;
+
+/// How a walk came to its end.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// Everything was searched, or the search had enough.
+    Over,
+    /// The ray starts too far away for the boxes as they are: it takes a walk for rays from anywhere.
+    Far,
+}
+
+/// A walk through the world and, with `PLACED`, through what instances place in it. With `ANYWHERE` for rays that start
+/// anywhere.
+pub(super) struct Walk<'a, 's, const ANYWHERE: bool, const PLACED: bool> {
+    space: Space<'a>,
+    next: Link,
+    stack: Stack<'s, Link, ROOM>,
+}
+
+impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PLACED> {
+    /// At the beginning.
+    #[inline(always)]
+    pub(super) fn new(view: &PairView, world_ray: &'a Ray, room: &'s mut Room) -> Self {
+        let mut stack = Stack::new(room);
+        // SAFETY: as in `fork`.
+        unsafe {
+            stack.push(Link::DONE);
+            if PLACED {
+                stack.push(view.instance_root);
+            }
+        }
+        Walk { space: Space::world(view, world_ray), next: *item(view.roots, 0), stack }
+    }
+
+    /// Visits the leaves that the ray enters, the nearer child first. A node is left out only when the ray enters it
+    /// beyond the best hit, never at equality: there a tie may wait.
+    ///
+    /// Inner nodes are passed in a loop of their own ("while-while" in Aila and Laine 2009), so that threads of a warp meet
+    /// again at leaves.
+    #[inline(always)]
+    pub(super) fn run(&mut self, view: &PairView, filter: &RayFilter, search: &mut impl Search) -> Outcome {
+        // Numbers out of range: such a ray hits nothing.
+        if self.space.ray.t_min.is_nan() {
+            return Outcome::Over;
+        }
+        if !ANYWHERE && self.space.slack > 0.0 {
+            return Outcome::Far;
+        }
+        loop {
+            while self.next.is_pair() {
+                self.pass(&item(view.pairs, self.next.0).read(), search.t_max());
+            }
+            if self.next.is_triangles() {
+                let (first, count) = self.next.range();
+                let Space { placement, ray, .. } = &self.space;
+                if view.primitives.search_triangles(first, count, ray, placement, filter, search) {
+                    return Outcome::Over;
+                }
+            } else if let Some(outcome) = self.enter(view, search) {
+                return outcome;
+            }
+            if !self.next.is_pair() {
+                self.next = self.pop();
+            }
+        }
+    }
+
+    /// Whether to walk together with the threads that are here. Only the world is walked through so.
+    #[inline(always)]
+    pub(super) fn goes_along(&self, company: Company, warp: Warp) -> bool {
+        if PLACED || company == Company::ALONE {
+            return false;
+        }
+        if company == Company::TOGETHER {
+            return true;
+        }
+        let Ray { origin: o, direction: d, .. } = self.space.placement.world_ray;
+        let sign = |x: f32, bit: u32| (x.to_bits() >> 31) << bit;
+        let octant = sign(d.x, 0) | sign(d.y, 1) | sign(d.z, 2);
+        let [x, y, z, ways] = [o.x.to_bits(), o.y.to_bits(), o.z.to_bits(), octant].map(|n| warp.agrees(n));
+        x & y & z & ways
+    }
+
+    /// [`Walk::run`] with all threads of a warp at the same node: they go where any of them has to, first to the child that is
+    /// nearer for most. Nodes are read once, and no thread waits for others' stacks.
+    #[inline(always)]
+    pub(super) fn run_together(
+        &mut self,
+        view: &PairView,
+        filter: &RayFilter,
+        search: &mut impl Search,
+        warp: Warp,
+    ) -> Outcome {
+        let is_far = !ANYWHERE && self.space.slack > 0.0;
+        let mut is_over = self.space.ray.t_min.is_nan() | is_far;
+        loop {
+            while self.next.is_pair() {
+                let pair = item(view.pairs, self.next.0).read();
+                let crossing = self.cross(&pair, search.t_max());
+                let (enters0, enters1) = (crossing.enters0 & !is_over, crossing.enters1 & !is_over);
+                let (any0, any1) = (warp.count(enters0) > 0, warp.count(enters1) > 0);
+                if any0 & any1 {
+                    let second_first = enters1 & (!enters0 | (crossing.near1 < crossing.near0));
+                    let first_first = enters0 & !second_first;
+                    self.fork(&pair, warp.count(second_first) > warp.count(first_first));
+                } else if any0 | any1 {
+                    self.next = if any0 { pair.link0 } else { pair.link1 };
+                } else {
+                    self.next = self.pop();
+                }
+            }
+            if self.next == Link::DONE {
+                break;
+            }
+            if !is_over {
+                let Space { placement, ray, .. } = &self.space;
+                is_over = if self.next.is_triangles() {
+                    let (first, count) = self.next.range();
+                    view.primitives.search_triangles(first, count, ray, placement, filter, search)
+                } else {
+                    self.next.is_sphere()
+                        && view.primitives.search_spheres(self.next.0 & NUMBER, 1, placement, search)
+                };
+            }
+            self.next = self.pop();
+            if warp.count(!is_over) == 0 {
+                break;
+            }
+        }
+        if is_far { Outcome::Far } else { Outcome::Over }
+    }
+
+    /// Which children the ray enters, and where.
+    #[inline(always)]
+    fn cross(&self, pair: &BvhPair, t_max: f32) -> Crossing {
+        let (mut half0, mut half1) = (pair.half0, pair.half1);
+        if ANYWHERE {
+            let slack = Vec3::splat(self.space.slack);
+            (half0, half1) = (half0 + slack, half1 + slack);
+        }
+        let (near0, far0) = self.space.interval(pair.center0, half0);
+        let (near1, far1) = self.space.interval(pair.center1, half1);
+        let (enters0, enters1) = (Slab::passes(near0, far0, t_max), Slab::passes(near1, far1, t_max));
+        Crossing { enters0, enters1, near0, near1 }
+    }
+
+    /// From a pair to its nearer child, or to what was put aside.
+    #[inline(always)]
+    fn pass(&mut self, pair: &BvhPair, t_max: f32) {
+        let Crossing { enters0, enters1, near0, near1 } = self.cross(pair, t_max);
+        if enters0 & enters1 {
+            self.fork(pair, near1 < near0);
+        } else if enters0 | enters1 {
+            self.next = if enters0 { pair.link0 } else { pair.link1 };
+        } else {
+            self.next = self.pop();
+        }
+    }
+
+    /// Puts one child aside.
+    #[inline(always)]
+    fn fork(&mut self, pair: &BvhPair, second_first: bool) {
+        let (nearer, farther) =
+            if second_first { (pair.link1, pair.link0) } else { (pair.link0, pair.link1) };
+        // SAFETY: a walk puts aside one link a level, and no tree has more than MAX_BVH_DEPTH of them. The world's tree is
+        // done with before the two others begin.
+        unsafe { self.stack.push(farther) };
+        self.next = nearer;
+    }
+
+    /// What was put aside last. (That it may lie beyond the best hit by now is found out when its children are tested: to
+    /// keep where the ray enters would double the stack, which is what fills a GPU's first cache.)
+    #[inline(always)]
+    fn pop(&mut self) -> Link {
+        // SAFETY: below everything lies the end, after which nothing is taken.
+        unsafe { self.stack.pop_unchecked() }
+    }
+
+    /// Neither pairs nor triangles. Where that ends the walk, how.
+    #[inline(always)]
+    fn enter(&mut self, view: &PairView, search: &mut impl Search) -> Option<Outcome> {
+        let (kind, number) = (self.next.0 & !NUMBER, self.next.0 & NUMBER);
+        let world_ray = self.space.placement.world_ray;
+        if self.next.is_sphere() {
+            return view
+                .primitives
+                .search_spheres(number, 1, &self.space.placement, search)
+                .then_some(Outcome::Over);
+        }
+        if PLACED && kind == INSTANCE {
+            let slab = Slab::new(world_ray.origin, world_ray.direction);
+            let (placement, ray) =
+                view.primitives.enter_instance(number, world_ray, &slab, search.t_max())?;
+            let geometry = item(view.primitives.instances, number).geometry;
+            self.space = Space::new(placement, ray, item(view.primitives.geometries, geometry).extent);
+            if !ANYWHERE && self.space.slack > 0.0 {
+                return Some(Outcome::Far);
+            }
+            // SAFETY: as above.
+            unsafe { self.stack.push(Link::WORLD) };
+            self.next = *item(view.roots, geometry);
+            // A tree that is a leaf is visited from there like any other.
+            if !self.next.is_pair() {
+                unsafe { self.stack.push(self.next) };
+            }
+        } else if PLACED && self.next == Link::WORLD {
+            self.space = Space::world(view, world_ray);
+        } else if self.next == Link::DONE {
+            return Some(Outcome::Over);
+        }
+        None
+    }
+}
