@@ -2,28 +2,65 @@
 
 use crate::arguments::{BackendChoice, DeviceFlags};
 use crate::failure::Failure;
+use crate::streams;
 use eosphor::{
-    Accel, Backend, Builder, CpuBackend, CpuOptions, CudaBackend, CudaOptions, FeaturePass, Hierarchy,
-    SceneData,
+    Accel, Backend, BackendError, Builder, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback,
+    FeaturePass, Hierarchy, SceneData, cuda_devices,
 };
 use std::sync::Arc;
 
-/// The backend that the flags ask for. `auto` is the CPU while the GPU kernels are not tuned.
-pub(crate) fn backend_for(flags: &DeviceFlags, accel: Option<Accel>) -> Result<Box<dyn Backend>, Failure> {
+/// The backend that the flags ask for. `auto` is the first GPU, with the CPU in reserve, unless there is none or something is
+/// asked for that only the CPU does.
+pub(crate) fn backend_for(
+    flags: &DeviceFlags,
+    accel: Option<Accel>,
+    count_work: bool,
+) -> Result<Box<dyn Backend>, Failure> {
     match &flags.backend {
-        BackendChoice::Auto | BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
+        BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
         BackendChoice::Cuda(devices) => {
-            let usual = CudaOptions::default();
-            let options = CudaOptions {
-                devices: devices.clone(),
-                accel: accel.unwrap_or(usual.accel),
-                builder: builder_for(flags),
-                block_size: flags.block_size.unwrap_or(usual.block_size),
-                traversal: flags.gpu_traversal,
-            };
+            let options = cuda_options(flags, accel, devices.clone());
             options.check().map_err(Failure::usage)?;
             Ok(Box::new(CudaBackend::new(options)?))
         }
+        BackendChoice::Auto => {
+            let device = if count_work || asks_for_cpu(flags, accel) { None } else { first_gpu() };
+            let cuda = device.and_then(|device| {
+                CudaBackend::new(cuda_options(flags, accel, vec![device])).map_err(|error| tell(&error)).ok()
+            });
+            let Some(cuda) = cuda else { return Ok(Box::new(cpu_backend(flags, accel)?)) };
+            let options = cpu_options(flags, accel);
+            let reserve = move || Ok(Box::new(CpuBackend::new(options.clone())?) as Box<dyn Backend>);
+            Ok(Box::new(Fallback::new(Box::new(cuda), reserve, tell)))
+        }
+    }
+}
+
+/// Says why a GPU is left.
+fn tell(error: &BackendError) {
+    streams::message(&format!("eosphor: note: {error}; the CPU goes on"));
+}
+
+/// The first device that kernels run on.
+fn first_gpu() -> Option<usize> {
+    let devices = cuda_devices().ok()?;
+    devices.iter().find(|device| device.is_supported()).map(|device| device.ordinal)
+}
+
+/// Whether flags are about the CPU, or a structure that is made for it.
+fn asks_for_cpu(flags: &DeviceFlags, accel: Option<Accel>) -> bool {
+    let about_cpus = flags.threads.is_some() || flags.tile.is_some() || flags.simd.0.is_some();
+    about_cpus || flags.scheduler != CpuOptions::default().scheduler || accel == Some(Accel::Bvh8)
+}
+
+fn cuda_options(flags: &DeviceFlags, accel: Option<Accel>, devices: Vec<usize>) -> CudaOptions {
+    let usual = CudaOptions::default();
+    CudaOptions {
+        devices,
+        accel: accel.unwrap_or(usual.accel),
+        builder: builder_for(flags),
+        block_size: flags.block_size.unwrap_or(usual.block_size),
+        traversal: flags.gpu_traversal,
     }
 }
 

@@ -2,11 +2,12 @@
 
 use crate::bands::{BandHeight, Rows, rays_per_pixel};
 use crate::device::{Device, devices};
-use crate::launch::Launcher;
+use crate::launch::{Launched, Launcher, Room};
 use crate::options::{CudaOptions, Traversal};
 use crate::scene::DeviceScene;
 use crate::structure::{Structure, kernel};
 use eosphor_accel::Builder;
+use eosphor_core::math::Vec3;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
     RayStatistics, RenderControl, Rendered, check_rows, check_scene,
@@ -14,8 +15,7 @@ use eosphor_render::{
 use eosphor_scene::SceneData;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Renders on NVIDIA GPUs.
 pub struct CudaBackend {
@@ -124,18 +124,20 @@ impl PreparedScene for PreparedCuda {
             statistics: RayStatistics::default(),
             pixels_done: 0,
         });
-        let rows = Rows::new(rows);
+        let pixels = FilmRows::new(&mut picture.lock().unwrap_or_else(PoisonError::into_inner));
+        let rows = Rows::new(rows, self.devices.len() as u32);
         std::thread::scope(|scope| {
-            let (rows, picture) = (&rows, &picture);
-            let start =
-                |(device, scene)| scope.spawn(move || self.render_on(device, scene, rows, picture, control));
+            let (rows, picture, pixels) = (&rows, &picture, &pixels);
+            let start = |(device, scene)| {
+                scope.spawn(move || self.render_on(device, scene, rows, pixels, picture, control))
+            };
             let workers: Vec<_> = self.devices.iter().zip(&self.scenes).map(start).collect();
             workers.into_iter().try_for_each(|worker| match worker.join() {
                 Ok(result) => result,
                 Err(panic) => std::panic::resume_unwind(panic),
             })
         })?;
-        let picture = picture.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let picture = picture.into_inner().unwrap_or_else(PoisonError::into_inner);
         let complete = picture.pixels_done == picture.film.pixels.len() as u64;
         Ok(Rendered { film: picture.film, complete, statistics: picture.statistics })
     }
@@ -151,43 +153,89 @@ struct Picture {
 }
 
 impl PreparedCuda {
-    /// Takes rows until there are none left.
+    /// Takes rows until there are none left. While one band travels back, the next is rendered.
     fn render_on(
         &self,
         device: &Device,
         scene: &DeviceScene,
         rows: &Rows,
+        pixels: &FilmRows,
         picture: &Mutex<Picture>,
         control: &RenderControl,
     ) -> Result<(), BackendError> {
-        let width = self.width as usize;
-        let mut band_height = BandHeight::new(self.width, self.rays_per_pixel);
         let fail = |error| device.failure("rendering", error);
-        let mut launcher =
-            Launcher::new(device, scene, self.block_size, largest_band(self.width, self.height))
-                .map_err(fail)?;
-        let mut colors = Vec::new();
-        while !control.cancel.load(Ordering::Relaxed) {
-            let Some(band) = rows.take(band_height.rows()) else { break };
-            let start = Instant::now();
-            colors.resize(band.len() * width, eosphor_core::math::Vec3::ZERO);
-            let statistics = launcher.render_rows(band.start, &mut colors).map_err(fail)?;
-            band_height.learn(band.len() as u32, start.elapsed().as_secs_f64());
-            let progress = {
-                let mut guard = picture.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                let picture = &mut *guard;
-                let start = (band.start - picture.first_row) as usize * width;
-                picture.film.pixels[start..][..colors.len()].copy_from_slice(&colors);
-                picture.statistics += statistics;
-                picture.pixels_done += colors.len() as u64;
-                Progress {
-                    pixels_done: picture.pixels_done,
-                    pixels_total: picture.film.pixels.len() as u64,
-                    rays: picture.statistics.total_rays(),
-                }
-            };
-            (control.on_progress)(progress);
+        let mut room = scene.room.lock().unwrap_or_else(PoisonError::into_inner);
+        let room = match &mut *room {
+            Some(room) => room,
+            none => none.insert(Room::new(device, largest_band(self.width, self.height)).map_err(fail)?),
+        };
+        let mut launcher = Launcher { device, scene, block_size: self.block_size, room };
+        let mut band_height = BandHeight::new(self.width, self.rays_per_pixel);
+        let mut flying: Option<Launched> = None;
+        for number in 0.. {
+            let cancelled = control.cancel.load(Ordering::Relaxed);
+            let next = if cancelled { None } else { rows.take(band_height.rows()) };
+            let launch = |rows| launcher.launch(rows, number % 2).map_err(fail);
+            let launched = next.map(launch).transpose()?;
+            let more = launched.is_some();
+            if let Some(band) = std::mem::replace(&mut flying, launched) {
+                // SAFETY: `rows` has handed out each row once.
+                let colors = unsafe { pixels.rows(&band.rows) };
+                let (statistics, seconds) = launcher.finish(&band, colors).map_err(fail)?;
+                band_height.learn(band.rows.len() as u32, seconds);
+                let progress = {
+                    let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
+                    picture.statistics += statistics;
+                    picture.pixels_done += colors.len() as u64;
+                    Progress {
+                        pixels_done: picture.pixels_done,
+                        pixels_total: picture.film.pixels.len() as u64,
+                        rays: picture.statistics.total_rays(),
+                    }
+                };
+                (control.on_progress)(progress);
+            }
+            if !more {
+                break;
+            }
         }
         Ok(())
+    }
+}
+
+/// The film's pixels, for several devices that fill different rows.
+struct FilmRows {
+    pixels: *mut Vec3,
+    /// The picture's row that is the film's first.
+    first_row: u32,
+    width: usize,
+    length: usize,
+}
+
+// SAFETY: whoever takes rows sees to it that nobody else does.
+unsafe impl Sync for FilmRows {}
+
+impl FilmRows {
+    fn new(picture: &mut Picture) -> FilmRows {
+        FilmRows {
+            pixels: picture.film.pixels.as_mut_ptr(),
+            first_row: picture.first_row,
+            width: picture.film.width as usize,
+            length: picture.film.pixels.len(),
+        }
+    }
+
+    /// Some rows of the picture.
+    ///
+    /// # Safety
+    ///
+    /// The film is there, and nobody else has any of these rows.
+    #[allow(clippy::mut_from_ref, reason = "that is what it is for")]
+    unsafe fn rows(&self, rows: &Range<u32>) -> &mut [Vec3] {
+        let first = (rows.start - self.first_row) as usize * self.width;
+        let length = rows.len() * self.width;
+        assert!(first + length <= self.length, "rows of the film");
+        // SAFETY: they are in the film, and the caller's alone.
+        unsafe { std::slice::from_raw_parts_mut(self.pixels.add(first), length) }
     }
 }

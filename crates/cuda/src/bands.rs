@@ -21,20 +21,34 @@ const TESTED_IN_PASSING: f64 = 64.0;
 /// Most pixels of a launch: enough to keep any device busy, and 100 MB of film.
 const MOST_PIXELS: u32 = 1 << 23;
 
+/// Among several devices, a band is at most the share of a device in what is left, over this.
+const SHARES: u32 = 2;
+
+/// But not fewer rows than this, where there are so many: launches have a price.
+const FEWEST_ROWS: u32 = 4 * WARP_ROWS;
+
 /// Hands out rows of a picture to several devices.
 pub(crate) struct Rows {
     next: AtomicU32,
     end: u32,
+    devices: u32,
 }
 
 impl Rows {
-    pub(crate) fn new(rows: Range<u32>) -> Rows {
-        Rows { next: AtomicU32::new(rows.start), end: rows.end }
+    pub(crate) fn new(rows: Range<u32>, devices: u32) -> Rows {
+        Rows { next: AtomicU32::new(rows.start), end: rows.end, devices }
     }
 
-    /// The next rows, at most this many (not 0); `None` when there are no more.
+    /// The next rows, at most this many (not 0); `None` when there are no more. With several devices fewer towards the end,
+    /// so that none has much to do when the others are done.
     pub(crate) fn take(&self, most: u32) -> Option<Range<u32>> {
-        let taken = |start: u32| (start < self.end).then(|| start + most.min(self.end - start));
+        let taken = |start: u32| {
+            (start < self.end).then(|| {
+                let left = self.end - start;
+                let share = if self.devices == 1 { left } else { left / (SHARES * self.devices) };
+                start + most.min(share.max(FEWEST_ROWS)).min(left)
+            })
+        };
         let start = self.next.try_update(Ordering::Relaxed, Ordering::Relaxed, taken).ok()?;
         taken(start).map(|end| start..end)
     }
@@ -91,10 +105,12 @@ mod tests {
     #[test]
     fn every_row_is_handed_out_once() {
         for (range, most) in [(0..1, 4), (3..7, 4), (0..1000, 12), (17..65_535, 65_532)] {
-            let rows = Rows::new(range.clone());
-            let all: Vec<u32> = std::iter::from_fn(|| rows.take(most)).flatten().collect();
-            assert_eq!(all, range.collect::<Vec<u32>>());
-            assert_eq!(rows.take(most), None);
+            for devices in [1, 2, 5] {
+                let rows = Rows::new(range.clone(), devices);
+                let all: Vec<u32> = std::iter::from_fn(|| rows.take(most)).flatten().collect();
+                assert_eq!(all, range.clone().collect::<Vec<u32>>());
+                assert_eq!(rows.take(most), None);
+            }
         }
     }
 

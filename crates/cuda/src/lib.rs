@@ -26,6 +26,7 @@ mod parameters;
 mod ptx;
 mod rays;
 mod scene;
+mod staging;
 mod structure;
 
 pub use backend::CudaBackend;

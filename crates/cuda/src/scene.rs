@@ -1,6 +1,7 @@
 //! A scene on a device.
 
 use crate::device::Device;
+use crate::launch::{BANDS, Room};
 use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
 use crate::structure::{Structure, add_structure};
@@ -8,6 +9,7 @@ use cudarc::driver::{CudaFunction, CudaSlice};
 use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::view::SceneView;
 use eosphor_render::BackendError;
+use std::sync::Mutex;
 
 /// A scene on a device: its arrays, and the kernel that renders it.
 pub(crate) struct DeviceScene {
@@ -16,6 +18,8 @@ pub(crate) struct DeviceScene {
     pub(crate) parameters: Vec<u64>,
     /// Pixels of a row.
     pub(crate) width: u32,
+    /// For launches; made by the first one, and used again.
+    pub(crate) room: Mutex<Option<Room>>,
     /// Where the arrays are; kept for as long as the parameters name them.
     _memory: CudaSlice<u8>,
 }
@@ -39,13 +43,14 @@ impl DeviceScene {
         let fail = |error| device.failure(doing, error);
         Needs {
             scene: parameters.bytes(),
-            film: film_pixels * 12,
+            film: film_pixels * 12 * BANDS,
             stacks: device.stack_bytes(&kernel).map_err(fail)?,
         }
         .check(device.free_bytes().map_err(fail)?, &device.name)?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
         let parameters = parameters.values(base);
-        Ok(DeviceScene { kernel, parameters, width: view.settings.width, _memory: memory })
+        let (width, room) = (view.settings.width, Mutex::new(None));
+        Ok(DeviceScene { kernel, parameters, width, room, _memory: memory })
     }
 }
 

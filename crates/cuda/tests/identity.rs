@@ -3,7 +3,7 @@
 
 mod common;
 
-use eosphor_cuda::{CudaBackend, CudaOptions};
+use eosphor_cuda::{CudaBackend, CudaOptions, Traversal};
 use eosphor_render::{Accel, CpuBackend, CpuOptions};
 use eosphor_scene::{Preset, Scene, SceneData};
 use std::fmt::Display;
@@ -114,6 +114,17 @@ fn every_block_size() {
     scene.settings.size = [93, 53];
     for block_size in [32, 64, 96, 128] {
         assert_identical_by(&scene, CudaOptions { block_size, ..CudaOptions::default() });
+    }
+}
+
+#[test]
+fn every_traversal() {
+    for name in ["builtin:cornell", "glass"] {
+        let mut scene = common::scene(name, None).unwrap();
+        scene.settings.size = [93, 53];
+        for traversal in Traversal::ALL {
+            assert_identical_by(&scene, CudaOptions { traversal, ..CudaOptions::default() });
+        }
     }
 }
 

@@ -64,8 +64,8 @@ pub use eosphor_render::output::{
 #[doc(inline)]
 pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
-    FeaturePass, FeatureRows, Film, Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene, Progress,
-    Quality, RayStatistics, RenderControl, Rendered, Scheduler, SimdLevel, scene_hash,
+    Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene,
+    Progress, Quality, RayStatistics, RenderControl, Rendered, Scheduler, SimdLevel, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

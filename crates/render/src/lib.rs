@@ -17,7 +17,8 @@ mod statistics;
 
 pub use backend::cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler, SimdLevel};
 pub use backend::{
-    Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,
+    Backend, BackendError, Fallback, PreparedScene, Progress, RenderControl, Rendered, check_rows,
+    check_scene,
 };
 pub use bands::Bands;
 pub use cost::CostMap;

@@ -8,7 +8,7 @@ use eosphor::{Accel, Builder, Quality, Scheduler, SimdLevel, Traversal};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
 pub(crate) struct DeviceFlags {
-    /// Where to render: auto (the CPU, in this version), cpu, cuda, or cuda:0,1 for several GPUs
+    /// Where to render: auto (the first GPU, or the CPU), cpu, cuda, or cuda:0,1 for several GPUs
     #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = backend)]
     pub(crate) backend: BackendChoice,
     /// CPU threads; all cores otherwise

@@ -71,7 +71,7 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
         lights: data.lights.len(),
         bounds: bounds(scene),
         camera: camera_info(scene, &data),
-        hierarchy: backend_for(&flags.device, accel)?.prepare(Arc::new(data))?.hierarchy_statistics(),
+        hierarchy: backend_for(&flags.device, accel, true)?.prepare(Arc::new(data))?.hierarchy_statistics(),
         files,
         notes,
     };

@@ -26,7 +26,7 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     flags.file.check(Format::of(&flags.output)?)?;
     check_writable(&flags.output)?;
     limit_threads(&flags.device)?;
-    let backend = backend_for(&flags.device, flags.accel)?;
+    let backend = backend_for(&flags.device, flags.accel, flags.report.stats)?;
     let verbosity = flags.report.verbosity();
     interrupt::watch(verbosity)?;
 

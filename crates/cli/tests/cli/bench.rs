@@ -1,4 +1,4 @@
-//! `eosphor bench rays`.
+//! `eosphor bench`.
 
 use crate::place::Place;
 
@@ -22,4 +22,19 @@ fn several_devices_and_no_repeats_are_wrong_usage() {
         |more: &[&str]| place.run(&[&["bench", "rays", "builtin:cornell", "--size", "8x8"], more].concat());
     with(&["--backend", "cuda:0,1"]).is_wrong_usage(&["one device at a time", "cuda:0"]);
     with(&["--repeats", "0"]).is_wrong_usage(&["from 1 to 10000"]);
+}
+
+#[test]
+fn a_picture_is_timed_and_not_written() {
+    let place = Place::new();
+    let arguments = ["bench", "render", "builtin:cornell", "--preset", "pg1", "--size", "16x12"];
+    let settings = ["--light-samples", "2", "--repeats", "3", "--backend", "cpu", "--json"];
+    let report = place.run(&[&arguments[..], &settings[..]].concat()).succeeded().json();
+    assert_eq!(
+        (&report["width"], &report["height"], &report["triangles"]),
+        (&16.into(), &12.into(), &2188.into())
+    );
+    let number = |name: &str| report[name].as_f64().unwrap();
+    assert!(number("rays") > 16.0 * 12.0 && number("milliseconds") > 0.0, "{report}");
+    assert!(number("shortest_milliseconds") <= number("milliseconds"), "{report}");
 }

@@ -190,6 +190,8 @@ fn cuda_says_what_it_has_before_it_looks_for_a_driver() {
         .is_wrong_usage(&["bvh8 is made for", "none, bvh, octree, octree-parametric, grid, kdtree"]);
     cuda("--block-size", "256").is_wrong_usage(&["blocks of 256 threads", "32, 64, 96 and 128"]);
     cuda("--block-size", "100").is_wrong_usage(&["blocks of 100 threads"]);
+    let arguments = ["--backend", "cuda", "--accel", "grid", "--gpu-traversal", "vote"];
+    place.render("a.png", &arguments).is_wrong_usage(&["vote", "one through grid", "choose bvh"]);
 }
 
 #[test]

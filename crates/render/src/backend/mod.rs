@@ -1,6 +1,9 @@
 //! Backends: who turns a scene into a film. All give the same bits.
 
 pub(crate) mod cpu;
+mod fallback;
+
+pub use fallback::Fallback;
 
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
 use eosphor_scene::SceneData;

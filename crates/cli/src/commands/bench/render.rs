@@ -32,7 +32,7 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
     let mut scene = load(&flags.scene, &flags.camera.load_options())?.scene;
     apply(&mut scene, flags.preset, &flags.settings, flags.translate, &flags.camera)?;
-    let backend = backend_for(&flags.device, flags.accel)?;
+    let backend = backend_for(&flags.device, flags.accel, false)?;
     let data = Arc::new(SceneData::flatten(&scene)?.0);
     let triangles = data.triangles.len();
     let start = Instant::now();
@@ -45,10 +45,11 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     // Once to warm up.
     for repeat in 0..=flags.repeats {
         let start = Instant::now();
-        rays = prepared.render(&control)?.statistics.total_rays();
+        let rendered = prepared.render(&control)?;
         if repeat > 0 {
             times.push(start.elapsed().as_secs_f64() * 1e3);
         }
+        rays = rendered.statistics.total_rays();
     }
     let shortest_milliseconds = times.iter().copied().fold(f64::INFINITY, f64::min);
     let milliseconds = median(times);

@@ -1,0 +1,217 @@
+//! A backend with another one in reserve.
+
+use super::{Backend, BackendError, PreparedScene, RenderControl, Rendered};
+use crate::{Hierarchy, HierarchyStatistics};
+use eosphor_scene::SceneData;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// Makes the backend in reserve.
+type Reserve = dyn Fn() -> Result<Box<dyn Backend>, BackendError> + Send + Sync;
+
+/// Told why the first backend is left.
+type Tell = dyn Fn(&BackendError) + Send + Sync;
+
+/// Renders with one backend, and with another from where that one fails: a device that is too small, or lost in the middle of
+/// a picture. All give the same bits, so nobody sees it in the picture; `tell` is told.
+pub struct Fallback {
+    first: Box<dyn Backend>,
+    reserve: Arc<Reserve>,
+    tell: Arc<Tell>,
+    /// What the reserve says that it is, once it is in use.
+    went_over: Arc<OnceLock<String>>,
+}
+
+impl Fallback {
+    /// The backend in reserve is made when it is needed.
+    pub fn new(
+        first: Box<dyn Backend>,
+        reserve: impl Fn() -> Result<Box<dyn Backend>, BackendError> + Send + Sync + 'static,
+        tell: impl Fn(&BackendError) + Send + Sync + 'static,
+    ) -> Fallback {
+        Fallback { first, reserve: Arc::new(reserve), tell: Arc::new(tell), went_over: Arc::default() }
+    }
+}
+
+impl Backend for Fallback {
+    fn describe(&self) -> String {
+        match self.went_over.get() {
+            Some(reserve) => format!("{}, then {reserve}", self.first.describe()),
+            None => self.first.describe(),
+        }
+    }
+
+    fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
+        let (prepared, in_use) = match self.first.prepare(Arc::clone(&scene)) {
+            Ok(prepared) => (prepared, InUse::First),
+            Err(error) => {
+                (self.tell)(&error);
+                (prepare_reserve(&*self.reserve, &scene, &self.went_over)?, InUse::Reserve)
+            }
+        };
+        let (reserve, tell) = (Arc::clone(&self.reserve), Arc::clone(&self.tell));
+        let went_over = Arc::clone(&self.went_over);
+        let size = prepared.size();
+        let state = Mutex::new(State { prepared: Arc::from(prepared), in_use });
+        Ok(Box::new(PreparedFallback { scene, size, state, reserve, tell, went_over }))
+    }
+}
+
+fn prepare_reserve(
+    reserve: &Reserve,
+    scene: &Arc<SceneData>,
+    went_over: &OnceLock<String>,
+) -> Result<Box<dyn PreparedScene>, BackendError> {
+    let backend = reserve()?;
+    went_over.get_or_init(|| backend.describe());
+    backend.prepare(Arc::clone(scene))
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum InUse {
+    First,
+    Reserve,
+}
+
+struct State {
+    prepared: Arc<dyn PreparedScene>,
+    in_use: InUse,
+}
+
+struct PreparedFallback {
+    scene: Arc<SceneData>,
+    size: (u32, u32),
+    state: Mutex<State>,
+    reserve: Arc<Reserve>,
+    tell: Arc<Tell>,
+    went_over: Arc<OnceLock<String>>,
+}
+
+impl PreparedFallback {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn prepared(&self) -> Arc<dyn PreparedScene> {
+        Arc::clone(&self.state().prepared)
+    }
+
+    /// Goes over to the reserve; others who fail at the same time wait here and find it done.
+    fn go_over(&self, error: &BackendError) -> Result<Arc<dyn PreparedScene>, BackendError> {
+        let mut state = self.state();
+        if state.in_use == InUse::First {
+            (self.tell)(error);
+            state.prepared = Arc::from(prepare_reserve(&*self.reserve, &self.scene, &self.went_over)?);
+            state.in_use = InUse::Reserve;
+        }
+        Ok(Arc::clone(&state.prepared))
+    }
+}
+
+impl PreparedScene for PreparedFallback {
+    fn hierarchy_statistics(&self) -> HierarchyStatistics {
+        self.prepared().hierarchy_statistics()
+    }
+
+    fn hierarchy(&self) -> Option<Arc<Hierarchy>> {
+        self.prepared().hierarchy()
+    }
+
+    fn size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    /// Rows that were lost are rendered again.
+    fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
+        let (prepared, in_use) = {
+            let state = self.state();
+            (Arc::clone(&state.prepared), state.in_use)
+        };
+        match prepared.render_rows(rows.clone(), control) {
+            Err(error) if in_use == InUse::First => self.go_over(&error)?.render_rows(rows, control),
+            result => result,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CpuBackend, CpuOptions};
+    use eosphor_scene::{LoadOptions, load};
+    use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+    /// Works until it has rendered some rows, if it ever does.
+    struct Failing {
+        prepares: bool,
+        rows_left: u32,
+    }
+
+    struct PreparedFailing {
+        cpu: Box<dyn PreparedScene>,
+        rows_left: AtomicU32,
+    }
+
+    impl Backend for Failing {
+        fn describe(&self) -> String {
+            "failing".into()
+        }
+
+        fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
+            if !self.prepares {
+                return Err(BackendError::OutOfMemory("too large".into()));
+            }
+            let cpu = cpu()?.prepare(scene)?;
+            Ok(Box::new(PreparedFailing { cpu, rows_left: AtomicU32::new(self.rows_left) }))
+        }
+    }
+
+    impl PreparedScene for PreparedFailing {
+        fn hierarchy_statistics(&self) -> HierarchyStatistics {
+            self.cpu.hierarchy_statistics()
+        }
+        fn hierarchy(&self) -> Option<Arc<Hierarchy>> {
+            None
+        }
+        fn size(&self) -> (u32, u32) {
+            self.cpu.size()
+        }
+        fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
+            if self.rows_left.fetch_sub(1, Ordering::Relaxed) == 0 {
+                return Err(BackendError::Failed("the device was lost".into()));
+            }
+            self.cpu.render_rows(rows, control)
+        }
+    }
+
+    fn cpu() -> Result<Box<dyn Backend>, BackendError> {
+        Ok(Box::new(CpuBackend::new(CpuOptions::default())?))
+    }
+
+    #[test]
+    fn what_one_backend_cannot_the_other_goes_on_with() {
+        let mut scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        (scene.settings.size, scene.settings.samples, scene.settings.light_samples) = ([24, 16], 1, 1);
+        let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+        let expected = cpu().unwrap().prepare(Arc::clone(&data)).unwrap();
+        for (prepares, rows_left, what) in [(false, 0, "too large"), (true, 0, "lost"), (true, 2, "lost")] {
+            let told = Arc::new(Mutex::new(Vec::new()));
+            let tell = {
+                let told = Arc::clone(&told);
+                move |error: &BackendError| told.lock().unwrap().push(error.to_string())
+            };
+            let backend = Fallback::new(Box::new(Failing { prepares, rows_left }), cpu, tell);
+            let prepared = backend.prepare(Arc::clone(&data)).unwrap();
+            let cancel = AtomicBool::new(false);
+            let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false };
+            for rows in [0..4, 4..8, 8..12, 12..16] {
+                let got = prepared.render_rows(rows.clone(), &control).unwrap();
+                let want = expected.render_rows(rows.clone(), &control).unwrap();
+                assert!(got.complete && got.film == want.film, "{what} {rows:?}");
+            }
+            assert!(backend.describe().starts_with("failing, then CPU"), "{}", backend.describe());
+            let told = told.lock().unwrap();
+            assert!(told.len() == 1 && told[0].contains(what), "{told:?}");
+        }
+    }
+}
