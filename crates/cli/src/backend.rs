@@ -30,7 +30,7 @@ pub(crate) fn backend_for(
             });
             let Some(cuda) = cuda else { return Ok(Box::new(cpu_backend(flags, accel)?)) };
             let options = cpu_options(flags, accel);
-            let reserve = move || Ok(Box::new(CpuBackend::new(options.clone())?) as Box<dyn Backend>);
+            let reserve = move || Ok(Box::new(CpuBackend::new(options)?) as Box<dyn Backend>);
             Ok(Box::new(Fallback::new(Box::new(cuda), reserve, tell)))
         }
     }

@@ -16,10 +16,20 @@ pub struct Film {
 impl Film {
     /// A black film.
     pub fn new(width: u32, height: u32) -> Film {
-        let pixels = vec![Vec3::ZERO; width as usize * height as usize];
+        let pixels = black(width as usize * height as usize);
         ask_for_large_pages(&pixels);
         Film { width, height, pixels }
     }
+}
+
+/// Black pixels that nobody has written yet: of floats the library knows that zeros can be had from the system, of colours
+/// it does not, and writes them, on one thread.
+fn black(pixels: usize) -> Vec<Vec3> {
+    const { assert!(size_of::<Vec3>() == 3 * size_of::<f32>() && align_of::<Vec3>() == align_of::<f32>()) };
+    let mut floats = std::mem::ManuallyDrop::new(vec![0f32; 3 * pixels]);
+    assert_eq!(floats.capacity(), 3 * pixels, "a vector of zeros has no room to spare");
+    // SAFETY: the same allocation: as many bytes, aligned the same; zeros are black.
+    unsafe { Vec::from_raw_parts(floats.as_mut_ptr().cast(), pixels, pixels) }
 }
 
 /// Asks the system to give memory in large pages. A film is new memory, which comes a page at a time where it is first

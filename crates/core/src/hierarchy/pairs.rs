@@ -447,6 +447,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             self.next = *item(view.roots, geometry);
             // A tree that is a leaf is visited from there like any other.
             if !self.next.is_pair() {
+                // SAFETY: as above.
                 unsafe { self.stack.push(self.next) };
             }
         } else if PLACED && self.next == Link::WORLD {
