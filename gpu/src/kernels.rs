@@ -18,7 +18,7 @@ use eosphor_core::settings::Settings;
 use eosphor_core::texture::{Texture, Textures};
 use eosphor_core::view::SceneView;
 
-/// Defines a kernel. After the structure's own parameters, which `crates/cuda/src/hierarchy.rs` passes, all have the
+/// Defines a kernel. After the structure's own parameters, which `crates/cuda/src/structure.rs` passes, all have the
 /// same ones, in the order in which `crates/cuda/src/scene.rs` passes them.
 macro_rules! render_kernel {
     ($(#[$doc:meta])* $name:ident($($own:ident: $type:ty),*) |$primitives:ident| $tracer:expr) => {

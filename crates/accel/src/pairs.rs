@@ -209,9 +209,11 @@ mod tests {
             [(0.1f32, 0.3), (-1e-30, 1e10), (5.0, 5.0), (-7.3, -7.2999997), (0.0, f32::MIN_POSITIVE)]
         {
             let bounds = Bounds { min: Vec3::splat(low), max: Vec3::splat(high) };
-            let (center, half) = centered(&bounds, 1e-9);
+            let (low, high) = (f64::from(low), f64::from(high));
+            let margin = 1e-6 * low.abs().max(high.abs());
+            let (center, half) = centered(&bounds, margin);
             let (c, h) = (f64::from(center.x), f64::from(half.x));
-            assert!(c - h <= f64::from(low) - 1e-9 && f64::from(high) + 1e-9 <= c + h, "{low} {high}");
+            assert!(c - h <= low - 0.999 * margin && high + 0.999 * margin <= c + h, "{low} {high}");
         }
     }
 }

@@ -45,8 +45,9 @@ impl Rows {
         let taken = |start: u32| {
             (start < self.end).then(|| {
                 let left = self.end - start;
-                let share = if self.devices == 1 { left } else { left / (SHARES * self.devices) };
-                start + most.min(share.max(FEWEST_ROWS)).min(left)
+                let share = left / (SHARES * self.devices) / WARP_ROWS * WARP_ROWS;
+                let most = if self.devices == 1 { most } else { most.min(share.max(FEWEST_ROWS)) };
+                start + most.min(left)
             })
         };
         let start = self.next.try_update(Ordering::Relaxed, Ordering::Relaxed, taken).ok()?;
