@@ -113,9 +113,13 @@ mod tests {
             assert_eq!(entries(&text), [name]);
             assert_eq!(tables(&text), tables(PTX));
             assert!(text.contains(&format!("\n.maxntid {MOST_THREADS}\n")));
-            // And one function, declared at the top.
-            assert_eq!(text.matches("decide_triangle(").count(), 1);
-            assert_eq!(text.lines().filter(|&line| line == "}").count(), 2);
+            // And all functions, declared at the top.
+            for function in ["decide_triangle(", "decide_sphere(", "closest_hit_of_any_ray("] {
+                assert_eq!(text.matches(function).count(), 1);
+            }
+            let functions =
+                text.lines().filter(|line| line.starts_with(".visible .func") && line.ends_with('('));
+            assert_eq!(text.lines().filter(|&line| line == "}").count(), 1 + functions.count());
             assert_eq!(text.matches('{').count(), text.matches('}').count());
         }
     }
