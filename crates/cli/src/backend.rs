@@ -2,7 +2,7 @@
 
 use crate::arguments::{BackendChoice, DeviceFlags};
 use crate::failure::Failure;
-use crate::streams;
+use crate::streams::Verbosity;
 use eosphor::{
     Accel, Backend, BackendError, Builder, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback,
     FeaturePass, Hierarchy, SceneData, cuda_devices,
@@ -15,6 +15,7 @@ pub(crate) fn backend_for(
     flags: &DeviceFlags,
     accel: Option<Accel>,
     count_work: bool,
+    verbosity: Verbosity,
 ) -> Result<Box<dyn Backend>, Failure> {
     match &flags.backend {
         BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
@@ -24,6 +25,9 @@ pub(crate) fn backend_for(
             Ok(Box::new(CudaBackend::new(options)?))
         }
         BackendChoice::Auto => {
+            let tell = move |error: &BackendError| {
+                verbosity.say(Verbosity::Normal, &format!("eosphor: note: {error}; the CPU goes on"));
+            };
             let device = if count_work || asks_for_cpu(flags, accel) { None } else { first_gpu() };
             let cuda = device.and_then(|device| {
                 CudaBackend::new(cuda_options(flags, accel, vec![device])).map_err(|error| tell(&error)).ok()
@@ -34,11 +38,6 @@ pub(crate) fn backend_for(
             Ok(Box::new(Fallback::new(Box::new(cuda), reserve, tell)))
         }
     }
-}
-
-/// Says why a GPU is left.
-fn tell(error: &BackendError) {
-    streams::message(&format!("eosphor: note: {error}; the CPU goes on"));
 }
 
 /// The first device that kernels run on.

@@ -1,11 +1,8 @@
 //! Flags of `eosphor bench`.
 
 use super::camera::CameraFlags;
-use super::values::triple;
-use super::{DeviceFlags, SCENE_HELP, SettingsFlags};
+use super::{DeviceFlags, PictureFlags, SCENE_HELP, SettingsFlags};
 use clap::{Args, Subcommand};
-use eosphor::math::Vec3;
-use eosphor::{Accel, Preset};
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchFlags {
@@ -34,15 +31,8 @@ pub(crate) struct BenchRenderFlags {
     /// How often the picture is rendered
     #[arg(long, value_name = "N", default_value = "20", value_parser = repeats)]
     pub(crate) repeats: usize,
-    /// Render as a reference system does; other flags win over it
-    #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1)]))]
-    pub(crate) preset: Option<Preset>,
-    /// Move all geometry; camera and lights stay
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
-    pub(crate) translate: Option<Vec3>,
-    /// The hierarchy over the primitives
-    #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
-    pub(crate) accel: Option<Accel>,
+    #[command(flatten)]
+    pub(crate) picture: PictureFlags,
     #[command(flatten)]
     pub(crate) settings: SettingsFlags,
     #[command(flatten)]

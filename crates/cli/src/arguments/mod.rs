@@ -10,7 +10,7 @@ mod values;
 pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
 pub(crate) use camera::CameraFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
-pub(crate) use render::{RenderFlags, Show};
+pub(crate) use render::{PictureFlags, RenderFlags, Show};
 pub(crate) use settings::SettingsFlags;
 
 use clap::{Args, Parser, Subcommand};

@@ -18,15 +18,8 @@ pub(crate) struct RenderFlags {
     /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Render as a reference system does; other flags win over it
-    #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1)]))]
-    pub(crate) preset: Option<Preset>,
-    /// Move all geometry; camera and lights stay
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
-    pub(crate) translate: Option<Vec3>,
-    /// The hierarchy over the primitives; changes no pixel. Otherwise bvh8 on the CPU, bvh on GPUs, which have all but bvh8
-    #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
-    pub(crate) accel: Option<Accel>,
+    #[command(flatten)]
+    pub(crate) picture: PictureFlags,
     /// Another picture of the scene. cost: the nodes and primitive tests of each pixel's camera rays, from dark to bright
     #[arg(long, value_name = "WHAT", conflicts_with = "layers", value_parser = super::values::named([("cost", Show::Cost)]))]
     pub(crate) show: Option<Show>,
@@ -43,6 +36,20 @@ pub(crate) struct RenderFlags {
     pub(crate) device: DeviceFlags,
     #[command(flatten)]
     pub(crate) report: ReportFlags,
+}
+
+/// What `render` and `bench render` share besides the larger groups.
+#[derive(Debug, Args)]
+pub(crate) struct PictureFlags {
+    /// Render as a reference system does; other flags win over it
+    #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1)]))]
+    pub(crate) preset: Option<Preset>,
+    /// Move all geometry; camera and lights stay
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
+    pub(crate) translate: Option<Vec3>,
+    /// The hierarchy over the primitives; changes no pixel. Otherwise bvh8 on the CPU, bvh on GPUs, which have all but bvh8
+    #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
+    pub(crate) accel: Option<Accel>,
 }
 
 /// What is shown instead of the picture.

@@ -29,7 +29,7 @@ pub(super) fn show_cost(
     options: SaveOptions,
 ) -> Result<(), Failure> {
     let width = data.settings.width;
-    let pass = feature_pass(&flags.device, flags.accel, data, None)?;
+    let pass = feature_pass(&flags.device, flags.picture.accel, data, None)?;
     let mut work = Vec::new();
     for rows in bands {
         work.extend(pass.rows(rows, interrupt::flag())?.work);
@@ -46,7 +46,7 @@ pub(super) fn show_cost(
     }
     let verbosity = flags.report.verbosity();
     let output = flags.output.display();
-    let accel = flags.accel.unwrap_or(CpuOptions::default().accel);
+    let accel = flags.picture.accel.unwrap_or(CpuOptions::default().accel);
     let CostMap { brightest, mean, largest, .. } = map;
     verbosity.say(
         Verbosity::Normal,

@@ -5,7 +5,7 @@ use crate::arguments::{AccelChoice, InfoFlags};
 use crate::backend::{backend_for, limit_threads};
 use crate::failure::Failure;
 use crate::report::hierarchy_rows;
-use crate::streams;
+use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use eosphor::math::Vec3;
 use eosphor::{HierarchyStatistics, LoadOptions, Scene, SceneData, load};
@@ -71,7 +71,9 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
         lights: data.lights.len(),
         bounds: bounds(scene),
         camera: camera_info(scene, &data),
-        hierarchy: backend_for(&flags.device, accel, true)?.prepare(Arc::new(data))?.hierarchy_statistics(),
+        hierarchy: backend_for(&flags.device, accel, true, Verbosity::Normal)?
+            .prepare(Arc::new(data))?
+            .hierarchy_statistics(),
         files,
         notes,
     };

@@ -1,7 +1,7 @@
 //! `eosphor render SCENE -o OUT`.
 
 use super::cost::show_cost;
-use crate::arguments::{CameraFlags, RenderFlags, SettingsFlags, Show};
+use crate::arguments::{CameraFlags, PictureFlags, RenderFlags, SettingsFlags, Show};
 use crate::backend::{backend_for, feature_pass, limit_threads};
 use crate::command_line::command_line;
 use crate::failure::Failure;
@@ -14,7 +14,7 @@ use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
 use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
-use eosphor::{Preset, Scene, SceneData, Transform, check_writable, load, scene_hash};
+use eosphor::{Scene, SceneData, Transform, check_writable, load, scene_hash};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -26,7 +26,8 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     flags.file.check(Format::of(&flags.output)?)?;
     check_writable(&flags.output)?;
     limit_threads(&flags.device)?;
-    let backend = backend_for(&flags.device, flags.accel, flags.report.stats)?;
+    let backend =
+        backend_for(&flags.device, flags.picture.accel, flags.report.stats, flags.report.verbosity())?;
     let verbosity = flags.report.verbosity();
     interrupt::watch(verbosity)?;
 
@@ -81,23 +82,22 @@ fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Fai
         }
         flags.report.verbosity().say(Verbosity::Verbose, &format!("read {}", path.display()));
     }
-    apply(&mut scene, flags.preset, &flags.settings, flags.translate, &flags.camera)?;
+    apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
     Ok(scene)
 }
 
 /// Changes a scene as flags say.
 pub(super) fn apply(
     scene: &mut Scene,
-    preset: Option<Preset>,
+    picture: &PictureFlags,
     settings: &SettingsFlags,
-    translate: Option<Vec3>,
     camera: &CameraFlags,
 ) -> Result<(), Failure> {
-    if let Some(preset) = preset {
+    if let Some(preset) = picture.preset {
         preset.apply(scene);
     }
     settings.apply(&mut scene.settings);
-    if let Some(offset) = translate {
+    if let Some(offset) = picture.translate {
         move_all(scene, offset);
     }
     camera.apply(scene, framed_camera)?;
@@ -172,7 +172,7 @@ fn trace(
     let features = match options.layers.is_empty() {
         true => None,
         false => {
-            let pass = || feature_pass(&flags.device, flags.accel, data, prepared.hierarchy());
+            let pass = || feature_pass(&flags.device, flags.picture.accel, data, prepared.hierarchy());
             Some(timed(&mut seconds.build, pass)?)
         }
     };

@@ -5,7 +5,7 @@ use crate::arguments::BenchRenderFlags;
 use crate::backend::{backend_for, limit_threads};
 use crate::commands::render::apply;
 use crate::failure::Failure;
-use crate::streams;
+use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use eosphor::{RenderControl, SceneData, load};
 use serde::Serialize;
@@ -31,8 +31,8 @@ struct Report {
 pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
     let mut scene = load(&flags.scene, &flags.camera.load_options())?.scene;
-    apply(&mut scene, flags.preset, &flags.settings, flags.translate, &flags.camera)?;
-    let backend = backend_for(&flags.device, flags.accel, false)?;
+    apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
+    let backend = backend_for(&flags.device, flags.picture.accel, false, Verbosity::Normal)?;
     let data = Arc::new(SceneData::flatten(&scene)?.0);
     let triangles = data.triangles.len();
     let start = Instant::now();
