@@ -1,26 +1,38 @@
-//! A band of rows, a pixel a thread.
+//! A band of rows: a warp takes some pixels that lie together, and each of its threads some samples of one.
 
 use crate::totals::RayTotals;
+use crate::warp::{self, WARP};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::hierarchy::Tracer;
 use eosphor_core::math::Vec3;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{RayCounts, pixel_color, render_pixel};
+use eosphor_core::whitted::{RayCounts, pixel_color, render_samples};
 
-/// The pixel of this thread in rows `first_row .. end_row`: a warp takes 8 × 4 pixels, whose rays stay together.
-#[inline(always)]
-fn pixel_of_thread(width: u32, first_row: u32, end_row: u32) -> Option<(u32, u32)> {
-    // SAFETY: these read the thread's numbers.
-    let thread = unsafe { (_block_idx_x() as u32) * (_block_dim_x() as u32) + _thread_idx_x() as u32 };
-    let (tile, lane) = (thread / 32, thread % 32);
-    // Never 0; said here so that there is no panic for the division.
-    let tiles_in_row = width.div_ceil(8).max(1);
-    let x = tile % tiles_in_row * 8 + lane % 8;
-    let y = first_row + tile / tiles_in_row * 4 + lane / 8;
-    (x < width && y < end_row).then_some((x, y))
+/// Rows `first .. end` of a picture, and how many threads share the samples of a pixel: 2^`sharing`, at most a warp.
+#[derive(Clone, Copy)]
+pub(crate) struct Band {
+    pub(crate) first: u32,
+    pub(crate) end: u32,
+    pub(crate) sharing: u32,
 }
 
-/// Renders the thread's pixel, all samples of it.
+impl Band {
+    /// The pixel of a thread; it may lie outside.
+    #[inline(always)]
+    fn pixel(&self, width: u32, warp: u32, lane: u32) -> (u32, u32) {
+        // 8 x 4 pixels, 4 x 4, 4 x 2 and so on: rays of a warp stay together.
+        let bits = WARP.trailing_zeros() - self.sharing;
+        let (across, down) = (bits.div_ceil(2), bits / 2);
+        // Never 0; said here so that there is no panic for the division.
+        let tiles_in_row = (width + (1 << across) - 1 >> across).max(1);
+        let place = lane >> self.sharing;
+        let x = (warp % tiles_in_row << across) + (place & (1 << across) - 1);
+        let y = self.first + (warp / tiles_in_row << down) + (place >> across);
+        (x, y)
+    }
+}
+
+/// Renders the thread's share of its pixel.
 ///
 /// # Safety
 ///
@@ -29,17 +41,27 @@ fn pixel_of_thread(width: u32, first_row: u32, end_row: u32) -> Option<(u32, u32
 pub(crate) unsafe fn render_band<T: Tracer>(
     view: &SceneView,
     tracer: &T,
-    first_row: u32,
-    end_row: u32,
+    band: Band,
     film: *mut Vec3,
     totals: &RayTotals,
 ) {
     let width = view.settings.width;
-    let Some((x, y)) = pixel_of_thread(width, first_row, end_row) else { return };
+    // SAFETY: these read the thread's numbers.
+    let thread = unsafe { (_block_idx_x() as u32) * (_block_dim_x() as u32) + _thread_idx_x() as u32 };
+    let lane = thread % WARP;
+    let (x, y) = band.pixel(width, thread / WARP, lane);
+    let is_inside = x < width && y < band.end;
+    let sharers = 1 << band.sharing;
+    let share = lane & (sharers - 1);
+    // Threads without a pixel go on, because the others count on them.
+    let first = if is_inside { share } else { view.settings.samples };
     let mut counts = RayCounts::default();
-    let sum = render_pixel::<T, 1>(view, tracer, x, y, &mut counts);
-    let index = (y - first_row) as usize * width as usize + x as usize;
-    // SAFETY: x and y are in the band.
-    unsafe { *film.add(index) = pixel_color(view, &sum) };
-    totals.add(&counts);
+    let own = render_samples::<T, 1>(view, tracer, (x, y), (first, sharers), &mut counts);
+    let sum = warp::merged(own, sharers);
+    totals.add(&counts, lane);
+    if is_inside & (share == 0) {
+        let index = (y - band.first) as usize * width as usize + x as usize;
+        // SAFETY: x and y are in the band.
+        unsafe { *film.add(index) = pixel_color(view, &sum) };
+    }
 }

@@ -1,6 +1,6 @@
 //! The entry points: each renders a band of rows over one structure.
 
-use crate::band::render_band;
+use crate::band::{Band, render_band};
 use crate::parameters::{array, indexed, instance_tree};
 use crate::totals::RayTotals;
 use eosphor_core::camera::Camera;
@@ -8,7 +8,7 @@ use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, Triangle
 use eosphor_core::hierarchy::{
     BvhNode, BvhPair, Company, ExhaustiveTracer, GridRoot, GridTracer, GridView, IgnoreWork, KdNode, KdRoot,
     KdTreeTracer, KdTreeView, Link, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
-    PairTracer, PairView, PrimitivesView,
+    PairTracer, PairView, PrimitivesView, WideNode, WideTracer, WideView,
 };
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::light::Light;
@@ -27,7 +27,7 @@ macro_rules! render_kernel {
         /// # Safety
         ///
         /// References are to the first items of the scene's arrays, which are as long as the scene's indices and the
-        /// counts say; `film` has room for the pixels of rows `first_row .. end_row`.
+        /// counts say; `film` has room for the pixels of rows `first_row .. end_row`; `sharing` is at most 5.
         #[unsafe(no_mangle)]
         pub unsafe extern "ptx-kernel" fn $name(
             $($own: $type,)*
@@ -55,6 +55,7 @@ macro_rules! render_kernel {
             extent: f32,
             first_row: u32,
             end_row: u32,
+            sharing: u32,
             film: *mut Vec3,
             totals: &RayTotals,
         ) {
@@ -86,7 +87,8 @@ macro_rules! render_kernel {
                     settings,
                     extent,
                 };
-                render_band(&view, &$tracer, first_row, end_row, film, totals);
+                let band = Band { first: first_row, end: end_row, sharing };
+                render_band(&view, &$tracer, band, film, totals);
             }
         }
     };
@@ -99,7 +101,7 @@ render_kernel! {
 
 /// Defines a kernel over a bounding volume hierarchy.
 macro_rules! bvh_kernel {
-    ($(#[$doc:meta])* $name:ident, placed $placed:literal) => {
+    ($(#[$doc:meta])* $name:ident, placed $placed:literal, in step $in_step:literal) => {
         render_kernel! {
             $(#[$doc])*
             $name(
@@ -108,7 +110,7 @@ macro_rules! bvh_kernel {
                 instance_root: Link,
                 world_extent: f32,
                 company: Company
-            ) |primitives| PairTracer::<$placed> {
+            ) |primitives| PairTracer::<$placed, $in_step> {
                 view: PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
@@ -124,12 +126,24 @@ macro_rules! bvh_kernel {
 
 bvh_kernel! {
     /// Over a bounding volume hierarchy.
-    render_bvh, placed true
+    render_bvh, placed true, in step false
 }
 
 bvh_kernel! {
     /// The same where there is no instance but the world.
-    render_bvh_world, placed false
+    render_bvh_world, placed false, in step false
+}
+
+bvh_kernel! {
+    /// The same with the threads of a warp in step.
+    render_bvh_in_step, placed true, in step true
+}
+
+render_kernel! {
+    /// Over a hierarchy with eight children a node.
+    render_bvh_wide(nodes: &WideNode, roots: &u32, instance_root: u32, world_extent: f32) |primitives| WideTracer::<true> {
+        view: WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, world_extent, primitives },
+    }
 }
 
 render_kernel! {

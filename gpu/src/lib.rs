@@ -4,17 +4,19 @@
 //! |---|---|
 //! | `kernels.rs` | the entry points that render, one for each structure, and the parameters that all of them take |
 //! | `parameters.rs` | arrays out of parameters |
-//! | `band.rs` | which pixel a thread renders, and the rendering of it |
+//! | `band.rs` | which samples of which pixel a thread renders, and the rendering of them |
+//! | `warp.rs` | what the threads of a warp add up together |
 //! | `totals.rs` | rays counted |
 //! | `rays.rs` | entry points that answer queries about rays, without a picture |
 #![no_std]
-#![feature(abi_ptx, stdarch_nvptx)]
+#![feature(abi_ptx, asm_experimental_arch, stdarch_nvptx)]
 
 mod band;
 mod kernels;
 mod parameters;
 mod rays;
 mod totals;
+mod warp;
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {

@@ -4,13 +4,19 @@
 use crate::parameters::{array, indexed};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
-use eosphor_core::hierarchy::{BvhPair, Company, Link, PairTracer, PairView, PrimitivesView, Tracer};
+use eosphor_core::hierarchy::{
+    BvhPair, Company, Link, PairTracer, PairView, PrimitivesView, Tracer, WideNode, WideTracer, WideView,
+};
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 
-/// Defines a kernel that answers a query for each ray. After the hierarchy come the rays, their number and the answers.
+/// Defines a kernel that answers a query for each ray. After the hierarchy's own parameters come its primitives, the rays, their
+/// number and the answers.
 macro_rules! ray_kernel {
-    ($(#[$doc:meta])* $name:ident: $answer:ty, placed $placed:literal, |$tracer:ident, $ray:ident, $hit_instance:ident| $query:expr) => {
+    (
+        $(#[$doc:meta])* $name:ident($($own:ident: $type:ty),*) |$primitives:ident, $instances:literal| $tracer:expr,
+        $answer:ty, |$asked:ident, $ray:ident, $hit_instance:ident| $query:expr
+    ) => {
         $(#[$doc])*
         ///
         /// # Safety
@@ -19,11 +25,7 @@ macro_rules! ray_kernel {
         /// `count` rays, and there is room for as many answers.
         #[unsafe(no_mangle)]
         pub unsafe extern "ptx-kernel" fn $name(
-            pairs: &BvhPair,
-            roots: &Link,
-            instance_root: Link,
-            world_extent: f32,
-            company: Company,
+            $($own: $type,)*
             packed_triangles: &PackedTriangle,
             packed_spheres: &Sphere,
             sphere_primitives: &u32,
@@ -41,27 +43,82 @@ macro_rules! ray_kernel {
                 if number >= count {
                     return;
                 }
-                let primitives = PrimitivesView {
+                let $primitives = PrimitivesView {
                     triangles: indexed(packed_triangles),
                     spheres: indexed(packed_spheres),
                     sphere_primitives: indexed(sphere_primitives),
                     geometries: indexed(geometries),
-                    instances: array(instances, if $placed { instance_count } else { 1 }),
+                    instances: array(instances, if $instances { instance_count } else { 1 }),
                 };
-                let $tracer = PairTracer::<$placed> {
-                    view: PairView {
-                        pairs: indexed(pairs),
-                        roots: indexed(roots),
-                        instance_root,
-                        world_extent,
-                        company,
-                        primitives,
-                    },
-                };
+                let $asked = $tracer;
                 let $ray = indexed(rays).get_unchecked(number as usize);
                 let $hit_instance = hit_instances.add(number as usize);
                 *answers.add(number as usize) = $query;
             }
+        }
+    };
+}
+
+/// Two kernels over a bounding volume hierarchy: one that finds closest hits, and one that finds out whether anything is in the
+/// way, 1 or 0. Without instances there are registers for more threads.
+macro_rules! bvh_ray_kernels {
+    ($closest:ident, $occluded:ident, placed $placed:literal, in step $in_step:literal) => {
+        ray_kernels! {
+            $closest, $occluded, placed $placed,
+            (pairs: &BvhPair, roots: &Link, instance_root: Link, world_extent: f32, company: Company)
+            |primitives| PairTracer::<$placed, $in_step> {
+                view: PairView {
+                    pairs: indexed(pairs),
+                    roots: indexed(roots),
+                    instance_root,
+                    world_extent,
+                    company,
+                    primitives,
+                },
+            }
+        }
+    };
+}
+
+/// The same over a hierarchy with eight children a node.
+macro_rules! wide_ray_kernels {
+    ($closest:ident, $occluded:ident, placed $placed:literal) => {
+        ray_kernels! {
+            $closest, $occluded, placed $placed,
+            (nodes: &WideNode, roots: &u32, instance_root: u32, world_extent: f32)
+            |primitives| WideTracer::<$placed> {
+                view: WideView {
+                    nodes: indexed(nodes),
+                    roots: indexed(roots),
+                    instance_root,
+                    world_extent,
+                    primitives,
+                },
+            }
+        }
+    };
+}
+
+macro_rules! ray_kernels {
+    (
+        $closest:ident, $occluded:ident, placed $placed:tt,
+        ($($own:ident: $type:ty),*) |$primitives:ident| $tracer:expr
+    ) => {
+        ray_kernel! {
+            /// Finds closest hits.
+            $closest($($own: $type),*) |$primitives, $placed| $tracer,
+            HitRow, |tracer, ray, hit_instance| {
+                let hit = tracer.closest_hit(ray, &RayFilter::ALL);
+                if $placed {
+                    *hit_instance = hit.id.instance;
+                }
+                HitRow::new(hit)
+            }
+        }
+        ray_kernel! {
+            /// Finds out whether anything is in the way.
+            $occluded($($own: $type),*) |$primitives, $placed| $tracer,
+            u32, |tracer, ray, _hit_instance| tracer.occluded(ray, &RayFilter::ALL) as u32
         }
     };
 }
@@ -82,30 +139,9 @@ impl HitRow {
     }
 }
 
-ray_kernel! {
-    /// Finds closest hits.
-    closest_hits_bvh: HitRow, placed true, |tracer, ray, hit_instance| {
-        let hit = tracer.closest_hit(ray, &RayFilter::ALL);
-        *hit_instance = hit.id.instance;
-        HitRow::new(hit)
-    }
-}
-
-ray_kernel! {
-    /// Finds out whether anything is in the way: 1 or 0.
-    occluded_bvh: u32, placed true, |tracer, ray, _hit_instance| tracer.occluded(ray, &RayFilter::ALL) as u32
-}
-
-// Without the walk over instances there are registers for more threads.
-
-ray_kernel! {
-    /// The same where there is no instance but the world.
-    closest_hits_world: HitRow, placed false, |tracer, ray, _hit_instance| {
-        HitRow::new(tracer.closest_hit(ray, &RayFilter::ALL))
-    }
-}
-
-ray_kernel! {
-    /// The same where there is no instance but the world.
-    occluded_world: u32, placed false, |tracer, ray, _hit_instance| tracer.occluded(ray, &RayFilter::ALL) as u32
-}
+bvh_ray_kernels! { closest_hits_bvh, occluded_bvh, placed true, in step false }
+bvh_ray_kernels! { closest_hits_world, occluded_world, placed false, in step false }
+bvh_ray_kernels! { closest_hits_in_step, occluded_in_step, placed true, in step true }
+bvh_ray_kernels! { closest_hits_world_in_step, occluded_world_in_step, placed false, in step true }
+wide_ray_kernels! { closest_hits_wide, occluded_wide, placed true }
+wide_ray_kernels! { closest_hits_world_wide, occluded_world_wide, placed false }

@@ -1,5 +1,6 @@
 //! Rays of a launch.
 
+use crate::warp;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::whitted::RayCounts;
 
@@ -14,10 +15,12 @@ pub struct RayTotals {
 }
 
 impl RayTotals {
-    /// Adds what a thread has traced.
-    pub(crate) fn add(&self, counts: &RayCounts) {
+    /// Adds what the threads of a warp have traced: one of them for all, since additions to one place wait for each other.
+    #[inline(always)]
+    pub(crate) fn add(&self, counts: &RayCounts, lane: u32) {
         let add = |total: &AtomicU64, count: u64| {
-            if count > 0 {
+            let count = warp::total(count);
+            if (lane == 0) & (count > 0) {
                 total.fetch_add(count, Ordering::Relaxed);
             }
         };

@@ -47,6 +47,7 @@ mod scene;
 mod simd;
 mod simd_level;
 mod statistics;
+mod wide;
 
 pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
 pub use bvh::{BuildOptions, Builder, Bvh, Quality, RefitError};
@@ -60,6 +61,7 @@ pub use pairs::BvhPairs;
 pub use scene::{LARGEST_COORDINATE, MeshId, Scene, SceneError, indexed};
 pub use simd_level::SimdLevel;
 pub use statistics::HierarchyStatistics;
+pub use wide::BvhWide;
 
 pub use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 pub use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch, Tracer, Work};

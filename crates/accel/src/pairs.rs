@@ -67,6 +67,11 @@ impl BvhPairs {
         PairTracer { view: PairView { company, ..self.view(bvh) } }
     }
 
+    /// The traversal of GPUs with the threads of a warp in step.
+    pub fn tracer_in_step<'a>(&'a self, bvh: &'a Bvh) -> PairTracer<'a, true, true> {
+        PairTracer { view: self.view(bvh) }
+    }
+
     /// The traversal of GPUs, one ray at a time. On a CPU it is for tests: [`crate::Bvh8`] is faster.
     pub fn tracer<'a>(&'a self, bvh: &'a Bvh) -> PairTracer<'a, true> {
         PairTracer { view: self.view(bvh) }

@@ -1,6 +1,6 @@
 //! The backend: hierarchies are built on the CPU, pictures rendered in bands of rows on one or more devices.
 
-use crate::bands::{BandHeight, Rows, rays_per_pixel};
+use crate::bands::{BandHeight, Rows, rays_per_pixel, sharing};
 use crate::device::{Device, devices};
 use crate::launch::{Launched, Launcher, Room};
 use crate::options::{CudaOptions, Traversal};
@@ -68,7 +68,7 @@ impl Backend for CudaBackend {
         check_scene(&scene)?;
         let hierarchy = Hierarchy::build(self.accel, self.builder, &scene);
         let structure = Structure::new(&hierarchy, self.traversal)?;
-        let kernel = kernel(self.accel, scene.instances.len() > 1)?;
+        let kernel = kernel(self.accel, self.traversal, scene.instances.len() > 1)?;
         let film_pixels = largest_band(scene.settings.width, scene.settings.height) as u64;
         let upload =
             |device: &Device| DeviceScene::upload(device, kernel, &scene.view(), &structure, film_pixels);
@@ -77,6 +77,7 @@ impl Backend for CudaBackend {
             devices: self.devices.clone(),
             block_size: self.block_size,
             rays_per_pixel: rays_per_pixel(&scene.view(), self.accel),
+            sharing: sharing(scene.settings.samples),
             statistics: hierarchy.statistics(),
             width: scene.settings.width,
             height: scene.settings.height,
@@ -96,6 +97,8 @@ struct PreparedCuda {
     block_size: u32,
     /// A guess.
     rays_per_pixel: f64,
+    /// How many threads share the samples of a pixel, as a power of two.
+    sharing: u32,
     statistics: HierarchyStatistics,
     width: u32,
     height: u32,
@@ -169,12 +172,13 @@ impl PreparedCuda {
             Some(room) => room,
             none => none.insert(Room::new(device, largest_band(self.width, self.height)).map_err(fail)?),
         };
-        let mut launcher = Launcher { device, scene, block_size: self.block_size, room };
-        let mut band_height = BandHeight::new(self.width, self.rays_per_pixel);
+        let mut launcher = Launcher { scene, block_size: self.block_size, sharing: self.sharing, room };
+        let pixels_at_a_time = device.threads_at_a_time().map_err(fail)? as u32 >> self.sharing;
+        let mut band_height = BandHeight::new(self.width, self.rays_per_pixel, pixels_at_a_time);
         let mut flying: Option<Launched> = None;
         for number in 0.. {
             let cancelled = control.cancel.load(Ordering::Relaxed);
-            let next = if cancelled { None } else { rows.take(band_height.rows()) };
+            let next = if cancelled { None } else { rows.take(&band_height) };
             let launch = |rows| launcher.launch(rows, number % 2).map_err(fail);
             let launched = next.map(launch).transpose()?;
             let more = launched.is_some();

@@ -12,9 +12,6 @@ const LAUNCH_SECONDS: f64 = 0.1;
 /// Rays of a device's first launch, by a guess: a tenth of a second, or less.
 const FIRST_RAYS: f64 = 67_108_864.0;
 
-/// The fewest pixels of a first launch.
-const FEWEST_PIXELS: f64 = 4096.0;
-
 /// Primitives that a ray tests in the time of one in a hierarchy.
 const TESTED_IN_PASSING: f64 = 64.0;
 
@@ -24,8 +21,12 @@ const MOST_PIXELS: u32 = 1 << 23;
 /// Among several devices, a band is at most the share of a device in what is left, over this.
 const SHARES: u32 = 2;
 
-/// But not fewer rows than this, where there are so many: launches have a price.
-const FEWEST_ROWS: u32 = 4 * WARP_ROWS;
+/// How many times a launch's threads fill the device, at least. One that does not takes as long as its longest thread and
+/// no less, so that to make it smaller would only make it slower.
+const FEWEST_FILLINGS: u32 = 2;
+
+/// Of the threads that share a pixel's samples, how many in 8 may have nothing to do in the last round.
+const IDLE_EIGHTHS: u32 = 1;
 
 /// Hands out rows of a picture to several devices.
 pub(crate) struct Rows {
@@ -39,15 +40,16 @@ impl Rows {
         Rows { next: AtomicU32::new(rows.start), end: rows.end, devices }
     }
 
-    /// The next rows, at most this many (not 0); `None` when there are no more. With several devices fewer towards the end,
-    /// so that none has much to do when the others are done.
-    pub(crate) fn take(&self, most: u32) -> Option<Range<u32>> {
+    /// The next rows, at most so many; `None` when there are no more. With several devices fewer towards the end, so that none
+    /// has much to do when the others are done.
+    pub(crate) fn take(&self, height: &BandHeight) -> Option<Range<u32>> {
         let taken = |start: u32| {
             (start < self.end).then(|| {
                 let left = self.end - start;
                 let share = left / (SHARES * self.devices) / WARP_ROWS * WARP_ROWS;
-                let most = if self.devices == 1 { most } else { most.min(share.max(FEWEST_ROWS)) };
-                start + most.min(left)
+                let rows =
+                    if self.devices == 1 { height.rows } else { height.rows.min(share.max(height.fewest)) };
+                start + rows.min(left)
             })
         };
         let start = self.next.try_update(Ordering::Relaxed, Ordering::Relaxed, taken).ok()?;
@@ -58,17 +60,21 @@ impl Rows {
 /// How many rows a device takes at a time. It starts small and learns from the time they took.
 pub(crate) struct BandHeight {
     rows: u32,
+    fewest: u32,
     most: u32,
 }
 
 impl BandHeight {
-    /// For pictures of this width, whose pixels take so many rays, or as much work as those.
-    pub(crate) fn new(width: u32, rays_per_pixel: f64) -> BandHeight {
+    /// For pictures of this width, whose pixels take so many rays, or as much work as those, on a device that runs so many
+    /// pixels at a time.
+    pub(crate) fn new(width: u32, rays_per_pixel: f64, pixels_at_a_time: u32) -> BandHeight {
         let rows = |pixels: f64| whole_warps(pixels / width as f64);
         let most = rows(MOST_PIXELS as f64);
-        BandHeight { rows: rows((FIRST_RAYS / rays_per_pixel).max(FEWEST_PIXELS)).min(most), most }
+        let fewest = rows(f64::from(FEWEST_FILLINGS) * f64::from(pixels_at_a_time)).min(most);
+        BandHeight { rows: rows(FIRST_RAYS / rays_per_pixel).clamp(fewest, most), fewest, most }
     }
 
+    #[cfg(test)]
     pub(crate) fn rows(&self) -> u32 {
         self.rows
     }
@@ -81,8 +87,19 @@ impl BandHeight {
     /// Learns that `rows` rows took this long; what comes next may be harder, so it grows step by step.
     pub(crate) fn learn(&mut self, rows: u32, seconds: f64) {
         let growth = (LAUNCH_SECONDS / seconds.max(1e-9)).clamp(0.1, 4.0);
-        self.rows = whole_warps(rows as f64 * growth).min(self.most);
+        self.rows = whole_warps(rows as f64 * growth).clamp(self.fewest, self.most);
     }
+}
+
+/// How many threads share the samples of a pixel, as a power of two: as many as have nearly the same number of them. Then
+/// no thread takes long, and rays of a warp are as close together as can be.
+pub(crate) fn sharing(samples: u32) -> u32 {
+    let samples = u64::from(samples.max(1));
+    let is_fair = |bits: &u32| {
+        let places = samples.div_ceil(1 << bits) << bits;
+        8 * (places - samples) <= u64::from(IDLE_EIGHTHS) * places
+    };
+    (0..=5).rev().find(is_fair).unwrap_or(0)
 }
 
 /// A guess at the rays that a pixel takes: those of its samples, and to the lights from what they meet first. Without a
@@ -108,9 +125,10 @@ mod tests {
         for (range, most) in [(0..1, 4), (3..7, 4), (0..1000, 12), (17..65_535, 65_532)] {
             for devices in [1, 2, 5] {
                 let rows = Rows::new(range.clone(), devices);
-                let all: Vec<u32> = std::iter::from_fn(|| rows.take(most)).flatten().collect();
+                let height = BandHeight { rows: most, fewest: 4, most };
+                let all: Vec<u32> = std::iter::from_fn(|| rows.take(&height)).flatten().collect();
                 assert_eq!(all, range.clone().collect::<Vec<u32>>());
-                assert_eq!(rows.take(most), None);
+                assert_eq!(rows.take(&height), None);
             }
         }
     }
@@ -118,7 +136,7 @@ mod tests {
     #[test]
     fn bands_take_about_a_tenth_of_a_second() {
         // A millisecond a row.
-        let mut height = BandHeight::new(4096, 1.0);
+        let mut height = BandHeight::new(4096, 1.0, 1);
         for _ in 0..10 {
             height.learn(height.rows(), height.rows() as f64 * 1e-3);
         }
@@ -131,8 +149,30 @@ mod tests {
     }
 
     #[test]
+    fn bands_fill_the_device() {
+        let mut height = BandHeight::new(1000, 1e9, 10_000);
+        assert_eq!(height.rows(), 20);
+        height.learn(20, 10.0);
+        assert_eq!(height.rows(), 20);
+        assert_eq!(BandHeight::new(1000, 1.0, u32::MAX).rows(), BandHeight::most(1000));
+    }
+
+    #[test]
+    fn threads_that_share_a_pixel_have_the_same_to_do() {
+        let shared = |samples| 1 << sharing(samples);
+        let expected =
+            [(0, 1), (1, 1), (2, 2), (3, 1), (4, 4), (7, 8), (8, 8), (9, 2), (15, 16), (16, 16), (25, 4)];
+        for (samples, threads) in
+            expected.into_iter().chain([(31, 32), (32, 32), (33, 4), (64, 32), (100, 16)])
+        {
+            assert_eq!(shared(samples), threads, "{samples}");
+        }
+        assert_eq!(shared(u32::MAX), 32);
+    }
+
+    #[test]
     fn the_first_band_is_smaller_where_pixels_take_more() {
-        let pixels = |rays| BandHeight::new(1000, rays).rows() * 1000;
+        let pixels = |rays| BandHeight::new(1000, rays, 1).rows() * 1000;
         assert_eq!(pixels(1.0), BandHeight::most(1000) * 1000);
         assert!((600_000..700_000).contains(&pixels(100.0)));
         assert_eq!([pixels(1e6), pixels(f64::INFINITY)], [4000; 2]);
@@ -141,7 +181,7 @@ mod tests {
     #[test]
     fn bands_suit_any_width() {
         for width in [1, 7, 800, 65_535] {
-            let mut height = BandHeight::new(width, 1e9);
+            let mut height = BandHeight::new(width, 1e9, 100_000);
             (0..20).for_each(|_| height.learn(height.rows(), 0.0));
             assert!(height.rows().is_multiple_of(WARP_ROWS) && height.rows() > 0);
             assert!(height.rows() as u64 * width as u64 <= MOST_PIXELS as u64, "{width}");

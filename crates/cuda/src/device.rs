@@ -122,11 +122,16 @@ impl Device {
 
     /// What the driver sets aside for the stacks of threads when a kernel is launched: for as many as can run at a time.
     pub(crate) fn stack_bytes(&self, kernel: &CudaFunction) -> Result<u64, DriverError> {
+        let stack = kernel.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
+        Ok(self.threads_at_a_time()? * stack as u64)
+    }
+
+    /// The most threads that can run at a time.
+    pub(crate) fn threads_at_a_time(&self) -> Result<u64, DriverError> {
         let attribute = |which| self.stream.context().attribute(which).map(|value| value as u64);
         let processors = attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)?;
         let threads = attribute(Attribute::CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR)?;
-        let stack = kernel.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
-        Ok(processors * threads * stack as u64)
+        Ok(processors * threads)
     }
 
     /// What went wrong here, while doing what.

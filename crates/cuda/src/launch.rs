@@ -4,10 +4,11 @@ use crate::device::Device;
 use crate::scene::DeviceScene;
 use crate::staging::Staging;
 use cudarc::driver::sys::CUevent_flags;
-use cudarc::driver::{CudaEvent, CudaSlice, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
+use cudarc::driver::{CudaEvent, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::math::Vec3;
 use eosphor_render::RayStatistics;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Kinds of rays that kernels count.
 const RAY_KINDS: usize = 5;
@@ -26,6 +27,8 @@ pub(crate) struct Room {
 
 /// A band's room on the device.
 struct Band {
+    /// Of its own, so that a band begins while threads of the one before are still at work.
+    stream: Arc<CudaStream>,
     /// Three floats a pixel.
     film: CudaSlice<f32>,
     totals: CudaSlice<u64>,
@@ -38,8 +41,10 @@ impl Room {
     /// For bands of at most this many pixels.
     pub(crate) fn new(device: &Device, pixels: usize) -> Result<Room, DriverError> {
         let band = || {
-            let film = device.stream.alloc_zeros(pixels * 3)?;
-            Ok(Band { film, totals: device.stream.alloc_zeros(RAY_KINDS)? })
+            let stream = device.stream.context().new_stream()?;
+            let film = stream.alloc_zeros(pixels * 3)?;
+            let totals = stream.alloc_zeros(RAY_KINDS)?;
+            Ok(Band { stream, film, totals })
         };
         Ok(Room { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })
     }
@@ -47,10 +52,11 @@ impl Room {
 
 /// Launches kernels for bands of rows.
 pub(crate) struct Launcher<'a> {
-    pub(crate) device: &'a Device,
     pub(crate) scene: &'a DeviceScene,
     /// Threads of a block.
     pub(crate) block_size: u32,
+    /// How many threads share the samples of a pixel, as a power of two.
+    pub(crate) sharing: u32,
     pub(crate) room: &'a mut Room,
 }
 
@@ -66,8 +72,7 @@ pub(crate) struct Launched {
 impl Launcher<'_> {
     /// Starts to render rows, the room's bands by turns.
     pub(crate) fn launch(&mut self, rows: Range<u32>, band: usize) -> Result<Launched, DriverError> {
-        let stream = &self.device.stream;
-        let Band { film, totals } = &mut self.room.bands[band];
+        let Band { stream, film, totals } = &mut self.room.bands[band];
         let pixels = rows.len() * self.scene.width as usize;
         assert!(pixels * 3 <= film.len(), "the band is larger than the film");
         stream.memset_zeros(totals)?;
@@ -75,8 +80,8 @@ impl Launcher<'_> {
         for parameter in &self.scene.parameters {
             launch.arg(parameter);
         }
-        launch.arg(&rows.start).arg(&rows.end).arg(film).arg(totals);
-        let shape = launch_shape(self.scene.width, rows.end - rows.start, self.block_size);
+        launch.arg(&rows.start).arg(&rows.end).arg(&self.sharing).arg(film).arg(totals);
+        let shape = launch_shape(self.scene.width, rows.end - rows.start, self.sharing, self.block_size);
         let start = stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
         // SAFETY: the parameters are those of the kernel, in its order (a test compares them); the arrays are those of a
         // SceneData and a hierarchy over it, whose indices are in range; the film has room for the rows.
@@ -93,8 +98,8 @@ impl Launcher<'_> {
     ) -> Result<(RayStatistics, f64), DriverError> {
         launched.end.synchronize()?;
         let seconds = launched.start.elapsed_ms(&launched.end)? as f64 * 1e-3;
-        let stream = &self.device.stream;
         let band = &self.room.bands[launched.band];
+        let stream = &band.stream;
         assert!(colors.len() * 3 <= band.film.len(), "the band has more pixels than were rendered");
         self.room.staging.copy_back(band.film.device_ptr(stream).0, colors)?;
         let mut totals = [0; RAY_KINDS];
@@ -114,9 +119,11 @@ impl Launcher<'_> {
 
 const _: () = assert!(size_of::<Vec3>() == 12 && align_of::<Vec3>() == align_of::<f32>());
 
-/// Enough blocks for 8 × 4 pixels a warp.
-fn launch_shape(width: u32, rows: u32, block_size: u32) -> LaunchConfig {
-    let warps = width.div_ceil(8) * rows.div_ceil(WARP_ROWS);
+/// Enough blocks for all tiles of a warp's pixels, as `gpu/src/band.rs` lays them out.
+fn launch_shape(width: u32, rows: u32, sharing: u32, block_size: u32) -> LaunchConfig {
+    let bits = WARP.trailing_zeros() - sharing;
+    let (across, down) = (bits.div_ceil(2), bits / 2);
+    let warps = width.div_ceil(1 << across) * rows.div_ceil(1 << down);
     LaunchConfig {
         grid_dim: (warps.div_ceil(block_size / WARP), 1, 1),
         block_dim: (block_size, 1, 1),
@@ -129,14 +136,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_is_a_thread_for_every_pixel() {
+    fn there_are_threads_for_every_pixel() {
         for (width, rows, block_size) in
             [(1, 1, 128), (8, 4, 32), (9, 5, 64), (801, 600, 96), (65_535, 4, 128)]
         {
-            let shape = launch_shape(width, rows, block_size);
-            let warps = shape.grid_dim.0 * block_size / 32;
-            let needed = width.div_ceil(8) * rows.div_ceil(4);
-            assert!((needed..needed + block_size / 32).contains(&warps), "{width} {rows} {block_size}");
+            for (sharing, across, down) in [(0, 8, 4), (1, 4, 4), (2, 4, 2), (3, 2, 2), (4, 2, 1), (5, 1, 1)]
+            {
+                let shape = launch_shape(width, rows, sharing, block_size);
+                let warps = shape.grid_dim.0 * block_size / 32;
+                let needed = width.div_ceil(across) * rows.div_ceil(down);
+                assert!((needed..needed + block_size / 32).contains(&warps), "{width} {rows} {block_size}");
+            }
         }
     }
 }

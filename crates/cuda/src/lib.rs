@@ -24,6 +24,7 @@ mod memory;
 mod options;
 mod parameters;
 mod ptx;
+mod ptx_text;
 mod rays;
 mod scene;
 mod staging;

@@ -17,11 +17,16 @@ pub enum Traversal {
     /// By vote: all go where any has to, first to the child that is nearer for most. Through what instances place each
     /// walks for itself.
     Vote,
+    /// Each for itself, but waiting for the others after every node and leaf.
+    Reconverge,
+    /// The same through a tree with eight children a node, whose boxes have 8 bits a plane.
+    Wide,
 }
 
 impl Traversal {
     /// All there are.
-    pub const ALL: [Traversal; 3] = [Traversal::Auto, Traversal::Single, Traversal::Vote];
+    pub const ALL: [Traversal; 5] =
+        [Traversal::Auto, Traversal::Single, Traversal::Vote, Traversal::Reconverge, Traversal::Wide];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -29,15 +34,17 @@ impl Traversal {
             Traversal::Auto => "auto",
             Traversal::Single => "single",
             Traversal::Vote => "vote",
+            Traversal::Reconverge => "reconverge",
+            Traversal::Wide => "wide",
         }
     }
 
-    /// As kernels take it.
+    /// As kernels take it that know more than one way.
     pub(crate) fn company(self) -> Company {
         match self {
-            Traversal::Auto => Company::AUTO,
-            Traversal::Single => Company::ALONE,
             Traversal::Vote => Company::TOGETHER,
+            Traversal::Single => Company::ALONE,
+            Traversal::Auto | Traversal::Reconverge | Traversal::Wide => Company::AUTO,
         }
     }
 }
@@ -77,7 +84,7 @@ impl CudaOptions {
     ///
     /// [`BackendError::Failed`] with what to choose instead.
     pub fn check(&self) -> Result<(), BackendError> {
-        kernel(self.accel, false)?;
+        kernel(self.accel, self.traversal, false)?;
         if self.traversal != Traversal::Auto && self.accel != Accel::Bvh {
             return Err(BackendError::Failed(format!(
                 "{}: there are several ways through a bvh, one through {}: leave that out, or choose bvh",

@@ -1,5 +1,7 @@
 //! The kernels, as a text that the driver compiles for its device. `cargo xtask ptx` makes it from `gpu/`.
 
+use crate::ptx_text::with_kernels;
+
 /// PTX for compute capability 7.5, which loads on everything since Turing.
 pub(crate) const PTX: &str = include_str!("../ptx/eosphor.ptx");
 
@@ -9,27 +11,9 @@ pub(crate) const OLDEST_CAPABILITY: (i32, i32) = (7, 5);
 /// The most threads of a block that the kernels are compiled for: with more, each would have fewer registers.
 pub(crate) const MOST_THREADS: u32 = 128;
 
-/// The text with these kernels alone, and the functions that they may call: the driver compiles all that it is given, which takes a second a kernel or so.
+/// The text with these kernels alone, and the functions that they call.
 pub(crate) fn text(kernels: &[&str]) -> String {
-    let mut out = String::new();
-    let mut left_out = false;
-    for line in PTX.lines() {
-        if let Some(name) = entry_name(line) {
-            left_out = !kernels.contains(&name);
-        }
-        if !left_out {
-            out.push_str(line);
-            out.push('\n');
-        }
-        // What is below belongs to no kernel.
-        left_out &= line != "}";
-    }
-    out
-}
-
-/// The name of the kernel that starts on a line.
-fn entry_name(line: &str) -> Option<&str> {
-    line.strip_prefix(".visible .entry ")?.strip_suffix('(')
+    with_kernels(PTX, kernels)
 }
 
 #[cfg(test)]
@@ -37,18 +21,32 @@ mod tests {
     use super::*;
     use crate::options::Traversal;
     use crate::parameters::Kind;
-    use crate::rays::{RAY_KERNELS, bvh_parameters};
+    use crate::ptx_text::kernel_name;
+    use crate::rays::{bvh_parameters, ray_kernels};
     use crate::scene::scene_parameters;
-    use crate::structure::{Structure, kernel, pairs};
+    use crate::structure::{Structure, Trees, kernel};
     use eosphor_render::{Accel, Builder, Hierarchy};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
-    /// The structures that have a kernel, and its names.
-    fn kernels() -> impl Iterator<Item = (Accel, &'static str)> {
-        let of = |accel| [kernel(accel, false), kernel(accel, true)].map(|name| Some((accel, name.ok()?)));
-        let mut all: Vec<_> = Accel::ALL.iter().flat_map(|&accel| of(accel)).flatten().collect();
-        all.dedup();
-        all.into_iter()
+    /// The structures that have a kernel, and the ways through them.
+    fn kernels() -> Vec<(Accel, Traversal, &'static str)> {
+        let mut all = Vec::new();
+        for accel in Accel::ALL.iter().copied() {
+            for (traversal, placed) in Traversal::ALL.into_iter().flat_map(|t| [(t, false), (t, true)]) {
+                if let Ok(name) = kernel(accel, traversal, placed)
+                    && !all.iter().any(|&(_, _, other)| other == name)
+                {
+                    all.push((accel, traversal, name));
+                }
+            }
+        }
+        all
+    }
+
+    /// The kernels that answer queries, and the ways that they go.
+    fn query_kernels() -> Vec<(Traversal, &'static str)> {
+        let of = |traversal| ray_kernels(traversal).concat().into_iter().map(move |name| (traversal, name));
+        [Traversal::Auto, Traversal::Reconverge, Traversal::Wide].into_iter().flat_map(of).collect()
     }
 
     /// The parameters that a kernel declares.
@@ -73,12 +71,17 @@ mod tests {
     fn kernels_take_what_is_passed() {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
         let data = SceneData::flatten(&scene).unwrap().0;
-        // What a launch adds: the rows, the film, which is a raw pointer, and the totals.
-        let launch =
-            [Kind::Number, Kind::Number, Kind::Array { align: 1 }, Kind::Array { align: align_of::<u64>() }];
-        for (accel, name) in kernels() {
+        // What a launch adds: the rows, who shares pixels, the film, which is a raw pointer, and the totals.
+        let launch = [
+            Kind::Number,
+            Kind::Number,
+            Kind::Number,
+            Kind::Array { align: 1 },
+            Kind::Array { align: align_of::<u64>() },
+        ];
+        for (accel, traversal, name) in kernels() {
             let hierarchy = Hierarchy::build(accel, Builder::Binned, &data);
-            let structure = Structure::new(&hierarchy, Traversal::Auto).unwrap();
+            let structure = Structure::new(&hierarchy, traversal).unwrap();
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
             assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
         }
@@ -91,35 +94,50 @@ mod tests {
         let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, Builder::Binned, &data) else {
             unreachable!()
         };
-        let pairs = pairs(&bvh).unwrap();
-        let parameters = bvh_parameters(&bvh, &pairs, Traversal::Auto);
         // What a launch adds: the rays, their number, and two arrays of answers, which are raw pointers.
         let rays = Kind::Array { align: align_of::<eosphor_core::ray::Ray>() };
         let answers = Kind::Array { align: 1 };
         let launch = [rays, Kind::Number, answers, answers];
-        for name in RAY_KERNELS.concat() {
+        for (traversal, name) in query_kernels() {
+            let trees = Trees::new(&bvh, traversal).unwrap();
+            let parameters = bvh_parameters(&bvh, &trees);
             assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
         }
     }
 
     #[test]
-    fn a_text_has_one_kernel_and_all_that_it_needs() {
-        let entries = |text: &str| text.lines().filter_map(entry_name).map(str::to_owned).collect::<Vec<_>>();
-        assert_eq!(entries(PTX).len(), kernels().count() + RAY_KERNELS.concat().len());
+    fn a_text_has_one_kernel_and_what_it_needs() {
+        let entries =
+            |text: &str| text.lines().filter_map(kernel_name).map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(entries(PTX).len(), kernels().len() + query_kernels().len());
         // Tables of constants stand before the kernels.
         let tables = |text: &str| text.lines().filter(|line| line.starts_with(".global")).count();
-        for (_, name) in kernels() {
+        for (_, traversal, name) in kernels() {
             let text = text(&[name]);
             assert_eq!(entries(&text), [name]);
             assert_eq!(tables(&text), tables(PTX));
             assert!(text.contains(&format!("\n.maxntid {MOST_THREADS}\n")));
-            // And all functions, declared at the top.
-            for function in ["decide_triangle(", "decide_sphere(", "closest_hit_of_any_ray("] {
+            // All functions that it calls, declared at the top and defined, and no others.
+            for function in ["decide_triangle(", "decide_sphere("] {
                 assert_eq!(text.matches(function).count(), 1);
             }
-            let functions =
-                text.lines().filter(|line| line.starts_with(".visible .func") && line.ends_with('('));
-            assert_eq!(text.lines().filter(|&line| line == "}").count(), 1 + functions.count());
+            let is_wide = traversal == Traversal::Wide;
+            assert_eq!(text.matches("closest_hit_of_any_ray_wide(").count(), is_wide as usize);
+            let (mut called, mut defined) = (Vec::new(), Vec::new());
+            for line in text.lines() {
+                if let Some(call) = line.trim_start().strip_prefix("call.uni ") {
+                    called.push(call.trim_start_matches("(retval0), ").split(',').next().unwrap());
+                }
+                if line.starts_with(".visible .func") && line.ends_with('(') {
+                    defined.push(line.split_whitespace().last().unwrap().trim_end_matches('('));
+                }
+            }
+            for names in [&mut called, &mut defined] {
+                names.sort_unstable();
+                names.dedup();
+            }
+            assert_eq!(called, defined, "{name}");
+            assert_eq!(text.lines().filter(|&line| line == "}").count(), 1 + defined.len());
             assert_eq!(text.matches('{').count(), text.matches('}').count());
         }
     }

@@ -5,17 +5,29 @@ use crate::memory::{Needs, upload};
 use crate::options::Traversal;
 use crate::parameters::Parameters;
 use crate::scene::add_packed;
-use crate::structure::{add_bvh, pairs};
+use crate::structure::{Trees, add_trees};
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError, LaunchConfig, PushKernelArg};
-use eosphor_accel::{Bvh, BvhPairs};
+use eosphor_accel::Bvh;
 use eosphor_core::ray::{Hit, PrimitiveId, Ray};
 use eosphor_render::BackendError;
 
 /// The kernels of `gpu/src/rays.rs`: closest hits, and whether anything is in the way; then the same where there is no
 /// instance but the world.
-pub(crate) const RAY_KERNELS: [[&str; 2]; 2] =
-    [["closest_hits_bvh", "occluded_bvh"], ["closest_hits_world", "occluded_world"]];
+pub(crate) fn ray_kernels(traversal: Traversal) -> [[&'static str; 2]; 2] {
+    match traversal {
+        Traversal::Auto | Traversal::Single | Traversal::Vote => {
+            [["closest_hits_bvh", "occluded_bvh"], ["closest_hits_world", "occluded_world"]]
+        }
+        Traversal::Reconverge => [
+            ["closest_hits_in_step", "occluded_in_step"],
+            ["closest_hits_world_in_step", "occluded_world_in_step"],
+        ],
+        Traversal::Wide => {
+            [["closest_hits_wide", "occluded_wide"], ["closest_hits_world_wide", "occluded_world_wide"]]
+        }
+    }
+}
 
 /// Threads of a block: small, so that a warp that is done makes room for another one before its neighbours are.
 const RAYS_IN_BLOCK: u32 = 64;
@@ -82,11 +94,11 @@ impl CudaRays {
             .ok_or_else(|| BackendError::Unavailable(format!("there is no device cuda:{ordinal}")))?;
         let only_world = bvh.primitives.instances.len() == 1;
         let device = Device::open(info)?;
-        let [closest, any] = RAY_KERNELS[only_world as usize];
+        let [closest, any] = ray_kernels(traversal)[only_world as usize];
         let kernels = [device.kernel(closest)?, device.kernel(any)?];
         let fail = |error| device.failure("copying the hierarchy", error);
-        let pairs = pairs(bvh)?;
-        let parameters = bvh_parameters(bvh, &pairs, traversal);
+        let trees = Trees::new(bvh, traversal)?;
+        let parameters = bvh_parameters(bvh, &trees);
         let stacks = device.stack_bytes(&kernels[0]).map_err(fail)?;
         Needs { scene: parameters.bytes(), film: 0, stacks }
             .check(device.free_bytes().map_err(fail)?, &device.name)?;
@@ -178,9 +190,9 @@ impl CudaRays {
 }
 
 /// What the kernels take of a hierarchy, in the order of `gpu/src/rays.rs`.
-pub(crate) fn bvh_parameters<'a>(bvh: &'a Bvh, pairs: &'a BvhPairs, traversal: Traversal) -> Parameters<'a> {
+pub(crate) fn bvh_parameters<'a>(bvh: &'a Bvh, trees: &'a Trees) -> Parameters<'a> {
     let mut parameters = Parameters::default();
-    let primitives = add_bvh(&mut parameters, bvh, pairs, traversal);
+    let primitives = add_trees(&mut parameters, bvh, trees);
     add_packed(&mut parameters, &primitives);
     parameters
 }

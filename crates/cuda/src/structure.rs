@@ -2,8 +2,8 @@
 
 use crate::options::Traversal;
 use crate::parameters::Parameters;
-use eosphor_accel::{Bvh, BvhPairs};
-use eosphor_core::hierarchy::{InstanceTreeView, PrimitivesView};
+use eosphor_accel::{Bvh, BvhPairs, BvhWide};
+use eosphor_core::hierarchy::{InstanceTreeView, Link, PrimitivesView, WideNode};
 use eosphor_render::{Accel, BackendError, Hierarchy};
 
 /// The kernel that renders over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
@@ -12,10 +12,10 @@ use eosphor_render::{Accel, BackendError, Hierarchy};
 /// # Errors
 ///
 /// Says which structures there are where this one is for CPUs alone.
-pub(crate) fn kernel(accel: Accel, placed: bool) -> Result<&'static str, BackendError> {
-    on_gpus(accel, placed).ok_or_else(|| {
-        let names: Vec<&str> =
-            Accel::ALL.iter().filter(|&&a| on_gpus(a, placed).is_some()).map(|a| a.name()).collect();
+pub(crate) fn kernel(accel: Accel, traversal: Traversal, placed: bool) -> Result<&'static str, BackendError> {
+    on_gpus(accel, traversal, placed).ok_or_else(|| {
+        let is_there = |accel: &&Accel| on_gpus(**accel, traversal, placed).is_some();
+        let names: Vec<&str> = Accel::ALL.iter().filter(is_there).map(|a| a.name()).collect();
         BackendError::Failed(format!(
             "{accel} is made for the SIMD instructions of CPUs: on GPUs choose one of {}",
             names.join(", ")
@@ -23,10 +23,15 @@ pub(crate) fn kernel(accel: Accel, placed: bool) -> Result<&'static str, Backend
     })
 }
 
-fn on_gpus(accel: Accel, placed: bool) -> Option<&'static str> {
+fn on_gpus(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'static str> {
     match accel {
         Accel::None => Some("render_exhaustive"),
-        Accel::Bvh => Some(if placed { "render_bvh" } else { "render_bvh_world" }),
+        Accel::Bvh => Some(match traversal {
+            Traversal::Reconverge => "render_bvh_in_step",
+            Traversal::Wide => "render_bvh_wide",
+            _ if placed => "render_bvh",
+            _ => "render_bvh_world",
+        }),
         Accel::Bvh8 => None,
         Accel::Octree => Some("render_octree"),
         Accel::OctreeParametric => Some("render_octree_parametric"),
@@ -38,10 +43,8 @@ fn on_gpus(accel: Accel, placed: bool) -> Option<&'static str> {
 /// A structure as GPUs read it.
 pub(crate) struct Structure<'h> {
     hierarchy: &'h Hierarchy,
-    /// What a bounding volume hierarchy becomes,
-    pairs: Option<BvhPairs>,
-    /// and the way through it.
-    traversal: Traversal,
+    /// What a bounding volume hierarchy becomes.
+    trees: Option<Trees>,
 }
 
 impl<'h> Structure<'h> {
@@ -49,29 +52,49 @@ impl<'h> Structure<'h> {
     ///
     /// # Errors
     ///
-    /// As [`pairs`].
+    /// As [`Trees::new`].
     pub(crate) fn new(hierarchy: &'h Hierarchy, traversal: Traversal) -> Result<Structure<'h>, BackendError> {
-        let pairs = match hierarchy {
-            Hierarchy::Bvh(bvh) => Some(pairs(bvh)?),
+        let trees = match hierarchy {
+            Hierarchy::Bvh(bvh) => Some(Trees::new(bvh, traversal)?),
             _ => None,
         };
-        Ok(Structure { hierarchy, pairs, traversal })
+        Ok(Structure { hierarchy, trees })
     }
 }
 
 /// A bounding volume hierarchy as GPUs read it.
-///
-/// # Errors
-///
-/// Says how many primitives there may be where there are more.
-pub(crate) fn pairs(bvh: &Bvh) -> Result<BvhPairs, BackendError> {
-    BvhPairs::new(bvh).ok_or_else(|| {
-        BackendError::Failed(format!(
-            "a bvh on a GPU can have {} triangles at most, and twice as many spheres and instances: this scene has \
-             more (choose another structure, or --backend cpu)",
-            eosphor_core::hierarchy::Link::TRIANGLES_END
-        ))
-    })
+pub(crate) enum Trees {
+    /// Two children a node, and the way through them.
+    Pairs(BvhPairs, Traversal),
+    /// Eight children a node.
+    Wide(BvhWide),
+}
+
+impl Trees {
+    /// For a way through it.
+    ///
+    /// # Errors
+    ///
+    /// Says how much there may be where there is more.
+    pub(crate) fn new(bvh: &Bvh, traversal: Traversal) -> Result<Trees, BackendError> {
+        let pairs = BvhPairs::new(bvh).ok_or_else(|| {
+            BackendError::Failed(format!(
+                "a bvh on a GPU can have {} triangles at most, and twice as many spheres and instances: this scene has \
+                 more (choose another structure, or --backend cpu)",
+                Link::TRIANGLES_END
+            ))
+        })?;
+        if traversal != Traversal::Wide {
+            return Ok(Trees::Pairs(pairs, traversal));
+        }
+        let wide = BvhWide::new(&pairs).ok_or_else(|| {
+            BackendError::Failed(format!(
+                "a wide bvh on a GPU can have {} nodes at most: this scene has more (choose another traversal)",
+                WideNode::MOST
+            ))
+        })?;
+        Ok(Trees::Wide(wide))
+    }
 }
 
 /// Adds the structure's own parameters, in the order of `gpu/src/kernels.rs`. Gives back its primitives, which come next.
@@ -86,10 +109,9 @@ pub(crate) fn add_structure<'a>(
     match structure.hierarchy {
         Hierarchy::Exhaustive(exhaustive) => Ok(exhaustive.primitives.view()),
         Hierarchy::Bvh(bvh) => {
-            let pairs = structure.pairs.as_ref().expect("a bvh has pairs");
-            Ok(add_bvh(parameters, bvh, pairs, structure.traversal))
+            Ok(add_trees(parameters, bvh, structure.trees.as_ref().expect("a bvh has trees")))
         }
-        Hierarchy::Bvh8(_) => Err(kernel(Accel::Bvh8, false).expect_err("it has none")),
+        Hierarchy::Bvh8(_) => Err(kernel(Accel::Bvh8, Traversal::Auto, false).expect_err("it has none")),
         Hierarchy::Octree(octree) | Hierarchy::OctreeParametric(octree) => {
             let tree = octree.view();
             parameters.array(tree.nodes);
@@ -118,19 +140,28 @@ pub(crate) fn add_structure<'a>(
 }
 
 /// [`add_structure`] for a bounding volume hierarchy.
-pub(crate) fn add_bvh<'a>(
+pub(crate) fn add_trees<'a>(
     parameters: &mut Parameters<'a>,
     bvh: &'a Bvh,
-    pairs: &'a BvhPairs,
-    traversal: Traversal,
+    trees: &'a Trees,
 ) -> PrimitivesView<'a> {
-    let view = pairs.view(bvh);
-    parameters.array(view.pairs);
-    parameters.array(view.roots);
-    parameters.number(view.instance_root.bits());
-    parameters.float(view.world_extent);
-    parameters.number(traversal.company().bits());
-    view.primitives
+    match trees {
+        Trees::Pairs(pairs, traversal) => {
+            let view = pairs.view(bvh);
+            parameters.array(view.pairs);
+            parameters.array(view.roots);
+            parameters.number(view.instance_root.bits());
+            parameters.float(view.world_extent);
+            parameters.number(traversal.company().bits());
+        }
+        Trees::Wide(wide) => {
+            parameters.array(&wide.nodes);
+            parameters.array(&wide.roots);
+            parameters.number(wide.instance_root);
+            parameters.float(wide.world_extent);
+        }
+    }
+    bvh.primitives.view()
 }
 
 fn add_instance_tree<'a>(parameters: &mut Parameters<'a>, tree: &InstanceTreeView<'a>) {
@@ -145,11 +176,12 @@ mod tests {
 
     #[test]
     fn structures_for_cpus_alone_are_refused_with_the_others_names() {
-        let message = kernel(Accel::Bvh8, false).unwrap_err().to_string();
+        let message = kernel(Accel::Bvh8, Traversal::Auto, false).unwrap_err().to_string();
         assert!(
             message.starts_with("bvh8 is made for") && message.contains("none, bvh, octree,"),
             "{message}"
         );
-        assert_eq!(Accel::ALL.iter().filter(|&&accel| kernel(accel, true).is_err()).count(), 1);
+        let refused = |accel: &&Accel| kernel(**accel, Traversal::Auto, true).is_err();
+        assert_eq!(Accel::ALL.iter().filter(refused).count(), 1);
     }
 }

@@ -3,6 +3,8 @@
 //! The PTX is committed, so users need no special compiler. Its header names a hash of the sources; a plain test
 //! compares, so that it cannot fall behind them.
 
+#[path = "../../../crates/cuda/src/ptx_text.rs"]
+mod ptx_text;
 mod ptxas;
 mod registers;
 mod sources;

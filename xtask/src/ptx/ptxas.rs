@@ -3,6 +3,7 @@
 use super::toolchain::output_of;
 use anyhow::{Context, Result, bail, ensure};
 use std::env;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -44,11 +45,15 @@ pub(super) fn find() -> Result<PathBuf> {
     Ok(ptxas)
 }
 
-/// What each kernel of a PTX file takes on an architecture, sorted by name.
-pub(super) fn usage(ptxas: &Path, ptx: &Path, architecture: &str) -> Result<Vec<Usage>> {
+/// What each kernel of a PTX text takes on an architecture, sorted by name.
+pub(super) fn usage(ptxas: &Path, ptx: &str, architecture: &str) -> Result<Vec<Usage>> {
+    let file = env::temp_dir().join(format!("eosphor-{}-{architecture}.ptx", std::process::id()));
+    fs::write(&file, ptx).with_context(|| format!("writing {}", file.display()))?;
     let mut command = Command::new(ptxas);
-    command.args(["-v", &format!("-arch={architecture}"), "-o", "/dev/null"]).arg(ptx);
-    let output = command.output().with_context(|| format!("starting {}", ptxas.display()))?;
+    command.args(["-v", &format!("-arch={architecture}"), "-o", "/dev/null"]).arg(&file);
+    let output = command.output().with_context(|| format!("starting {}", ptxas.display()));
+    fs::remove_file(&file)?;
+    let output = output?;
     // It says everything on stderr.
     let text = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {

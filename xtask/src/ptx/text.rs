@@ -1,12 +1,22 @@
 //! What is done to the PTX as a text, and what must hold of it.
 
 /// The kernels of `gpu/src/kernels.rs` and `rays.rs`, sorted.
-pub(super) const ENTRIES: [&str; 11] = [
+pub(super) const ENTRIES: [&str; 21] = [
     "closest_hits_bvh",
+    "closest_hits_in_step",
+    "closest_hits_wide",
     "closest_hits_world",
+    "closest_hits_world_in_step",
+    "closest_hits_world_wide",
     "occluded_bvh",
+    "occluded_in_step",
+    "occluded_wide",
     "occluded_world",
+    "occluded_world_in_step",
+    "occluded_world_wide",
     "render_bvh",
+    "render_bvh_in_step",
+    "render_bvh_wide",
     "render_bvh_world",
     "render_exhaustive",
     "render_grid",
@@ -18,9 +28,9 @@ pub(super) const ENTRIES: [&str; 11] = [
 /// rustc has no attribute for this: blocks have at most 128 threads, so each may have more registers.
 const LAUNCH_BOUNDS: &str = ".maxntid 128";
 
-/// Added for kernels that answer queries: that so many blocks shall run at a time on a processor limits a thread to 48
-/// registers. On an H100 that is up to 1.1 times as fast as 64, for all that is spilled then; 12 blocks are slower.
-const QUERY_BOUNDS: &str = ".minnctapersm 10";
+/// Added for kernels that answer queries. On an H100 48 registers are up to 1.1 times as fast as 64, for all that is spilled
+/// then, and 40 are slower.
+const QUERY_BOUNDS: &str = ".maxnreg 48";
 
 /// What the header says.
 pub(super) struct Header<'a> {

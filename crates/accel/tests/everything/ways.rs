@@ -2,7 +2,7 @@
 
 use crate::support::World;
 use eosphor_accel::{
-    BatchTracer, BuildOptions, Builder, Bvh, Bvh8, BvhPairs, Coherence, Exhaustive, Filters, Grid,
+    BatchTracer, BuildOptions, Builder, Bvh, Bvh8, BvhPairs, BvhWide, Coherence, Exhaustive, Filters, Grid,
     GridOptions, KdTree, KdTreeOptions, Octree, OctreeOptions, OneByOne, SimdLevel,
 };
 use eosphor_core::hierarchy::{Company, CountWork, IgnoreWork, ShadowBatch};
@@ -51,7 +51,7 @@ pub(crate) struct Way<'a> {
 /// A world under every structure, with the settings that are usual and some that make other trees.
 pub(crate) struct Structures {
     pub(crate) exhaustive: Exhaustive,
-    bvhs: Vec<(String, (Bvh, BvhPairs))>,
+    bvhs: Vec<(String, (Bvh, BvhPairs, BvhWide))>,
     bvh8s: Vec<(String, Bvh8)>,
     octrees: Vec<(String, Octree)>,
     grids: Vec<(String, Grid)>,
@@ -101,7 +101,8 @@ impl Structures {
             bvhs: named(binary_options(), |o| {
                 let bvh = Bvh::build(&scene, o);
                 let pairs = BvhPairs::new(&bvh).expect("it is small");
-                (bvh, pairs)
+                let wide = BvhWide::new(&pairs).expect("it is small");
+                (bvh, pairs, wide)
             }),
             bvh8s: named(eight_wide_options(), |o| Bvh8::build(&scene, o)),
             octrees: named(two(octree, octree_fine), |o| Octree::build(&scene, o)),
@@ -113,10 +114,12 @@ impl Structures {
     /// All ways but the reference.
     pub(crate) fn ways(&self) -> Vec<Way<'_>> {
         let mut ways = Vec::new();
-        for (name, (bvh, pairs)) in &self.bvhs {
+        for (name, (bvh, pairs, wide)) in &self.bvhs {
             let scalar = bvh.tracer(IgnoreWork);
             add(&mut ways, format!("bvh {name}"), OneByOne(scalar));
             add(&mut ways, format!("bvh {name}, in pairs"), OneByOne(pairs.tracer(bvh)));
+            add(&mut ways, format!("bvh {name}, in pairs, in step"), OneByOne(pairs.tracer_in_step(bvh)));
+            add(&mut ways, format!("bvh {name}, wide"), OneByOne(wide.tracer(bvh.primitives.view())));
             if bvh.primitives.instances.len() == 1 {
                 for (how, company) in [("alone", Company::ALONE), ("together", Company::TOGETHER)] {
                     let tracer = pairs.world_tracer(bvh, company);

@@ -27,7 +27,8 @@ pub(crate) struct DeviceFlags {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
     pub(crate) block_size: Option<u32>,
     /// How the threads of a warp walk through a bvh on GPUs: single, each for itself; vote, all where any has to; auto, by
-    /// vote where all rays start in one point and go the same way
+    /// vote where all rays start in one point and go the same way; reconverge, each for itself but in step; wide, in step
+    /// through nodes of eight children
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = traversals())]
     pub(crate) gpu_traversal: Traversal,
     /// The order in which the CPU traces rays: batched, or scalar, the reference

@@ -15,7 +15,10 @@ mod search;
 mod stack;
 mod tracer;
 mod two_level;
+mod walks;
 mod warp;
+mod wide;
+mod wide_tracer;
 mod work;
 
 pub use bvh::{BvhNode, BvhTracer, BvhView, MAX_BVH_DEPTH};
@@ -28,9 +31,11 @@ pub use octree::{
     MAX_OCTREE_DEPTH, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
 };
 pub use pair_tracer::PairTracer;
-pub use pairs::{BvhPair, Company, Link, PAIR_SLACK, PairView, REACH};
+pub use pairs::{BvhPair, Company, Link, PAIR_SLACK, PairView, REACH, Target};
 pub use references::SPHERE_REFERENCE;
 pub use stack::Stack;
 pub use tracer::{ShadowBatch, Tracer};
 pub use two_level::InstanceTreeView;
+pub use wide::{WideNode, WideView};
+pub use wide_tracer::WideTracer;
 pub use work::{CountWork, IgnoreWork, Work};

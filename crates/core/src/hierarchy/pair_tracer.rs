@@ -1,38 +1,40 @@
 //! Queries by a [`PairView`].
 
 use super::Tracer;
+use super::candidates::PrimitivesView;
 use super::pairs::{Outcome, PairView, Room, Walk};
-use super::put_off::PutOff;
 use super::search::{Any, Closest, Next, Search};
 use super::stack::Stack;
+use super::walks::{Walks, search_by, tracer_by_walks};
 use super::warp::Warp;
 use crate::ray::{Hit, Ray, RayFilter};
 
-/// Traverses a [`PairView`]; without `PLACED` the world alone, which takes fewer registers.
+/// Traverses a [`PairView`]; without `PLACED` the world alone, which takes fewer registers. With `IN_STEP` the threads of a
+/// warp wait for each other after every node, whatever the view says of their company.
 #[derive(Clone, Copy, Debug)]
-pub struct PairTracer<'a, const PLACED: bool> {
+pub struct PairTracer<'a, const PLACED: bool, const IN_STEP: bool = false> {
     /// The trees.
     pub view: PairView<'a>,
 }
 
-impl<const PLACED: bool> PairTracer<'_, PLACED> {
-    /// Searches for most rays. `false` if this one needs [`PairTracer::search_from_anywhere`].
+impl<const PLACED: bool, const IN_STEP: bool> Walks for PairTracer<'_, PLACED, IN_STEP> {
     #[inline(always)]
-    fn search<S: Search>(&self, ray: &Ray, filter: &RayFilter, search: S) -> Option<S> {
+    fn primitives(&self) -> &PrimitivesView<'_> {
+        &self.view.primitives
+    }
+
+    #[inline(always)]
+    fn walk(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> Outcome {
         let mut room: Room = Stack::room();
-        let mut aside = PutOff::<S>::room();
-        let mut put_off = PutOff::new(search, &mut aside);
         let mut walk = Walk::<false, PLACED>::new(&self.view, ray, &mut room);
         let warp = Warp::here();
-        let outcome = if walk.goes_along(self.view.company, warp) {
-            walk.run_together(&self.view, filter, &mut put_off, warp)
+        if IN_STEP {
+            walk.run_in_step(&self.view, filter, search, warp)
+        } else if walk.goes_along(self.view.company, warp) {
+            walk.run_together(&self.view, filter, search, warp)
         } else {
-            walk.run(&self.view, filter, &mut put_off)
-        };
-        if outcome == Outcome::Far {
-            return None;
+            walk.run(&self.view, filter, search)
         }
-        if put_off.decide(&self.view.primitives, ray) { Some(put_off.search) } else { None }
     }
 }
 
@@ -43,60 +45,7 @@ fn search_for_any_ray(view: &PairView, ray: &Ray, filter: &RayFilter, search: &m
     Walk::<true, true>::new(view, ray, &mut room).run(view, filter, search);
 }
 
-macro_rules! for_any_ray {
-    ($name:ident($($after:ident: $type:ty)?) -> $answer:ty { $search:expr, |$found:ident, $view:ident, $ray:ident| $result:expr }) => {
-        /// For rays that [`PairTracer::search`] is not for: rare, so it is a function of its own on GPUs.
-        #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
-        #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-        fn $name($view: &PairView, $ray: &Ray, filter: &RayFilter $(, $after: $type)?) -> $answer {
-            let mut $found = $search;
-            search_for_any_ray($view, $ray, filter, &mut $found);
-            $result
-        }
-    };
-}
-
-for_any_ray! { closest_hit_of_any_ray() -> Hit {
-    Closest::new(ray.t_max), |found, view, ray| found.hit(&view.primitives, ray)
-} }
-for_any_ray! { occluded_any_ray() -> bool {
-    Any { t_max: ray.t_max, found: false }, |found, view, ray| found.found
-} }
-for_any_ray! { next_hit_of_any_ray(after: &Hit) -> Hit {
-    Next::new(ray.t_max, after), |found, view, ray| found.hit(&view.primitives, ray)
-} }
-
-impl<const PLACED: bool> Tracer for PairTracer<'_, PLACED> {
-    #[inline(always)]
-    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
-        match self.search(ray, filter, Closest::new(ray.t_max)) {
-            Some(found) => found.hit(&self.view.primitives, ray),
-            None => {
-                let copy = self.view;
-                closest_hit_of_any_ray(&copy, ray, filter)
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        match self.search(ray, filter, Any { t_max: ray.t_max, found: false }) {
-            Some(found) => found.found,
-            None => {
-                let copy = self.view;
-                occluded_any_ray(&copy, ray, filter)
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        match self.search(ray, filter, Next::new(ray.t_max, after)) {
-            Some(found) => found.hit(&self.view.primitives, ray),
-            None => {
-                let copy = self.view;
-                next_hit_of_any_ray(&copy, ray, filter, after)
-            }
-        }
-    }
+tracer_by_walks! {
+    (const PLACED: bool, const IN_STEP: bool) PairTracer<'_, PLACED, IN_STEP>, PairView, search_for_any_ray,
+    closest_hit_of_any_ray, occluded_any_ray, next_hit_of_any_ray
 }

@@ -3,7 +3,7 @@
 //!
 //! A box is its centre and half its size, so that its entry and its exit are one fused multiply-add each, without telling
 //! near planes from far ones. It is larger than the node's by what rounding can bring about for rays that start within
-//! [`REACH`] extents; for others [`PairView::slack`] is added as they go.
+//! [`REACH`] extents; for others `Space::slack` is added as they go.
 //!
 //! What is not certain in single precision would need a function that every walk keeps registers for. So it is put aside
 //! (`put_off.rs`) until the walk is over.
@@ -155,6 +155,38 @@ impl Link {
     fn is_triangles(self) -> bool {
         self.0 & SPECIAL == NO_PAIR
     }
+
+    /// What it leads to.
+    #[inline(always)]
+    pub fn target(self) -> Target {
+        if self.is_pair() {
+            return Target::Node(self.0);
+        }
+        if self.is_triangles() {
+            let (first, count) = self.range();
+            return Target::Triangles(first, count);
+        }
+        match self.0 & !NUMBER {
+            SPHERE => Target::Sphere(self.0 & NUMBER),
+            INSTANCE => Target::Instance(self.0 & NUMBER),
+            _ => Target::Nothing,
+        }
+    }
+}
+
+/// What a [`Link`] leads to, by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A node.
+    Node(u32),
+    /// Triangles: the first one, and how many.
+    Triangles(u32, u32),
+    /// A sphere.
+    Sphere(u32),
+    /// An instance.
+    Instance(u32),
+    /// Nothing.
+    Nothing,
 }
 
 /// Trees of pairs.
@@ -197,20 +229,20 @@ impl Company {
 const ROOM: usize = 2 * (MAX_BVH_DEPTH + 8) + 4;
 
 /// The ray as a walk goes on with it.
-struct Space<'a> {
-    placement: Placement<'a>,
-    ray: LocalRay,
+pub(super) struct Space<'a> {
+    pub(super) placement: Placement<'a>,
+    pub(super) ray: LocalRay,
     /// Minus the origin over the direction.
-    offset: Vec3,
+    pub(super) offset: Vec3,
     /// The sizes of the inverse direction's components.
-    steps: Vec3,
+    pub(super) steps: Vec3,
     /// What halves of boxes are too small by.
-    slack: f32,
+    pub(super) slack: f32,
 }
 
 impl<'a> Space<'a> {
     #[inline(always)]
-    fn new(placement: Placement<'a>, ray: LocalRay, extent: f32) -> Space<'a> {
+    pub(super) fn new(placement: Placement<'a>, ray: LocalRay, extent: f32) -> Space<'a> {
         let inverse = ray.slab.inverse;
         let reach = ray.origin.abs().max_component();
         let slack = if reach <= REACH * extent { 0.0 } else { PAIR_SLACK * (reach + extent) };
@@ -218,9 +250,17 @@ impl<'a> Space<'a> {
     }
 
     #[inline(always)]
-    fn world(view: &PairView, world_ray: &'a Ray) -> Space<'a> {
-        let ray = LocalRay::of(world_ray, None, item(view.primitives.geometries, 0).extent);
-        Space::new(Placement::world(world_ray), ray, view.world_extent)
+    pub(super) fn world(primitives: &PrimitivesView, world_extent: f32, world_ray: &'a Ray) -> Space<'a> {
+        let ray = LocalRay::of(world_ray, None, item(primitives.geometries, 0).extent);
+        Space::new(Placement::world(world_ray), ray, world_extent)
+    }
+
+    /// The signs of the direction, x lowest.
+    #[inline(always)]
+    pub(super) fn octant(&self) -> u32 {
+        let i = self.ray.slab.inverse;
+        let sign = |x: f32, bit: u32| (x.to_bits() >> 31) << bit;
+        sign(i.x, 0) | sign(i.y, 1) | sign(i.z, 2)
     }
 
     /// Where the ray enters and leaves a box.
@@ -275,7 +315,11 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
                 stack.push(view.instance_root);
             }
         }
-        Walk { space: Space::world(view, world_ray), next: *item(view.roots, 0), stack }
+        Walk {
+            space: Space::world(&view.primitives, view.world_extent, world_ray),
+            next: *item(view.roots, 0),
+            stack,
+        }
     }
 
     /// Visits the leaves that the ray enters, the nearer child first. A node is left out only when the ray enters it
@@ -311,6 +355,54 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         }
     }
 
+    /// [`Walk::run`] where the threads of a warp wait for each other after every node and leaf: otherwise they drift apart, and
+    /// meet again at the end.
+    #[inline(always)]
+    pub(super) fn run_in_step(
+        &mut self,
+        view: &PairView,
+        filter: &RayFilter,
+        search: &mut impl Search,
+        warp: Warp,
+    ) -> Outcome {
+        let mut outcome = None;
+        if self.space.ray.t_min.is_nan() {
+            outcome = Some(Outcome::Over);
+        } else if !ANYWHERE && self.space.slack > 0.0 {
+            outcome = Some(Outcome::Far);
+        }
+        loop {
+            if outcome.is_none() {
+                outcome = self.step(view, filter, search);
+            }
+            if warp.count(outcome.is_none()) == 0 {
+                return outcome.unwrap_or(Outcome::Over);
+            }
+        }
+    }
+
+    /// Past a pair or a leaf. Where that ends the walk, how.
+    #[inline(always)]
+    fn step(&mut self, view: &PairView, filter: &RayFilter, search: &mut impl Search) -> Option<Outcome> {
+        if self.next.is_pair() {
+            self.pass(&item(view.pairs, self.next.0).read(), search.t_max());
+            return None;
+        }
+        if self.next.is_triangles() {
+            let (first, count) = self.next.range();
+            let Space { placement, ray, .. } = &self.space;
+            if view.primitives.search_triangles(first, count, ray, placement, filter, search) {
+                return Some(Outcome::Over);
+            }
+        } else if let Some(outcome) = self.enter(view, search) {
+            return Some(outcome);
+        }
+        if !self.next.is_pair() {
+            self.next = self.pop();
+        }
+        None
+    }
+
     /// Whether to walk together with the threads that are here. Only the world is walked through so.
     #[inline(always)]
     pub(super) fn goes_along(&self, company: Company, warp: Warp) -> bool {
@@ -320,9 +412,8 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         if company == Company::TOGETHER {
             return true;
         }
-        let Ray { origin: o, direction: d, .. } = self.space.placement.world_ray;
-        let sign = |x: f32, bit: u32| (x.to_bits() >> 31) << bit;
-        let octant = sign(d.x, 0) | sign(d.y, 1) | sign(d.z, 2);
+        let o = self.space.placement.world_ray.origin;
+        let octant = self.space.octant();
         let [x, y, z, ways] = [o.x.to_bits(), o.y.to_bits(), o.z.to_bits(), octant].map(|n| warp.agrees(n));
         x & y & z & ways
     }
@@ -451,7 +542,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
                 unsafe { self.stack.push(self.next) };
             }
         } else if PLACED && self.next == Link::WORLD {
-            self.space = Space::world(view, world_ray);
+            self.space = Space::world(&view.primitives, view.world_extent, world_ray);
         } else if self.next == Link::DONE {
             return Some(Outcome::Over);
         }

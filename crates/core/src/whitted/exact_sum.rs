@@ -31,6 +31,14 @@ impl ExactSum {
         self.units[2] = self.units[2].saturating_add(units(color.z));
     }
 
+    /// Adds what others have summed up.
+    #[inline(always)]
+    pub fn merge(&mut self, other: &ExactSum) {
+        self.units[0] = self.units[0].saturating_add(other.units[0]);
+        self.units[1] = self.units[1].saturating_add(other.units[1]);
+        self.units[2] = self.units[2].saturating_add(other.units[2]);
+    }
+
     /// The sum over `count` samples as a mean colour.
     #[inline(always)]
     pub fn mean(&self, count: u32) -> Vec3 {
@@ -60,6 +68,20 @@ mod tests {
         colors.iter().for_each(|c| forward.add(*c));
         colors.iter().rev().for_each(|c| backward.add(*c));
         assert_eq!(forward, backward);
+        let (mut odd, mut even) = (ExactSum::default(), ExactSum::default());
+        colors.chunks(2).for_each(|pair| {
+            even.add(pair[0]);
+            odd.add(pair[1]);
+        });
+        odd.merge(&even);
+        assert_eq!(odd, forward);
+    }
+
+    #[test]
+    fn sums_that_are_full_stay_full() {
+        let mut full = ExactSum { units: [u64::MAX - 1, 5, 0] };
+        full.merge(&ExactSum { units: [7, 7, 7] });
+        assert_eq!(full.units, [u64::MAX, 12, 7]);
     }
 
     #[test]

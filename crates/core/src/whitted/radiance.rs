@@ -116,7 +116,7 @@ pub fn radiance<T: Tracer, const W: usize>(
     }
 }
 
-/// Adds all samples of a pixel to a sum.
+/// All samples of a pixel.
 #[inline(always)]
 pub fn render_pixel<T: Tracer, const W: usize>(
     view: &SceneView,
@@ -125,12 +125,24 @@ pub fn render_pixel<T: Tracer, const W: usize>(
     y: u32,
     counts: &mut RayCounts,
 ) -> ExactSum {
+    render_samples::<T, W>(view, tracer, (x, y), (0, 1), counts)
+}
+
+/// Of a pixel's samples the one that comes `first`, and from there every `step`-th one: a share of its sum.
+#[inline(always)]
+pub fn render_samples<T: Tracer, const W: usize>(
+    view: &SceneView,
+    tracer: &T,
+    (x, y): (u32, u32),
+    (first, step): (u32, u32),
+    counts: &mut RayCounts,
+) -> ExactSum {
     let mut sum = ExactSum::default();
-    let mut sample = 0;
+    let mut sample = first;
     while sample < view.settings.samples {
         let ray = camera_ray(view, x, y, sample);
         radiance::<T, W>(view, tracer, ray, (x, y, sample), &mut sum, counts);
-        sample += 1;
+        sample += step;
     }
     sum
 }

@@ -1,0 +1,101 @@
+//! Queries by walks that put off what is unclear, for GPUs.
+
+use super::candidates::PrimitivesView;
+use super::pairs::Outcome;
+use super::put_off::PutOff;
+use super::search::Search;
+use crate::ray::{Ray, RayFilter};
+
+/// Walks through a hierarchy.
+pub(super) trait Walks {
+    /// What is in its leaves.
+    fn primitives(&self) -> &PrimitivesView<'_>;
+    /// For most rays.
+    fn walk(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> Outcome;
+}
+
+/// Searches for most rays. `None` if this one needs a walk for any ray.
+#[inline(always)]
+pub(super) fn search_by<S: Search>(
+    walks: &impl Walks,
+    ray: &Ray,
+    filter: &RayFilter,
+    search: S,
+) -> Option<S> {
+    let mut aside = PutOff::<S>::room();
+    let mut put_off = PutOff::new(search, &mut aside);
+    if walks.walk(ray, filter, &mut put_off) == Outcome::Far {
+        return None;
+    }
+    if put_off.decide(walks.primitives(), ray) { Some(put_off.search) } else { None }
+}
+
+/// Makes a tracer with a field `view: $view` answer queries by [`Walks`], and, where that is not for a ray, by a search that
+/// `$search_for_any_ray(&view, &ray, &filter, &mut search)` makes: rare, so these are functions of their own on GPUs.
+macro_rules! tracer_by_walks {
+    (
+        ($($generics:tt)*) $tracer:ty, $view:ident, $search_for_any_ray:ident,
+        $closest:ident, $occluded:ident, $next:ident
+    ) => {
+        #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
+        #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
+        fn $closest(view: &$view, ray: &Ray, filter: &RayFilter) -> Hit {
+            let mut found = Closest::new(ray.t_max);
+            $search_for_any_ray(view, ray, filter, &mut found);
+            found.hit(&view.primitives, ray)
+        }
+
+        #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
+        #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
+        fn $occluded(view: &$view, ray: &Ray, filter: &RayFilter) -> bool {
+            let mut found = Any { t_max: ray.t_max, found: false };
+            $search_for_any_ray(view, ray, filter, &mut found);
+            found.found
+        }
+
+        #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
+        #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
+        fn $next(view: &$view, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+            let mut found = Next::new(ray.t_max, after);
+            $search_for_any_ray(view, ray, filter, &mut found);
+            found.hit(&view.primitives, ray)
+        }
+
+        impl<$($generics)*> Tracer for $tracer {
+            #[inline(always)]
+            fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+                match search_by(self, ray, filter, Closest::new(ray.t_max)) {
+                    Some(found) => found.hit(&self.view.primitives, ray),
+                    None => {
+                        let copy = self.view;
+                        $closest(&copy, ray, filter)
+                    }
+                }
+            }
+
+            #[inline(always)]
+            fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
+                match search_by(self, ray, filter, Any { t_max: ray.t_max, found: false }) {
+                    Some(found) => found.found,
+                    None => {
+                        let copy = self.view;
+                        $occluded(&copy, ray, filter)
+                    }
+                }
+            }
+
+            #[inline(always)]
+            fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+                match search_by(self, ray, filter, Next::new(ray.t_max, after)) {
+                    Some(found) => found.hit(&self.view.primitives, ray),
+                    None => {
+                        let copy = self.view;
+                        $next(&copy, ray, filter, after)
+                    }
+                }
+            }
+        }
+    };
+}
+
+pub(super) use tracer_by_walks;

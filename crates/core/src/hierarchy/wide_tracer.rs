@@ -1,0 +1,44 @@
+//! Queries by a [`WideView`].
+
+use super::Tracer;
+use super::candidates::PrimitivesView;
+use super::pairs::Outcome;
+use super::search::{Any, Closest, Next, Search};
+use super::stack::Stack;
+use super::walks::{Walks, search_by, tracer_by_walks};
+use super::warp::Warp;
+use super::wide::{Room, Walk, WideView};
+use crate::ray::{Hit, Ray, RayFilter};
+
+/// Traverses a [`WideView`], the threads of a warp in step; without `PLACED` the world alone, which takes fewer registers.
+#[derive(Clone, Copy, Debug)]
+pub struct WideTracer<'a, const PLACED: bool> {
+    /// The trees.
+    pub view: WideView<'a>,
+}
+
+impl<const PLACED: bool> Walks for WideTracer<'_, PLACED> {
+    #[inline(always)]
+    fn primitives(&self) -> &PrimitivesView<'_> {
+        &self.view.primitives
+    }
+
+    #[inline(always)]
+    fn walk(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> Outcome {
+        let mut room: Room = Stack::room();
+        let mut walk = Walk::<false, PLACED>::new(&self.view, ray, &mut room);
+        walk.run::<true>(&self.view, filter, search, Warp::here())
+    }
+}
+
+/// Searches for any ray, and decides at once.
+#[inline(always)]
+fn search_for_any_ray(view: &WideView, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
+    let mut room: Room = Stack::room();
+    Walk::<true, true>::new(view, ray, &mut room).run::<false>(view, filter, search, Warp::here());
+}
+
+tracer_by_walks! {
+    (const PLACED: bool) WideTracer<'_, PLACED>, WideView, search_for_any_ray,
+    closest_hit_of_any_ray_wide, occluded_any_ray_wide, next_hit_of_any_ray_wide
+}

@@ -1,0 +1,51 @@
+//! What the threads of a warp, 32 of them, add up together. All of them must ask.
+
+use core::arch::asm;
+use eosphor_core::whitted::ExactSum;
+
+/// Threads of a warp.
+pub(crate) const WARP: u32 = 32;
+
+/// What the thread has whose number differs from this one's in these bits.
+#[inline(always)]
+fn across(number: u64, bits: u32) -> u64 {
+    let exchange = |half: u32| {
+        let theirs: u32;
+        // SAFETY: all threads of the warp come here.
+        unsafe {
+            asm!(
+                "shfl.sync.bfly.b32 {0}, {1}, {2}, 31, 0xffffffff;",
+                out(reg32) theirs, in(reg32) half, in(reg32) bits, options(nomem, nostack)
+            );
+        }
+        theirs
+    };
+    (exchange((number >> 32) as u32) as u64) << 32 | exchange(number as u32) as u64
+}
+
+/// The sum over all threads.
+#[inline(always)]
+pub(crate) fn total(number: u64) -> u64 {
+    let mut sum = number;
+    let mut bits = 1;
+    while bits < WARP {
+        sum += across(sum, bits);
+        bits *= 2;
+    }
+    sum
+}
+
+/// The sum over `lanes` neighbours, a power of two.
+#[inline(always)]
+pub(crate) fn merged(own: ExactSum, lanes: u32) -> ExactSum {
+    let mut sum = own;
+    let mut bits = 1;
+    while bits < lanes {
+        let theirs = ExactSum {
+            units: [across(sum.units[0], bits), across(sum.units[1], bits), across(sum.units[2], bits)],
+        };
+        sum.merge(&theirs);
+        bits *= 2;
+    }
+    sum
+}
