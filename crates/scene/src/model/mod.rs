@@ -2,6 +2,7 @@
 
 use eosphor_core::math::Vec3;
 
+mod animation;
 mod camera;
 mod ior;
 mod light;
@@ -14,6 +15,7 @@ mod texture;
 mod transform;
 mod validate;
 
+pub use animation::{Animation, CameraKey, CameraMotion, Interpolation, Law, MAX_FRAMES};
 pub use camera::{Camera, Lens};
 pub use ior::{INDICES_OF_REFRACTION, index_of_refraction};
 pub use light::Light;
@@ -49,6 +51,8 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// How to render it.
     pub settings: RenderSettings,
+    /// What moves; nothing where there is none.
+    pub animation: Option<Animation>,
 }
 
 impl Scene {

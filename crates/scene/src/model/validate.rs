@@ -1,8 +1,8 @@
 //! What a scene must satisfy to be rendered: checked once, in one place, for files, flags and programs alike.
 
 use super::{
-    AlphaMode, Camera, Image, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling,
-    RenderSettings, Scene, Texels, Texture,
+    AlphaMode, Animation, Camera, CameraMotion, Image, Law, Light, MAX_FRAMES, Material, MaterialKind, Mesh,
+    Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene, Texels, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -43,6 +43,9 @@ impl Scene {
         self.settings.validate()?;
         if let Some(camera) = &self.camera {
             check_camera(camera)?;
+        }
+        if let Some(animation) = &self.animation {
+            check_animation(animation)?;
         }
         for (i, light) in self.lights.iter().enumerate() {
             check_light(light, &format!("lights[{i}]"))?;
@@ -112,6 +115,69 @@ fn check_camera(camera: &Camera) -> Check {
             "which distance is sharp? Give focus-distance, or let the camera look-at a point",
         )),
     }
+}
+
+fn check_animation(animation: &Animation) -> Check {
+    in_range("animation.frames".to_string(), animation.frames, 1, MAX_FRAMES)?;
+    if !(animation.fps > 0.0 && animation.fps <= 1000.0) {
+        let message = format!("{} must be over 0 and at most 1000", animation.fps);
+        return Err(Problem::new("animation.fps", message));
+    }
+    match &animation.camera {
+        None => Ok(()),
+        Some(CameraMotion::Orbit { turns, around }) => {
+            let what = || "animation.camera.orbit".to_string();
+            number("animation.camera.orbit.turns", *turns, -1e6, 1e6)?;
+            point(what, "around", around.unwrap_or(Vec3::ZERO))
+        }
+        Some(CameraMotion::Laws { position, look_at }) => {
+            check_law("animation.camera.laws.position", position)?;
+            check_law("animation.camera.laws.look-at", look_at)
+        }
+        Some(CameraMotion::Keys { keys, .. }) => {
+            if keys.is_empty() {
+                return Err(Problem::new("animation.camera.keys.keys", "there must be at least one"));
+            }
+            for (i, key) in keys.iter().enumerate() {
+                let what = || format!("animation.camera.keys.keys[{i}]");
+                number(&format!("{}.seconds", what()), key.seconds, 0.0, 1e9)?;
+                point(what, "position", key.position)?;
+                point(what, "look-at", key.look_at)?;
+            }
+            match keys.windows(2).position(|pair| pair[0].seconds >= pair[1].seconds) {
+                None => Ok(()),
+                Some(i) => Err(Problem::new(
+                    format!("animation.camera.keys.keys[{}].seconds", i + 1),
+                    "keys must be in the order of their seconds, each later than the one before",
+                )),
+            }
+        }
+    }
+}
+
+fn check_law(name: &str, law: &Law) -> Check {
+    let Law {
+        r,
+        z,
+        phi,
+        r_amplitude,
+        z_amplitude,
+        r_frequency,
+        z_frequency,
+        phi_frequency,
+        r_phase,
+        z_phase,
+    } = *law;
+    for (key, length) in [("r", r), ("z", z), ("r-amplitude", r_amplitude), ("z-amplitude", z_amplitude)] {
+        number(&format!("{name}.{key}"), length, -0.1 * MAX_COORDINATE, 0.1 * MAX_COORDINATE)?;
+    }
+    let angles = [("phi", phi), ("r-phase", r_phase), ("z-phase", z_phase)];
+    let frequencies =
+        [("r-frequency", r_frequency), ("z-frequency", z_frequency), ("phi-frequency", phi_frequency)];
+    angles
+        .into_iter()
+        .chain(frequencies)
+        .try_for_each(|(key, angle)| number(&format!("{name}.{key}"), angle, -1e6, 1e6))
 }
 
 fn check_light(light: &Light, name: &str) -> Check {

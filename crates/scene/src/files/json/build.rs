@@ -35,6 +35,7 @@ impl Builder<'_> {
         self.loader.scene.camera = file.camera;
         self.loader.scene.lights = file.lights;
         self.loader.scene.settings = file.settings;
+        self.loader.scene.animation = file.animation;
         let materials = self.materials(file.materials)?;
         let origins = self.place_meshes(file.meshes, file.instances, &materials)?;
         for (i, SphereEntry { center, radius, material }) in file.spheres.into_iter().enumerate() {

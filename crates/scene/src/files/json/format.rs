@@ -2,7 +2,7 @@
 //! scenes/REFERENCE.md.
 
 use super::material::{Entries, MaterialEntry};
-use crate::model::{Camera, Light, RenderSettings, Transform, Vector};
+use crate::model::{Animation, Camera, Light, RenderSettings, Transform, Vector};
 use eosphor_core::math::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -56,6 +56,9 @@ pub(super) struct SceneFile {
     /// How to render it. Flags of the command line win.
     #[serde(default)]
     pub(super) settings: RenderSettings,
+    /// What moves.
+    #[serde(default)]
+    pub(super) animation: Option<Animation>,
 }
 
 /// A mesh by file. It is placed once, or, where instances name it, by them alone. A file with several meshes (glTF) is

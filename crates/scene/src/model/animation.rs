@@ -1,0 +1,292 @@
+//! What moves: frames are numbered from 0, and each is a scene of its own.
+
+use super::stand_ins::Vector;
+use super::{Camera, Scene};
+use eosphor_core::math::{Vec3, elementary64};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+
+/// The most frames of an animation: a day at 69 a second.
+pub const MAX_FRAMES: u32 = 6_000_000;
+
+/// How a scene moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(extend("examples" = [{ "frames": 120, "camera": { "orbit": { "turns": 1 } } }]))]
+pub struct Animation {
+    /// How many frames there are.
+    #[schemars(range(min = 1, max = 6_000_000))]
+    pub frames: u32,
+    /// Frames a second, for videos and for what moves by time.
+    #[serde(default = "twenty_four")]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1000))]
+    pub fps: f32,
+    /// How the camera moves.
+    #[serde(default)]
+    pub camera: Option<CameraMotion>,
+}
+
+/// How a camera moves. What a motion does not set stays as the scene's camera has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
+#[schemars(extend("examples" = [{ "orbit": { "turns": 1 } }]))]
+pub enum CameraMotion {
+    /// Around a point, about the camera's up: a turntable.
+    Orbit {
+        /// Times around over all frames; below 0 the other way.
+        #[serde(default = "one")]
+        turns: f32,
+        /// The point; the camera's look-at where not given, and where it has none, the origin.
+        #[serde(default)]
+        #[schemars(with = "Option<Vector>")]
+        around: Option<Vec3>,
+    },
+    /// By laws in cylindrical coordinates about the z axis (PLATO's flight). Time runs from 0 to 2π over all frames.
+    Laws {
+        /// Where the camera is.
+        position: Law,
+        /// The point in the middle of the picture.
+        look_at: Law,
+    },
+    /// Through points at given times.
+    Keys {
+        /// By time.
+        keys: Vec<CameraKey>,
+        /// How it goes from one to the next.
+        #[serde(default)]
+        interpolation: Interpolation,
+    },
+}
+
+/// A camera at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "CameraKey", extend("examples" = [{ "seconds": 1.5, "position": [0, 2, 7], "look-at": [0, 1, 0] }]))]
+pub struct CameraKey {
+    /// Seconds from the first frame.
+    #[schemars(range(min = 0))]
+    pub seconds: f32,
+    /// Where the camera is.
+    #[schemars(with = "Vector")]
+    pub position: Vec3,
+    /// The point in the middle of the picture.
+    #[schemars(with = "Vector")]
+    pub look_at: Vec3,
+}
+
+/// How something goes from one key to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// Straight, at an even pace.
+    Linear,
+    /// On a curve through the keys, without jerks (Catmull and Rom 1974).
+    #[default]
+    Smooth,
+}
+
+/// A point that moves: `r = r0 + a_r sin(w_r t + p_r)`, `z = z0 + a_z sin(w_z t + p_z)`, `phi = phi0 + w_phi t`; x is
+/// `r cos phi`, y is `r sin phi`. Angles in radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
+#[schemars(extend("examples" = [{ "r": 7, "z": 3, "r-amplitude": 2, "r-frequency": 2, "phi-frequency": 1 }]))]
+pub struct Law {
+    /// Distance from the z axis, in the middle.
+    pub r: f32,
+    /// Height, in the middle.
+    pub z: f32,
+    /// Angle about the z axis at the start.
+    pub phi: f32,
+    /// How far the distance swings.
+    pub r_amplitude: f32,
+    /// How far the height swings.
+    pub z_amplitude: f32,
+    /// Swings of the distance over all frames.
+    pub r_frequency: f32,
+    /// Swings of the height over all frames.
+    pub z_frequency: f32,
+    /// Turns about the z axis over all frames.
+    pub phi_frequency: f32,
+    /// Phase of the distance's swing.
+    pub r_phase: f32,
+    /// Phase of the height's swing.
+    pub z_phase: f32,
+}
+
+impl Law {
+    /// The point at a time from 0 to 2π.
+    pub fn point(&self, t: f64) -> Vec3 {
+        let swing = |middle: f32, amplitude: f32, frequency: f32, phase: f32| {
+            let angle = f64::from(frequency) * t + f64::from(phase);
+            f64::from(middle) + f64::from(amplitude) * elementary64::sin(angle)
+        };
+        let r = swing(self.r, self.r_amplitude, self.r_frequency, self.r_phase);
+        let z = swing(self.z, self.z_amplitude, self.z_frequency, self.z_phase);
+        let phi = f64::from(self.phi) + f64::from(self.phi_frequency) * t;
+        Vec3 { x: (r * elementary64::cos(phi)) as f32, y: (r * elementary64::sin(phi)) as f32, z: z as f32 }
+    }
+}
+
+impl Animation {
+    /// Seconds from the first frame.
+    fn seconds(&self, frame: u32) -> f64 {
+        f64::from(frame) / f64::from(self.fps)
+    }
+
+    /// The camera of a frame; `camera` is the scene's.
+    fn camera_at(&self, frame: u32, camera: Camera) -> Camera {
+        let share = f64::from(frame) / f64::from(self.frames);
+        match &self.camera {
+            None => camera,
+            Some(CameraMotion::Orbit { turns, around }) => {
+                let center = around.or(camera.look_at).unwrap_or(Vec3::ZERO);
+                let up = camera.up.normalize_or(Vec3::ZERO);
+                let turned = |v: Vec3| turn(v, up, f64::from(*turns) * share * TAU);
+                Camera {
+                    position: center + turned(camera.position - center),
+                    look_at: camera.look_at.map(|point| center + turned(point - center)),
+                    direction: turned(camera.direction),
+                    ..camera
+                }
+            }
+            Some(CameraMotion::Laws { position, look_at }) => {
+                let t = 2.0 * PI * share;
+                Camera { position: position.point(t), look_at: Some(look_at.point(t)), ..camera }
+            }
+            Some(CameraMotion::Keys { keys, interpolation }) => {
+                let seconds = self.seconds(frame);
+                let times: Vec<f64> = keys.iter().map(|key| f64::from(key.seconds)).collect();
+                let at = |of: fn(&CameraKey) -> Vec3| interpolation.at(&times, |k| of(&keys[k]), seconds);
+                Camera { position: at(|key| key.position), look_at: Some(at(|key| key.look_at)), ..camera }
+            }
+        }
+    }
+}
+
+impl Interpolation {
+    /// Between points at increasing times; before the first and after the last it stays there.
+    fn at(self, times: &[f64], point: impl Fn(usize) -> Vec3, time: f64) -> Vec3 {
+        let after = times.partition_point(|&t| t <= time);
+        let (Some(last), true) = (times.len().checked_sub(1), after > 0) else { return point(0) };
+        if after > last {
+            return point(last);
+        }
+        let (from, to) = (after - 1, after);
+        let share = (time - times[from]) / (times[to] - times[from]);
+        let (p1, p2) = (point(from), point(to));
+        if self == Interpolation::Linear {
+            return mix(|axis| f64::from(p1[axis]) + share * (f64::from(p2[axis]) - f64::from(p1[axis])));
+        }
+        // Slopes a second at both ends: those from neighbour to neighbour.
+        let slope = |k: usize, axis: usize| {
+            let (before, behind) = (k.saturating_sub(1), (k + 1).min(last));
+            let way = f64::from(point(behind)[axis]) - f64::from(point(before)[axis]);
+            way / (times[behind] - times[before])
+        };
+        let span = times[to] - times[from];
+        let (s, s2, s3) = (share, share * share, share * share * share);
+        mix(|axis| {
+            (2.0 * s3 - 3.0 * s2 + 1.0) * f64::from(p1[axis])
+                + (s3 - 2.0 * s2 + s) * span * slope(from, axis)
+                + (3.0 * s2 - 2.0 * s3) * f64::from(p2[axis])
+                + (s3 - s2) * span * slope(to, axis)
+        })
+    }
+}
+
+fn mix(axis: impl Fn(usize) -> f64) -> Vec3 {
+    Vec3 { x: axis(0) as f32, y: axis(1) as f32, z: axis(2) as f32 }
+}
+
+/// Rotates about an axis of unit length (Rodrigues).
+fn turn(v: Vec3, axis: Vec3, radians: f64) -> Vec3 {
+    let (sin, cos) = (elementary64::sin(radians), elementary64::cos(radians));
+    let [v, k] = [v, axis].map(|v| [v.x, v.y, v.z].map(f64::from));
+    let dot = k[0] * v[0] + k[1] * v[1] + k[2] * v[2];
+    mix(|axis| {
+        let (next, after) = ((axis + 1) % 3, (axis + 2) % 3);
+        let cross = k[next] * v[after] - k[after] * v[next];
+        v[axis] * cos + cross * sin + k[axis] * dot * (1.0 - cos)
+    })
+}
+
+impl Scene {
+    /// The camera of a frame. `None` where the scene has no camera, and nothing moves it.
+    pub fn camera_at(&self, frame: u32) -> Option<Camera> {
+        match &self.animation {
+            Some(animation) if animation.camera.is_some() => {
+                Some(animation.camera_at(frame, self.camera.unwrap_or_default()))
+            }
+            _ => self.camera,
+        }
+    }
+}
+
+fn twenty_four() -> f32 {
+    24.0
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor_core::math::vec3;
+
+    fn near(a: Vec3, b: Vec3) -> bool {
+        (a - b).length() < 1e-5
+    }
+
+    #[test]
+    fn laws_are_those_of_the_course() {
+        let law = Law {
+            r: 7.0,
+            z: 3.0,
+            phi: 0.5,
+            r_amplitude: 2.0,
+            z_amplitude: 1.0,
+            r_frequency: 2.0,
+            z_frequency: 6.0,
+            phi_frequency: 1.0,
+            r_phase: 0.25,
+            z_phase: -0.5,
+        };
+        for t in [0.0f64, 0.3, 2.0, 6.1] {
+            let r = 7.0 + 2.0 * (2.0 * t + 0.25).sin();
+            let (z, phi) = (3.0 + (6.0 * t - 0.5).sin(), 0.5 + t);
+            let expected = vec3((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32);
+            assert!(near(law.point(t), expected), "{t}");
+        }
+    }
+
+    #[test]
+    fn an_orbit_goes_around_and_looks_at_the_middle() {
+        let camera =
+            Camera { position: vec3(1.0, 2.0, 5.0), look_at: Some(vec3(1.0, 0.0, 0.0)), ..Camera::default() };
+        let orbit = CameraMotion::Orbit { turns: 1.0, around: None };
+        let animation = Animation { frames: 4, fps: 24.0, camera: Some(orbit) };
+        assert!(near(animation.camera_at(0, camera).position, camera.position));
+        // A quarter about y takes z to x.
+        assert!(near(animation.camera_at(1, camera).position, vec3(6.0, 2.0, 0.0)));
+        assert!(near(animation.camera_at(2, camera).position, vec3(1.0, 2.0, -5.0)));
+        assert!(near(animation.camera_at(3, camera).look_at.unwrap(), vec3(1.0, 0.0, 0.0)));
+    }
+
+    #[test]
+    fn keys_are_passed_at_their_times_and_ends_hold() {
+        let key = |seconds, x| CameraKey { seconds, position: vec3(x, x * x, 0.0), look_at: Vec3::ZERO };
+        let keys = vec![key(0.5, 1.0), key(1.0, 2.0), key(2.0, 4.0), key(2.5, 5.0)];
+        for interpolation in [Interpolation::Linear, Interpolation::Smooth] {
+            let camera = CameraMotion::Keys { keys: keys.clone(), interpolation };
+            let animation = Animation { frames: 12, fps: 4.0, camera: Some(camera) };
+            let x = |frame| animation.camera_at(frame, Camera::default()).position.x;
+            // x goes up by 2 a second, and both keep to that.
+            let found: Vec<f32> = (0..12).map(x).collect();
+            let expected = [1.0, 1.0, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.0];
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?}");
+        }
+    }
+}
