@@ -4,6 +4,7 @@
 //! 130 interrupted.
 
 mod allocator;
+mod animation;
 mod arguments;
 mod backend;
 mod command_line;

@@ -104,6 +104,7 @@ impl PictureJob<'_> {
             },
             cancel: interrupt::flag(),
             count_work: self.count_work,
+            moment: None,
         };
         let cpu_before = ProcessTime::try_now().ok();
         let rendered = timed(&mut seconds.render, || self.prepared.render_rows(rows, &control))?;

@@ -2,7 +2,7 @@
 
 use crate::bands::{BandHeight, Rows, rays_per_pixel, sharing};
 use crate::device::{Device, devices};
-use crate::launch::{Launched, Launcher, Room};
+use crate::launch::{Launched, Launcher};
 use crate::options::{CudaOptions, Traversal};
 use crate::scene::DeviceScene;
 use crate::structure::{Structure, kernel};
@@ -167,12 +167,10 @@ impl PreparedCuda {
         control: &RenderControl,
     ) -> Result<(), BackendError> {
         let fail = |error| device.failure("rendering", error);
-        let mut room = scene.room.lock().unwrap_or_else(PoisonError::into_inner);
-        let room = match &mut *room {
-            Some(room) => room,
-            none => none.insert(Room::new(device, largest_band(self.width, self.height)).map_err(fail)?),
-        };
-        let mut launcher = Launcher { scene, block_size: self.block_size, sharing: self.sharing, room };
+        let mut room = scene.take_room(device, largest_band(self.width, self.height)).map_err(fail)?;
+        let parameters = &scene.at(device, control.moment).map_err(fail)?;
+        let (block_size, sharing) = (self.block_size, self.sharing);
+        let mut launcher = Launcher { scene, parameters, block_size, sharing, room: &mut room };
         let pixels_at_a_time = device.threads_at_a_time().map_err(fail)? as u32 >> self.sharing;
         let mut band_height = BandHeight::new(self.width, self.rays_per_pixel, pixels_at_a_time);
         let mut flying: Option<Launched> = None;
@@ -203,6 +201,7 @@ impl PreparedCuda {
                 break;
             }
         }
+        scene.give_back(room);
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Launches: a band of rows of a scene on a device.
 
 use crate::device::Device;
-use crate::scene::DeviceScene;
+use crate::scene::{DeviceScene, FrameParameters};
 use crate::staging::Staging;
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaEvent, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
@@ -53,6 +53,7 @@ impl Room {
 /// Launches kernels for bands of rows.
 pub(crate) struct Launcher<'a> {
     pub(crate) scene: &'a DeviceScene,
+    pub(crate) parameters: &'a FrameParameters,
     /// Threads of a block.
     pub(crate) block_size: u32,
     /// How many threads share the samples of a pixel, as a power of two.
@@ -77,7 +78,7 @@ impl Launcher<'_> {
         assert!(pixels * 3 <= film.len(), "the band is larger than the film");
         stream.memset_zeros(totals)?;
         let mut launch = stream.launch_builder(&self.scene.kernel);
-        for parameter in &self.scene.parameters {
+        for parameter in &self.parameters.values {
             launch.arg(parameter);
         }
         launch.arg(&rows.start).arg(&rows.end).arg(&self.sharing).arg(film).arg(totals);

@@ -5,21 +5,25 @@ use crate::launch::{BANDS, Room};
 use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
 use crate::structure::{Structure, add_structure};
-use cudarc::driver::{CudaFunction, CudaSlice};
+use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
+use eosphor_core::camera::Camera;
 use eosphor_core::hierarchy::PrimitivesView;
+use eosphor_core::light::Light;
+use eosphor_core::settings::Settings;
 use eosphor_core::view::SceneView;
 use eosphor_render::BackendError;
-use std::sync::Mutex;
+use eosphor_scene::Moment;
+use std::sync::{Mutex, PoisonError};
 
 /// A scene on a device: its arrays, and the kernel that renders it.
 pub(crate) struct DeviceScene {
     pub(crate) kernel: CudaFunction,
     /// What a kernel takes before the parameters of a launch.
-    pub(crate) parameters: Vec<u64>,
+    parameters: Vec<u64>,
     /// Pixels of a row.
     pub(crate) width: u32,
-    /// For launches; made by the first one, and used again.
-    pub(crate) room: Mutex<Option<Room>>,
+    /// For launches: as many as frames have been rendered at the same time.
+    rooms: Mutex<Vec<Room>>,
     /// Where the arrays are; kept for as long as the parameters name them.
     _memory: CudaSlice<u8>,
 }
@@ -49,10 +53,50 @@ impl DeviceScene {
         .check(device.free_bytes().map_err(fail)?, &device.name)?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
         let parameters = parameters.values(base);
-        let (width, room) = (view.settings.width, Mutex::new(None));
-        Ok(DeviceScene { kernel, parameters, width, room, _memory: memory })
+        let (width, rooms) = (view.settings.width, Mutex::default());
+        Ok(DeviceScene { kernel, parameters, width, rooms, _memory: memory })
+    }
+
+    /// Room for launches of bands of at most so many pixels, which must be given back.
+    pub(crate) fn take_room(&self, device: &Device, pixels: usize) -> Result<Room, DriverError> {
+        let used = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        used.map_or_else(|| Room::new(device, pixels), Ok)
+    }
+
+    /// For whoever needs it next.
+    pub(crate) fn give_back(&self, room: Room) {
+        self.rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
+    }
+
+    /// What a kernel takes for a frame before the parameters of a launch.
+    pub(crate) fn at(
+        &self,
+        device: &Device,
+        moment: Option<&Moment>,
+    ) -> Result<FrameParameters, DriverError> {
+        let mut values = self.parameters.clone();
+        let Some(Moment { camera, lights, settings }) = moment else {
+            return Ok(FrameParameters { values, _memory: None });
+        };
+        let mut own = Parameters::default();
+        add_moment(&mut own, lights, camera, settings);
+        let (memory, base) = upload(&device.stream, &own)?;
+        let own = own.values(base);
+        let start = values.len() - AFTER_MOMENT - own.len();
+        values[start..][..own.len()].copy_from_slice(&own);
+        Ok(FrameParameters { values, _memory: Some(memory) })
     }
 }
+
+/// What a kernel takes for a frame.
+pub(crate) struct FrameParameters {
+    pub(crate) values: Vec<u64>,
+    /// Where the frame's own arrays are; kept for as long as the parameters name them.
+    _memory: Option<CudaSlice<u8>>,
+}
+
+/// Parameters that come after those of [`add_moment`].
+const AFTER_MOMENT: usize = 1;
 
 /// All parameters of a kernel but those of a launch, in the order of `gpu/src/kernels.rs`.
 pub(crate) fn scene_parameters<'a>(
@@ -98,9 +142,20 @@ fn add_shading<'a>(parameters: &mut Parameters<'a>, view: &SceneView<'a>) {
     parameters.array(view.textures.words);
     parameters.count(view.textures.words.len());
     parameters.array(view.textures.srgb_decode);
-    parameters.array(view.lights);
-    parameters.count(view.lights.len());
-    parameters.array(std::slice::from_ref(view.camera));
-    parameters.array(std::slice::from_ref(view.settings));
+    add_moment(parameters, view.lights, view.camera, view.settings);
+    // As many as AFTER_MOMENT says.
     parameters.float(view.extent);
+}
+
+/// What differs from frame to frame.
+fn add_moment<'a>(
+    parameters: &mut Parameters<'a>,
+    lights: &'a [Light],
+    camera: &'a Camera,
+    settings: &'a Settings,
+) {
+    parameters.array(lights);
+    parameters.count(lights.len());
+    parameters.array(std::slice::from_ref(camera));
+    parameters.array(std::slice::from_ref(settings));
 }

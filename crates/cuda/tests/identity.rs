@@ -4,11 +4,12 @@
 mod common;
 
 use eosphor_cuda::{CudaBackend, CudaOptions, Traversal};
-use eosphor_render::{Accel, CpuBackend, CpuOptions};
-use eosphor_scene::{Preset, Scene, SceneData};
+use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, PreparedScene, RenderControl};
+use eosphor_scene::{Animation, CameraMotion, Moments, Preset, Scene, SceneData};
 use std::fmt::Display;
 use std::io::Write;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Renders on CPU and GPU, over this structure there, and compares films and ray counts.
 fn assert_identical(scene: &Scene, accel: Accel) {
@@ -19,11 +20,7 @@ fn assert_identical(scene: &Scene, accel: Accel) {
 fn assert_identical_by(scene: &Scene, options: CudaOptions) {
     let data = Arc::new(SceneData::flatten(scene).unwrap().0);
     let way = format!("{options:?}");
-    let gpu = match CudaBackend::new(options) {
-        Ok(gpu) => gpu,
-        Err(error) if std::env::var_os("REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
-        Err(error) => return skip(&error),
-    };
+    let Some(gpu) = backend(options) else { return };
     let cpu = CpuBackend::new(CpuOptions::default()).unwrap();
     let (on_gpu, _) = common::render(&gpu, &data).unwrap();
     let (on_cpu, _) = common::render(&cpu, &data).unwrap();
@@ -31,6 +28,18 @@ fn assert_identical_by(scene: &Scene, options: CudaOptions) {
         panic!("CPU and GPU, {way}: {text}");
     }
     assert_eq!(on_cpu.statistics, on_gpu.statistics, "{way}");
+}
+
+/// The GPU; says so where there is none.
+fn backend(options: CudaOptions) -> Option<CudaBackend> {
+    match CudaBackend::new(options) {
+        Ok(gpu) => Some(gpu),
+        Err(error) if std::env::var_os("REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
+        Err(error) => {
+            skip(&error);
+            None
+        }
+    }
 }
 
 /// Says so even where the test harness keeps what passing tests print to itself.
@@ -126,6 +135,49 @@ fn every_traversal() {
             assert_identical_by(&scene, CudaOptions { traversal, ..CudaOptions::default() });
         }
     }
+}
+
+/// Up to 32 threads share a pixel's samples.
+#[test]
+fn every_number_of_samples() {
+    let mut scene = common::scene("glass", None).unwrap();
+    scene.settings.size = [37, 23];
+    for samples in [1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 31, 32, 33, 64, 100] {
+        scene.settings.samples = samples;
+        assert_identical(&scene, Accel::Bvh);
+    }
+}
+
+/// Frames over what was uploaded for the first, several at a time.
+#[test]
+fn frames_of_an_animation() {
+    let mut scene = common::scene("glass", None).unwrap();
+    scene.settings.size = [93, 53];
+    let orbit = CameraMotion::Orbit { turns: 0.2, around: None };
+    scene.animation = Some(Animation { frames: 8, fps: 24.0, camera: Some(orbit) });
+    let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+    let moments = Moments::new(&scene, &data);
+    let Some(gpu) = backend(CudaOptions::default()) else { return };
+    let cpu = CpuBackend::new(CpuOptions::default()).unwrap();
+    let prepared: [Box<dyn PreparedScene>; 2] =
+        [gpu.prepare(Arc::clone(&data)).unwrap(), cpu.prepare(Arc::clone(&data)).unwrap()];
+    std::thread::scope(|scope| {
+        for frame in 0..8 {
+            let (moments, prepared) = (&moments, &prepared);
+            scope.spawn(move || {
+                let moment = moments.at(frame).unwrap();
+                let control = RenderControl {
+                    on_progress: &|_| {},
+                    cancel: &AtomicBool::new(false),
+                    count_work: false,
+                    moment: Some(&moment),
+                };
+                let [a, b] = prepared.each_ref().map(|scene| scene.render(&control).unwrap());
+                assert_eq!(common::difference(&a.film, &b.film), None, "frame {frame}");
+                assert_eq!(a.statistics.total_rays(), b.statistics.total_rays());
+            });
+        }
+    });
 }
 
 #[test]

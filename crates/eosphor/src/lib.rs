@@ -69,12 +69,19 @@ pub use eosphor_render::{
 };
 #[doc(inline)]
 pub use eosphor_scene::{
-    AlphaMode, BUILTINS, Builtin, Camera, Channel, Composition, Image, Instance, Lens, Light, LoadOptions,
-    LoadedScene, Material, MaterialKind, MaterialTextures, Mesh, Mtl, NO_INDEX, NormalMode, Note,
-    Parallelogram, Pbr, PixelSampling, Place, Preset, Problem, READ_FORMATS, RenderSettings, Scene,
-    SceneData, SceneError, Snippet, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer,
-    Transform, Triangle, UnknownPreset, Warning, load, scene_reference, scene_schema,
+    AlphaMode, Animation, BUILTINS, Builtin, Camera, CameraKey, CameraMotion, Channel, Composition, Image,
+    Instance, Interpolation, Law, Lens, Light, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind,
+    MaterialTextures, Mesh, Moment, Moments, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr,
+    PixelSampling, Place, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError,
+    Snippet, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform, Triangle,
+    UnknownPreset, Warning, load, scene_reference, scene_schema,
 };
+
+/// Animations as numbered files.
+pub mod frames {
+    #[doc(inline)]
+    pub use eosphor_render::frames::*;
+}
 
 /// Queries about rays without a picture, for benchmarks.
 pub mod rays {

@@ -17,6 +17,11 @@ use std::sync::atomic::AtomicBool;
 pub fn render(scene: &Scene, backend: &dyn Backend) -> Result<Rendered, Error> {
     let (data, _notes) = SceneData::flatten(scene)?;
     let prepared = backend.prepare(Arc::new(data))?;
-    let control = RenderControl { on_progress: &|_| {}, cancel: &AtomicBool::new(false), count_work: false };
+    let control = RenderControl {
+        on_progress: &|_| {},
+        cancel: &AtomicBool::new(false),
+        count_work: false,
+        moment: None,
+    };
     Ok(prepared.render(&control)?)
 }

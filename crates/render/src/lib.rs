@@ -9,6 +9,7 @@ pub mod compare;
 mod cost;
 mod features;
 mod film;
+pub mod frames;
 mod hierarchy;
 pub mod output;
 mod ray_sets;

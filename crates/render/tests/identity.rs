@@ -9,9 +9,9 @@ use eosphor_render::{
     Accel, Backend, Bands, CpuBackend, CpuOptions, FeatureRows, Film, PixelFeatures, RenderControl, SimdLevel,
 };
 use eosphor_scene::{
-    Camera, Image, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh, Mtl, NO_INDEX,
-    NormalMode, Parallelogram, PixelSampling, Preset, RenderSettings, Scene, SceneData, Sphere, Texels,
-    Texture, Transform, Triangle, load,
+    Animation, Camera, CameraMotion, Image, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh,
+    Moments, Mtl, NO_INDEX, NormalMode, Parallelogram, PixelSampling, Preset, RenderSettings, Scene,
+    SceneData, Sphere, Texels, Texture, Transform, Triangle, load,
 };
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -21,8 +21,12 @@ fn render(scene: &Arc<SceneData>, options: CpuOptions) -> Film {
     let prepared = backend.prepare(Arc::clone(scene)).unwrap();
     let cancel = AtomicBool::new(false);
     // Counting takes another way through the tracers: tiles of 5 stand for it.
-    let control =
-        RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: options.tile == Some(5) };
+    let control = RenderControl {
+        on_progress: &|_| {},
+        cancel: &cancel,
+        count_work: options.tile == Some(5),
+        moment: None,
+    };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);
     rendered.film
@@ -311,9 +315,40 @@ fn textured_floor() {
 fn in_bands(scene: &Arc<SceneData>, options: CpuOptions, rows: u32) -> Vec<[u32; 3]> {
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(scene)).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
     let band = |rows| prepared.render_rows(rows, &control).unwrap().film.pixels;
     Bands::of_rows(prepared.size().1, rows).flat_map(band).map(bits).collect()
+}
+
+/// A frame over what was built for another is the picture of a scene with that camera.
+#[test]
+fn frames_over_one_hierarchy() {
+    let mut scene = spheres();
+    scene.animation = Some(Animation {
+        frames: 5,
+        fps: 24.0,
+        camera: Some(CameraMotion::Orbit { turns: 0.3, around: Some(vec3(0.0, 0.5, 0.0)) }),
+    });
+    let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+    let moments = Moments::new(&scene, &data);
+    let options = CpuOptions { threads: Some(2), ..CpuOptions::default() };
+    let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(&data)).unwrap();
+    let mut pictures = Vec::new();
+    for frame in [3, 0, 4] {
+        let moment = moments.at(frame).unwrap();
+        let control = RenderControl {
+            on_progress: &|_| {},
+            cancel: &AtomicBool::new(false),
+            count_work: false,
+            moment: Some(&moment),
+        };
+        let found = prepared.render(&control).unwrap().film;
+        let still = Scene { camera: scene.camera_at(frame), animation: None, ..scene.clone() };
+        let expected = render(&Arc::new(SceneData::flatten(&still).unwrap().0), options);
+        assert!(found == expected, "frame {frame}");
+        pictures.push(found);
+    }
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
 }
 
 #[test]
@@ -326,7 +361,12 @@ fn bands_of_rows() {
         assert!(in_bands(&scene, options, rows) == whole, "bands of {rows} rows");
     }
     let prepared = CpuBackend::new(options).unwrap().prepare(scene).unwrap();
-    let control = RenderControl { on_progress: &|_| {}, cancel: &AtomicBool::new(false), count_work: false };
+    let control = RenderControl {
+        on_progress: &|_| {},
+        cancel: &AtomicBool::new(false),
+        count_work: false,
+        moment: None,
+    };
     for rows in [0..38, 37..38, 5..5, std::ops::Range { start: 9, end: 3 }] {
         assert!(prepared.render_rows(rows.clone(), &control).is_err(), "{rows:?}");
     }

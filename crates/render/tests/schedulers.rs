@@ -20,7 +20,12 @@ type Bits = Vec<[u32; 3]>;
 
 fn render(scene: &Arc<SceneData>, options: CpuOptions) -> (Bits, RayStatistics) {
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(scene)).unwrap();
-    let control = RenderControl { on_progress: &|_| {}, cancel: &AtomicBool::new(false), count_work: false };
+    let control = RenderControl {
+        on_progress: &|_| {},
+        cancel: &AtomicBool::new(false),
+        count_work: false,
+        moment: None,
+    };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);
     let bits = |c: &Vec3| [c.x.to_bits(), c.y.to_bits(), c.z.to_bits()];
@@ -246,7 +251,7 @@ fn a_raised_flag_ends_a_tile_soon() {
     let options = CpuOptions { threads: Some(1), tile: Some(64), ..CpuOptions::default() };
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::new(data)).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
     let start = std::time::Instant::now();
     let rendered = std::thread::scope(|scope| {
         let render = scope.spawn(|| prepared.render(&control).unwrap());

@@ -27,7 +27,7 @@ pub use files::{
     BUILTINS, Builtin, LoadOptions, LoadedScene, READ_FORMATS, load, load_from_memory, scene_reference,
     scene_schema,
 };
-pub use flatten::{Note, SceneData};
+pub use flatten::{Moment, Moments, Note, SceneData};
 pub use model::*;
 pub use presets::{Preset, UnknownPreset};
 pub use snippet::Snippet;

@@ -3,6 +3,7 @@
 mod bench;
 mod camera;
 mod device;
+mod frames;
 mod render;
 mod settings;
 mod values;
@@ -10,6 +11,7 @@ mod values;
 pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
 pub(crate) use camera::CameraFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
+pub(crate) use frames::FrameFlags;
 pub(crate) use render::{PictureFlags, RenderFlags, Show};
 pub(crate) use settings::SettingsFlags;
 

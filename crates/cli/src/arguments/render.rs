@@ -3,7 +3,7 @@
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::triple;
-use super::{DeviceFlags, SCENE_HELP};
+use super::{DeviceFlags, FrameFlags, SCENE_HELP};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::{ArgAction, Args, value_parser};
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 pub(crate) struct RenderFlags {
     #[arg(help = SCENE_HELP)]
     pub(crate) scene: String,
-    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr
+    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; frames of an animation as in frame_%04d.png
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
@@ -28,6 +28,8 @@ pub(crate) struct RenderFlags {
     pub(crate) show_max: Option<u32>,
     #[command(flatten)]
     pub(crate) file: FileFlags,
+    #[command(flatten)]
+    pub(crate) animation: FrameFlags,
     #[command(flatten)]
     pub(crate) settings: SettingsFlags,
     #[command(flatten)]

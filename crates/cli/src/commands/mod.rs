@@ -5,6 +5,7 @@ mod compare;
 mod completions;
 mod cost;
 mod devices;
+mod frames;
 mod info;
 mod render;
 mod schema;

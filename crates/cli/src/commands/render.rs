@@ -1,6 +1,7 @@
 //! `eosphor render SCENE -o OUT`.
 
 use super::cost::show_cost;
+use super::frames;
 use crate::arguments::{CameraFlags, PictureFlags, RenderFlags, SettingsFlags, Show};
 use crate::backend::{backend_for, feature_pass, limit_threads};
 use crate::command_line::command_line;
@@ -12,9 +13,10 @@ use crate::report::{Report, Seconds, Speed, WorkPerRay, timed};
 use crate::streams::{self, Verbosity};
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
+use eosphor::frames::FramePattern;
 use eosphor::math::Vec3;
+use eosphor::{Animation, CameraMotion, Scene, SceneData, Transform, check_writable, load, scene_hash};
 use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
-use eosphor::{Scene, SceneData, Transform, check_writable, load, scene_hash};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -24,7 +26,11 @@ const SHOWN_WARNINGS: usize = 10;
 pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     // What can be known to fail does so before minutes of rendering.
     flags.file.check(Format::of(&flags.output)?)?;
-    check_writable(&flags.output)?;
+    let sequence = frames::are_asked_for(flags);
+    match sequence {
+        true => check_writable(&FramePattern::new(&flags.output).map_err(Failure::usage)?.path(0))?,
+        false => check_writable(&flags.output)?,
+    }
     limit_threads(&flags.device)?;
     let backend =
         backend_for(&flags.device, flags.picture.accel, flags.report.stats, flags.report.verbosity())?;
@@ -39,6 +45,13 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     let data = timed(&mut seconds.flatten, || flatten(&scene, &mut notes))?;
     show_notes(&notes, verbosity);
     let options = save_options(flags, &scene, &data, &mut seconds);
+    if sequence {
+        if flags.show.is_some() || flags.report.stats || !options.layers.is_empty() {
+            let message = "--show, --stats and --layers are for single pictures: leave them out";
+            return Err(Failure::Usage(message.into()));
+        }
+        return frames::render_frames(flags, &*backend, &scene, data, options);
+    }
     if flags.show == Some(Show::Cost) {
         return show_cost(flags, data, bands, options);
     }
@@ -82,7 +95,9 @@ fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Fai
         }
         flags.report.verbosity().say(Verbosity::Verbose, &format!("read {}", path.display()));
     }
+    flags.animation.apply(&mut scene);
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
+    settle_orbit(&mut scene)?;
     Ok(scene)
 }
 
@@ -109,6 +124,25 @@ pub(super) fn apply(
 pub(super) fn framed_camera(scene: &Scene) -> Result<Camera, Failure> {
     let (data, _) = SceneData::flatten(scene)?;
     Ok(Camera { position: data.camera.eye, direction: data.camera.forward, ..Camera::default() })
+}
+
+/// A turntable about nothing in particular goes around the middle of the scene.
+fn settle_orbit(scene: &mut Scene) -> Result<(), Failure> {
+    let is_open =
+        |animation: &Animation| matches!(animation.camera, Some(CameraMotion::Orbit { around: None, .. }));
+    if scene.camera.is_some_and(|camera| camera.look_at.is_some()) {
+        return Ok(());
+    }
+    let Some(mut animation) = scene.animation.take_if(|animation| is_open(animation)) else { return Ok(()) };
+    let (data, _) = SceneData::flatten(scene)?;
+    let middle = data.world_bounds().center();
+    let framed = || Camera { position: data.camera.eye, look_at: Some(middle), ..Camera::default() };
+    scene.camera.get_or_insert_with(framed);
+    if let Some(CameraMotion::Orbit { around, .. }) = &mut animation.camera {
+        *around = Some(middle);
+    }
+    scene.animation = Some(animation);
+    Ok(())
 }
 
 /// Moves all geometry.
@@ -152,7 +186,10 @@ fn save_options(flags: &RenderFlags, scene: &Scene, data: &SceneData, seconds: &
     if !flags.file.no_metadata && Format::of(&flags.output).is_ok_and(Format::has_metadata) {
         options.metadata = Metadata {
             scene_hash: Some(timed(&mut seconds.write, || scene_hash(data, &options.develop))),
-            command_line: Some(command_line()),
+            command_line: Some(match frames::are_asked_for(flags) {
+                true => frames::command_line_of_frames(),
+                false => command_line(),
+            }),
         };
     }
     options

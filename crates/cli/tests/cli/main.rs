@@ -1,5 +1,6 @@
 //! The real program, from outside: exit codes, messages, files.
 
+mod animation;
 mod bench;
 mod compare;
 #[cfg(unix)]

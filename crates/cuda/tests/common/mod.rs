@@ -131,7 +131,12 @@ pub(crate) fn render(
     let prepared = backend.prepare(scene.clone())?;
     let prepare_seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let control = RenderControl { on_progress: &|_| {}, cancel: &AtomicBool::new(false), count_work: false };
+    let control = RenderControl {
+        on_progress: &|_| {},
+        cancel: &AtomicBool::new(false),
+        count_work: false,
+        moment: None,
+    };
     let rendered = prepared.render(&control)?;
     assert!(rendered.complete, "nobody cancelled");
     Ok((rendered, [prepare_seconds, start.elapsed().as_secs_f64()]))

@@ -146,5 +146,6 @@ pub(crate) fn scene() -> Scene {
             ..camera
         }),
         settings,
+        animation: None,
     }
 }

@@ -6,7 +6,7 @@ mod fallback;
 pub use fallback::Fallback;
 
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
-use eosphor_scene::SceneData;
+use eosphor_scene::{Moment, SceneData};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -84,6 +84,8 @@ pub struct RenderControl<'a> {
     pub cancel: &'a AtomicBool,
     /// Count nodes and primitive tests of each ray. Rays are then traced one by one: up to four times slower.
     pub count_work: bool,
+    /// The frame to render, where it is not the scene as it was prepared.
+    pub moment: Option<&'a Moment>,
 }
 
 /// What a render gives back.

@@ -70,7 +70,12 @@ pub(crate) fn render(scene: &Scene) -> Film {
     let backend = BACKEND.get_or_init(|| CpuBackend::new(CpuOptions::default()).unwrap());
     let (data, _) = SceneData::flatten(scene).unwrap();
     let prepared = backend.prepare(Arc::new(data)).unwrap();
-    let control = RenderControl { on_progress: &|_| {}, cancel: &AtomicBool::new(false), count_work: false };
+    let control = RenderControl {
+        on_progress: &|_| {},
+        cancel: &AtomicBool::new(false),
+        count_work: false,
+        moment: None,
+    };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);
     rendered.film

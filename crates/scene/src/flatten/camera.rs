@@ -33,7 +33,7 @@ pub(super) fn build(
         notes.push(Note::Empty);
     }
     let [width, height] = scene.settings.size;
-    let camera = match scene.camera {
+    let camera = match scene.camera_at(0) {
         Some(camera) => from_model(&camera, width, height)?,
         None => {
             let camera = framing(world, width, height)?;
@@ -47,7 +47,7 @@ pub(super) fn build(
     Ok((camera, headlight))
 }
 
-fn from_model(camera: &ModelCamera, width: u32, height: u32) -> Result<Camera, SceneError> {
+pub(super) fn from_model(camera: &ModelCamera, width: u32, height: u32) -> Result<Camera, SceneError> {
     let direction = camera.look_at.map_or(camera.direction, |p| p - camera.position);
     if direction.normalize_or(Vec3::ZERO) == Vec3::ZERO {
         let message = "it looks nowhere: direction has no length, or look-at is the camera's own position";
@@ -111,6 +111,6 @@ fn framing(world: &Bounds, width: u32, height: u32) -> Result<Camera, SceneError
 
 /// A point light at the camera. It is the only light where it is used, and then there is no falloff: near and far are
 /// equally bright, inside a room as well as before an object.
-fn headlight(camera: &Camera) -> Light {
+pub(super) fn headlight(camera: &Camera) -> Light {
     Light::Point { position: camera.eye, intensity: Vec3::splat(HEADLIGHT) }
 }

@@ -8,6 +8,7 @@ mod check;
 mod geometry;
 mod lights;
 mod materials;
+mod moment;
 mod normals;
 mod note;
 mod settings;
@@ -23,6 +24,7 @@ use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, Triangle
 use eosphor_core::texture::Texture;
 use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3, settings::Settings};
 
+pub use moment::{Moment, Moments};
 pub use note::Note;
 
 /// What machines read: plain arrays with indices instead of pointers. Hierarchies are built over it (`eosphor-accel`)

@@ -137,7 +137,7 @@ impl PreparedScene for PreparedCpu {
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
         let (width, height) = self.size();
         check_rows(&rows, height)?;
-        let view = self.scene.view();
+        let view = self.scene.view_at(control.moment);
         let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
         let film = Film::new(width, rows.end - rows.start);
         let pixels_total = film.pixels.len() as u64;

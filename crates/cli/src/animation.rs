@@ -1,0 +1,152 @@
+//! From a prepared scene to the files of its frames: some are in work at the same time, so that no device waits while a
+//! picture is developed and written.
+
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::progress::ProgressView;
+use eosphor::{Film, Moments, PreparedScene, Progress, RayStatistics, RenderControl};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// Where frames go to.
+pub(crate) trait FrameSink: Sync {
+    /// A frame that is whole. Called from several threads, in any order.
+    fn take(&self, frame: u32, film: Film) -> Result<(), Failure>;
+}
+
+/// A frame that is done, for logs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameDone {
+    pub(crate) frame: u32,
+    /// Since the frame before it was done.
+    pub(crate) milliseconds: f64,
+    pub(crate) rays: u64,
+}
+
+/// Frames to be rendered.
+pub(crate) struct FramesJob<'a> {
+    pub(crate) prepared: &'a dyn PreparedScene,
+    pub(crate) moments: &'a Moments<'a>,
+    /// Which ones, in order.
+    pub(crate) frames: &'a [u32],
+    /// How many are in work at the same time.
+    pub(crate) in_flight: usize,
+    /// Told of each frame that is done, in their order.
+    pub(crate) log: &'a (dyn Fn(FrameDone) -> Result<(), Failure> + Sync),
+}
+
+/// What was done.
+pub(crate) struct FramesDone {
+    /// How many frames are whole.
+    pub(crate) count: usize,
+    pub(crate) statistics: RayStatistics,
+}
+
+/// What the workers share.
+struct State {
+    /// Of frames that wait for those before them: rays.
+    waiting: Vec<Option<u64>>,
+    /// How many have been logged.
+    logged: usize,
+    last: Instant,
+    count: usize,
+    statistics: RayStatistics,
+    failure: Option<Failure>,
+}
+
+impl FramesJob<'_> {
+    /// Renders all of them, or, after Ctrl-C, those that are begun and can be ended.
+    pub(crate) fn run(&self, sink: &dyn FrameSink, view: &ProgressView) -> Result<FramesDone, Failure> {
+        let state = Mutex::new(State {
+            waiting: vec![None; self.frames.len()],
+            logged: 0,
+            last: Instant::now(),
+            count: 0,
+            statistics: RayStatistics::default(),
+            failure: None,
+        });
+        let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let (pixels, rays) = (AtomicU64::new(0), AtomicU64::new(0));
+        let work = || {
+            while !stop.load(Ordering::Relaxed) && !interrupt::flag().load(Ordering::Relaxed) {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                let Some(&frame) = self.frames.get(number) else { break };
+                let done = self.render(frame, sink, view, (&pixels, &rays));
+                let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+                let result = match done {
+                    Ok(Some(statistics)) => self.note(&mut state, number, statistics),
+                    // Interrupted.
+                    Ok(None) => break,
+                    Err(failure) => Err(failure),
+                };
+                if let Err(failure) = result {
+                    stop.store(true, Ordering::Relaxed);
+                    state.failure.get_or_insert(failure);
+                }
+            }
+        };
+        std::thread::scope(|scope| {
+            // Where no more threads can be had, fewer do.
+            for _ in 1..self.in_flight.min(self.frames.len()) {
+                let _ = std::thread::Builder::new().spawn_scoped(scope, work);
+            }
+            work();
+        });
+        let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        match state.failure {
+            Some(failure) => Err(failure),
+            None => Ok(FramesDone { count: state.count, statistics: state.statistics }),
+        }
+    }
+
+    /// `None` after Ctrl-C.
+    fn render(
+        &self,
+        frame: u32,
+        sink: &dyn FrameSink,
+        view: &ProgressView,
+        (pixels, rays): (&AtomicU64, &AtomicU64),
+    ) -> Result<Option<RayStatistics>, Failure> {
+        let moment = self.moments.at(frame)?;
+        let (width, height) = self.prepared.size();
+        let pixels_total = u64::from(width) * u64::from(height) * self.frames.len() as u64;
+        let before = Mutex::new((0, 0));
+        let on_progress = |progress: Progress| {
+            // Reports of one frame may overtake each other.
+            let mut before = before.lock().unwrap_or_else(PoisonError::into_inner);
+            let newly =
+                (progress.pixels_done.saturating_sub(before.0), progress.rays.saturating_sub(before.1));
+            *before = (before.0 + newly.0, before.1 + newly.1);
+            view.update(Progress {
+                pixels_done: pixels.fetch_add(newly.0, Ordering::Relaxed) + newly.0,
+                pixels_total,
+                rays: rays.fetch_add(newly.1, Ordering::Relaxed) + newly.1,
+            });
+        };
+        let cancel = interrupt::flag();
+        let control =
+            RenderControl { on_progress: &on_progress, cancel, count_work: false, moment: Some(&moment) };
+        let rendered = self.prepared.render(&control)?;
+        if !rendered.complete {
+            return Ok(None);
+        }
+        sink.take(frame, rendered.film)?;
+        Ok(Some(rendered.statistics))
+    }
+
+    /// Logs what can be logged in order.
+    fn note(&self, state: &mut State, number: usize, statistics: RayStatistics) -> Result<(), Failure> {
+        state.count += 1;
+        state.statistics += statistics;
+        state.waiting[number] = Some(statistics.total_rays());
+        while let Some(Some(rays)) = state.waiting.get(state.logged).copied() {
+            let milliseconds = state.last.elapsed().as_secs_f64() * 1e3;
+            state.last = Instant::now();
+            let frame = self.frames[state.logged];
+            state.logged += 1;
+            (self.log)(FrameDone { frame, milliseconds, rays })?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,82 @@
+//! Flags of animations.
+
+use clap::{Args, value_parser};
+use eosphor::{Animation, CameraMotion, MAX_FRAMES, Scene};
+use std::ops::Range;
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Animation")]
+pub(crate) struct FrameFlags {
+    /// The frames to render: 0..120 are the first 120. All of them where the name of the file has a %d
+    #[arg(long, value_name = "A..B", value_parser = frame_range)]
+    pub(crate) frames: Option<FrameRange>,
+    /// A turntable of N frames: the camera goes once around the point that it looks at
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=MAX_FRAMES as i64))]
+    pub(crate) orbit: Option<u32>,
+    /// Frames a second; the scene's otherwise, 24 where it says nothing
+    #[arg(long, value_name = "X", value_parser = frame_rate)]
+    pub(crate) fps: Option<f32>,
+    /// Go on with an animation that was interrupted: frames that are whole and of the same scene and settings are kept
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Frames that are in work at the same time; changes no pixel
+    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=64), hide = true)]
+    pub(crate) in_flight: Option<u16>,
+}
+
+/// Frames by number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct FrameRange(pub(crate) Range<u32>);
+
+/// `0..120`, or one number.
+fn frame_range(text: &str) -> Result<FrameRange, String> {
+    let wrong =
+        || "it must be the first frame, two dots and the one after the last, as in 0..120".to_string();
+    let range = match text.split_once("..") {
+        Some((start, end)) => start.parse().ok().zip(end.parse().ok()).map(|(start, end)| start..end),
+        None => text.parse::<u32>().ok().and_then(|frame| Some(frame..frame.checked_add(1)?)),
+    };
+    let range = range.ok_or_else(wrong)?;
+    match range.start < range.end && range.end <= MAX_FRAMES {
+        true => Ok(FrameRange(range)),
+        false => Err(format!("there are no such frames: {}", wrong())),
+    }
+}
+
+fn frame_rate(text: &str) -> Result<f32, String> {
+    let rate = text.parse::<f32>().ok().filter(|rate| *rate > 0.0 && *rate <= 1000.0);
+    rate.ok_or_else(|| "it must be a number over 0 and at most 1000".into())
+}
+
+impl FrameFlags {
+    /// Changes how a scene moves, as the flags say.
+    pub(crate) fn apply(&self, scene: &mut Scene) {
+        if let Some(frames) = self.orbit {
+            let orbit = CameraMotion::Orbit { turns: 1.0, around: None };
+            let animation = scene.animation.get_or_insert(Animation { frames, fps: 24.0, camera: None });
+            (animation.frames, animation.camera) = (frames, Some(orbit));
+        }
+        if let (Some(fps), Some(animation)) = (self.fps, &mut scene.animation) {
+            animation.fps = fps;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_frames() {
+        assert_eq!(frame_range("0..120").unwrap().0, 0..120);
+        assert_eq!(frame_range("7").unwrap().0, 7..8);
+        for bad in
+            ["", "..", "3..", "..3", "5..5", "6..5", "a..b", "-1..3", "0..99999999", "4294967295", "0...3"]
+        {
+            assert!(frame_range(bad).is_err(), "{bad}");
+        }
+        for bad in ["0", "-1", "nan", "inf", "1001", ""] {
+            assert!(frame_rate(bad).is_err(), "{bad}");
+        }
+    }
+}

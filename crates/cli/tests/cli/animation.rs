@@ -1,0 +1,76 @@
+//! Animations: numbered files, and going on after an interruption.
+
+use crate::place::Place;
+use std::fs;
+use std::path::Path;
+
+/// What all runs have in common.
+const COMMON: [&str; 9] =
+    ["builtin:cornell", "--size", "16x12", "--samples", "1", "--light-samples", "1", "--orbit", "6"];
+
+fn frames(place: &Place, pattern: &str, flags: &[&str]) -> crate::place::Run {
+    place.run(&[&["render"], &COMMON[..], &["-o", place.path(pattern).to_str().unwrap()], flags].concat())
+}
+
+fn bytes(path: &Path) -> Vec<u8> {
+    fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+#[test]
+fn frames_are_the_same_however_many_are_in_work() {
+    let place = Place::new();
+    frames(&place, "a_%d.ppm", &["--in-flight", "1", "--threads", "1"]).succeeded();
+    frames(&place, "b_%03d.ppm", &["--in-flight", "4"]).succeeded();
+    let all: Vec<Vec<u8>> = (0..6).map(|k| bytes(&place.path(&format!("a_{k}.ppm")))).collect();
+    for (k, frame) in all.iter().enumerate() {
+        assert!(*frame == bytes(&place.path(&format!("b_{k:03}.ppm"))), "frame {k}");
+        assert!(k == 0 || *frame != all[k - 1], "frame {k} moves");
+    }
+    // A still is the first frame.
+    frames(&place, "still.ppm", &[]).succeeded();
+    assert!(bytes(&place.path("still.ppm")) == all[0]);
+    frames(&place, "some_%d.ppm", &["--frames", "2..4"]).succeeded();
+    assert!(bytes(&place.path("some_3.ppm")) == all[3] && !place.path("some_4.ppm").exists());
+}
+
+#[test]
+fn what_is_done_is_kept_and_what_is_stale_is_refused() {
+    let place = Place::new();
+    frames(&place, "%d.png", &[]).succeeded();
+    let frame = |k: u32| place.path(&format!("{k}.png"));
+    let all: Vec<Vec<u8>> = (0..6).map(|k| bytes(&frame(k))).collect();
+    // One is gone, one is broken.
+    fs::remove_file(frame(2)).unwrap();
+    fs::write(frame(4), b"x").unwrap();
+    let kept = fs::metadata(frame(3)).unwrap().modified().unwrap();
+    let run = frames(&place, "%d.png", &["--resume"]).succeeded();
+    assert!(run.stderr.contains("4 of 6 frames are done already"), "{}", run.stderr);
+    assert!((0..6).all(|k| bytes(&frame(k)) == all[k as usize]), "byte for byte");
+    assert_eq!(fs::metadata(frame(3)).unwrap().modified().unwrap(), kept, "it was not rendered again");
+    for (flags, reason) in [
+        (&["--seed", "7"][..], "another scene, or with other settings"),
+        (&["--fps", "30"], "another animation"),
+        (&["--no-metadata"], "settings of the file"),
+    ] {
+        let run = frames(&place, "%d.png", &[flags, &["--resume"]].concat());
+        assert!(run.code == Some(1) && run.stderr.contains(reason), "{flags:?}: {}", run.stderr);
+    }
+    assert!((0..6).all(|k| bytes(&frame(k)) == all[k as usize]), "nothing was touched");
+}
+
+#[test]
+fn what_cannot_be_is_said() {
+    let place = Place::new();
+    let usage = |pattern: &str, flags: &[&str], reason: &str| {
+        let run = frames(&place, pattern, flags);
+        assert!(run.code == Some(2) && run.stderr.contains(reason), "{pattern} {flags:?}: {}", run.stderr);
+    };
+    usage("a.png", &["--frames", "0..2"], "frame_%04d.png");
+    usage("%d_%d.png", &[], "frame_%04d.png");
+    usage("%d.png", &["--frames", "3..7"], "the animation has 6 frames, 0..6");
+    usage("%d.png", &["--frames", "3..3"], "as in 0..120");
+    usage("%d.exr", &["--layers", "all"], "for single pictures");
+    let pattern = place.path("%d.png");
+    let run = place.run(&["render", "builtin:cornell", "-o", pattern.to_str().unwrap()]);
+    assert!(run.code == Some(2) && run.stderr.contains("nothing moves"), "{}", run.stderr);
+}
