@@ -32,9 +32,20 @@ fn a_full_disk_behind_stderr_stops_nothing() {
     assert_eq!(place.names(), ["a.png"]);
 }
 
-/// Minutes of work, of which the first lines are done in no time.
-const LONG: [&str; 9] =
-    ["render", "builtin:cornell", "-o", "a.png", "--size", "2000x2000", "--samples", "64", "-v"];
+/// Minutes of work for a CPU, of which the first lines are done in no time.
+const LONG: [&str; 11] = [
+    "render",
+    "builtin:cornell",
+    "-o",
+    "a.png",
+    "--size",
+    "2000x2000",
+    "--samples",
+    "64",
+    "-v",
+    "--backend",
+    "cpu",
+];
 
 fn interrupt(child: &std::process::Child) {
     // SAFETY: kill only sends a signal; the child has not been waited for, so its number is its own.
@@ -71,6 +82,22 @@ fn ctrl_c_keeps_the_partial_picture() {
         let json = place.run(&["compare", "--json", name, name]).succeeded().json();
         assert_eq!([&json["width"], &json["height"]], [2000, 2000]);
     }
+}
+
+/// Says so where there is none; with REQUIRE_GPU=1 that is a failure.
+#[test]
+fn ctrl_c_stops_a_gpu() {
+    let place = Place::new();
+    let devices = place.run(&["devices"]).succeeded().stdout;
+    if !devices.contains("cuda:0") {
+        assert!(std::env::var_os("REQUIRE_GPU").is_none_or(|v| v != "1"), "{devices}");
+        return eprintln!("SKIPPED ctrl_c_stops_a_gpu: there is no GPU");
+    }
+    // Minutes for a GPU, too.
+    let (rest, code) = interrupted(&place, &["--backend", "cuda", "--samples", "8192"]);
+    assert_eq!(code, Some(130), "{rest:?}");
+    assert!(rest.last().is_some_and(|line| line.contains("partial")), "{rest:?}");
+    assert_eq!(place.names(), ["a.png"]);
 }
 
 #[test]
