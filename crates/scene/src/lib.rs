@@ -21,13 +21,15 @@ mod flatten;
 mod model;
 mod presets;
 mod snippet;
+mod solids;
 
 pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
-    BUILTINS, Builtin, LoadOptions, LoadedScene, READ_FORMATS, load, load_from_memory, scene_reference,
+    BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, FramePattern, MAX_COURSE_LIGHTS, WrongPattern, LoadOptions, LoadedScene, READ_FORMATS, load, load_from_memory, scene_reference,
     scene_schema,
 };
 pub use flatten::{Note, SceneData};
 pub use model::*;
-pub use presets::{Preset, UnknownPreset};
+pub use presets::{Preset, UnknownPreset, course_settings};
 pub use snippet::Snippet;
+pub use solids::{Body, BodyLighting, MAX_LIGHTS_PER_EDGE, Solid, UnknownSolid};
