@@ -25,8 +25,9 @@ mod solids;
 
 pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
-    BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, FramePattern, MAX_COURSE_LIGHTS, WrongPattern, LoadOptions, LoadedScene, READ_FORMATS, load, load_from_memory, scene_reference,
-    scene_schema,
+    BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, FramePattern,
+    LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, WrongPattern, load, load_from_memory,
+    scene_reference, scene_schema,
 };
 pub use flatten::{Note, SceneData};
 pub use model::*;

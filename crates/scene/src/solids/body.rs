@@ -189,7 +189,7 @@ impl Body {
             true => Ok(()),
             false => Err(Problem::new(what(field), format!("{x} is out of range; it must be 0 to 1"))),
         };
-        let BodyLighting::Diodes { power } | BodyLighting::Centre { power } = self.lighting;
+        let (BodyLighting::Diodes { power } | BodyLighting::Centre { power }) = self.lighting;
         [self.color.x, self.color.y, self.color.z].into_iter().try_for_each(|x| unit("color", x))?;
         unit("reflection", self.reflection)?;
         unit("transparency", self.transparency)?;

@@ -37,7 +37,7 @@ pub(crate) fn gallery() -> Result<Scene, Problem> {
 }
 
 /// Around the vertical axis, at equal distances.
-fn bodies() -> [Body; 3] {
+pub(super) fn bodies() -> [Body; 3] {
     let body = |shape, center, radius, color, lights_per_edge| Body {
         center,
         radius,

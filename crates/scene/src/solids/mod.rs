@@ -4,6 +4,8 @@
 mod body;
 mod double;
 mod gallery;
+#[cfg(test)]
+mod gallery_tests;
 mod parquet;
 mod shell;
 mod solid;

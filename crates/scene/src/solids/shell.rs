@@ -36,7 +36,8 @@ impl Shell {
         let (vertices, normals) = (solid.vertices(), solid.normals());
         let half = half_exterior(solid);
         let out = RIB / half.sin;
-        let mut shell = Shell { corners: Vec::new(), faces: Vec::new(), ribs: Vec::new(), diodes: Vec::new() };
+        let mut shell =
+            Shell { corners: Vec::new(), faces: Vec::new(), ribs: Vec::new(), diodes: Vec::new() };
 
         // Faces, and where each one's copy of a vertex is.
         let mut copies = Vec::new();

@@ -11,7 +11,7 @@ use crate::model::{
 };
 use crate::presets::course_settings;
 use crate::solids::{Body, BodyLighting, FACE_DIFFUSE, PARQUET, PLATO_POWER, SHININESS, Solid, parquet};
-use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::math::vec3;
 use eosphor_core::texture::TextureWrap;
 use std::path::Path;
 
@@ -80,8 +80,7 @@ impl CourseFloor {
             wrap_v: TextureWrap::Clamp,
             ..Texture::of_image(self.image(loader, folder)?)
         };
-        let textures =
-            MaterialTextures { color: Some(loader.texture(texture)), ..MaterialTextures::NONE };
+        let textures = MaterialTextures { color: Some(loader.texture(texture)), ..MaterialTextures::NONE };
         // Opaque: a see-through material that lets nothing through.
         let kind = MaterialKind::Transparent {
             color: self.tint,

@@ -69,9 +69,7 @@ impl<'a> Words<'a> {
         let word = self.word(field)?;
         match word.parse::<f32>() {
             Ok(number) if number.is_finite() && fits(number) => Ok(number),
-            Ok(_) => {
-                Err(self.error(field, format!("{} is out of range; it must be {range}", shown(word))))
-            }
+            Ok(_) => Err(self.error(field, format!("{} is out of range; it must be {range}", shown(word)))),
             Err(_) => Err(self.error(field, format!("\"{}\" is not a number", shown(word)))),
         }
     }
