@@ -126,6 +126,7 @@ fn spheres() -> Scene {
             transparency: 0.6,
             reflection: 0.2,
             shininess: 64.0,
+            diffuse: 1.0,
         },
         MaterialKind::Mtl(Mtl { Kd: vec3(0.2, 0.3, 0.8), Ks: Vec3::splat(0.5), Ns: 50.0, ..Mtl::default() }),
     ];

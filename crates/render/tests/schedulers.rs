@@ -92,6 +92,7 @@ fn everything() -> Scene {
         transparency: 0.6,
         reflection,
         shininess: 64.0,
+        diffuse: 1.0,
     };
     let kinds = [
         MaterialKind::Mirror { reflectance: Vec3::splat(0.9) },

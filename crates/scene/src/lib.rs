@@ -21,13 +21,16 @@ mod flatten;
 mod model;
 mod presets;
 mod snippet;
+mod solids;
 
 pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
-    BUILTINS, Builtin, LoadOptions, LoadedScene, READ_FORMATS, load, load_from_memory, scene_reference,
-    scene_schema,
+    BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, FramePattern,
+    LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, WrongPattern, load, load_from_memory,
+    scene_reference, scene_schema,
 };
 pub use flatten::{Moment, Moments, Note, SceneData};
 pub use model::*;
-pub use presets::{Preset, UnknownPreset};
+pub use presets::{Preset, UnknownPreset, course_settings};
 pub use snippet::Snippet;
+pub use solids::{Body, BodyLighting, MAX_LIGHTS_PER_EDGE, Solid, UnknownSolid};

@@ -14,22 +14,25 @@ pub enum Preset {
     Eos,
     /// "Raytracer with an acceleration structure and a GPU implementation", CTU FIT 2025.
     Pg1,
+    /// PLATO: "Backward ray tracing with MPI, CUDA and OpenMP", a course project of MAI.
+    Course,
 }
 
 /// No preset has this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no preset \"{0}\"; there are eos and pg1")]
+#[error("there is no preset \"{0}\"; there are eos, pg1 and course")]
 pub struct UnknownPreset(pub String);
 
 impl Preset {
     /// All presets.
-    pub const ALL: [Preset; 2] = [Preset::Eos, Preset::Pg1];
+    pub const ALL: [Preset; 3] = [Preset::Eos, Preset::Pg1, Preset::Course];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Preset::Eos => "eos",
             Preset::Pg1 => "pg1",
+            Preset::Course => "course",
         }
     }
 
@@ -46,6 +49,7 @@ impl Preset {
             Preset::Pg1 => {
                 scene.camera.get_or_insert_with(pg1_camera);
             }
+            Preset::Course => {}
         }
     }
 
@@ -83,8 +87,24 @@ impl Preset {
                 composition: Composition::Pg1,
                 ..common
             },
+            Preset::Course => RenderSettings {
+                size: [640, 480],
+                depth: 6,
+                pixel_sampling: PixelSampling::Grid(2),
+                light_samples: 1,
+                lighting: LightingModel::Phong,
+                shadows: ShadowMode::Coloured,
+                energy_threshold: 0.005,
+                normals: NormalMode::Flat,
+                ..common
+            },
         }
     }
+}
+
+/// The settings of PLATO's course project; size, depth and rays a pixel are those of its measurements.
+pub fn course_settings() -> RenderSettings {
+    Preset::Course.settings()
 }
 
 /// PG1's camera for the Cornell box: its field of view is 0.6 rad.
@@ -140,7 +160,7 @@ mod tests {
             assert_eq!(preset.to_string().parse(), Ok(preset));
         }
         let error = "x".parse::<Preset>().unwrap_err();
-        assert_eq!(error.to_string(), "there is no preset \"x\"; there are eos and pg1");
+        assert_eq!(error.to_string(), "there is no preset \"x\"; there are eos, pg1 and course");
     }
 
     #[test]

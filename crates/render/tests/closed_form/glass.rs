@@ -256,8 +256,13 @@ fn clear_glass_in_a_white_world_is_white() {
 #[test]
 fn a_straight_pane_lets_rays_through_unbent() {
     let mut scene = scene();
-    let kind =
-        MaterialKind::Transparent { color: Vec3::ZERO, transparency: 0.75, reflection: 0.0, shininess: 1.0 };
+    let kind = MaterialKind::Transparent {
+        color: Vec3::ZERO,
+        transparency: 0.75,
+        reflection: 0.0,
+        shininess: 1.0,
+        diffuse: 1.0,
+    };
     let m = material(&mut scene, kind);
     floor(&mut scene, 0.0, 2.0, m);
     let d = unit([0.5, -0.6, 0.2]);

@@ -111,8 +111,13 @@ fn textured_shadow(kind: MaterialKind, texel: u32) -> Vec3 {
 
 #[test]
 fn a_textured_pane_casts_its_picture_even_where_a_channel_is_black() {
-    let pane =
-        |color| MaterialKind::Transparent { color, transparency: 0.5, reflection: 0.0, shininess: 1.0 };
+    let pane = |color| MaterialKind::Transparent {
+        color,
+        transparency: 0.5,
+        reflection: 0.0,
+        shininess: 1.0,
+        diffuse: 1.0,
+    };
     // The texel is (0.2, 0.4, 1).
     let texel = 0xffff_6633;
     assert_near(textured_shadow(pane(vec3(1.0, 0.0, 0.0)), texel), [0.1, 0.0, 0.0], 1e-4);
@@ -180,7 +185,13 @@ fn huge_shadow_filters_stay_finite() {
     for k in 0..5 {
         // The last lets no green through.
         let color = if k < 4 { Vec3::splat(1e12) } else { vec3(1.0, 0.0, 1.0) };
-        let kind = MaterialKind::Transparent { color, transparency: 1.0, reflection: 0.0, shininess: 1.0 };
+        let kind = MaterialKind::Transparent {
+            color,
+            transparency: 1.0,
+            reflection: 0.0,
+            shininess: 1.0,
+            diffuse: 1.0,
+        };
         let m = material(&mut scene, kind);
         let center = vec3(0.3, 3.0 - 0.5 * k as f32, 0.0);
         rectangle(&mut scene, center, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), m);

@@ -9,7 +9,8 @@ const RED: Vec3 = vec3(0.9, 0.4, 0.2);
 const BLUE: Vec3 = vec3(0.3, 0.5, 0.8);
 
 fn pane(scene: &mut Scene, color: Vec3, transparency: f32) -> u32 {
-    let kind = MaterialKind::Transparent { color, transparency, reflection: 0.0, shininess: 1.0 };
+    let kind =
+        MaterialKind::Transparent { color, transparency, reflection: 0.0, shininess: 1.0, diffuse: 1.0 };
     material(scene, kind)
 }
 

@@ -2,9 +2,10 @@
 
 use super::source::Source;
 use super::{LoadOptions, LoadedScene, load_from};
-use crate::error::SceneError;
-use crate::model::{Camera, MaterialKind, PixelSampling, RenderSettings, Scene};
+use crate::error::{Place, SceneError};
+use crate::model::{Camera, MaterialKind, MaterialTextures, PixelSampling, RenderSettings, Scene};
 use crate::presets::pg1_camera;
+use crate::solids::gallery;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
 use std::borrow::Cow;
@@ -21,14 +22,21 @@ pub struct Builtin {
 }
 
 /// All built-in scenes.
-pub const BUILTINS: &[Builtin] = &[Builtin {
-    name: "cornell",
-    description: "the Cornell box with a mirror ball and a glass ball (CC BY 3.0, Cardenas and McGuire)",
-}];
+pub const BUILTINS: &[Builtin] = &[
+    Builtin {
+        name: "cornell",
+        description: "the Cornell box with a mirror ball and a glass ball (CC BY 3.0, Cardenas and McGuire)",
+    },
+    Builtin {
+        name: "solids",
+        description: "a flight around three Platonic solids of mirrors, lit from within by diodes along their edges",
+    },
+];
 
 pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     match name {
         "cornell" => cornell(options),
+        "solids" => solids(options),
         _ => {
             let known = BUILTINS.iter().map(|b| b.name).collect::<Vec<_>>().join(", ");
             Err(SceneError::UnknownBuiltin { name: name.to_string(), known })
@@ -50,6 +58,19 @@ fn cornell(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     let mut loaded = load_from(source, Path::new("builtin:cornell/CornellBox-Sphere.obj"), options)?;
     dress_cornell(&mut loaded.scene);
     Ok(loaded)
+}
+
+/// Three Platonic solids of PLATO's kind over a parquet.
+fn solids(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
+    if options.camera.is_some() {
+        let message = "it has one camera; leave the choice out";
+        return Err(SceneError::invalid(Place::file(Path::new("builtin:solids")), message));
+    }
+    let mut scene = gallery()?;
+    if !options.textures {
+        scene.materials.iter_mut().for_each(|m| m.textures = MaterialTextures::NONE);
+    }
+    Ok(LoadedScene { scene, warnings: Vec::new(), files_read: Vec::new() })
 }
 
 /// Camera, settings and two materials. The file's mirror keeps its colour but loses its highlight (it already shows

@@ -1,6 +1,7 @@
 //! Files in: models (OBJ with MTL, glTF, PLY), our own JSON, and the built-in scenes.
 
 mod builtin;
+mod course;
 mod gltf;
 mod images;
 mod json;
@@ -21,6 +22,10 @@ use source::Source;
 use std::path::{Path, PathBuf};
 
 pub use builtin::{BUILTINS, Builtin};
+pub use course::{
+    CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, FramePattern, MAX_COURSE_LIGHTS,
+    WrongPattern,
+};
 pub use json::{scene_reference, scene_schema};
 
 /// What [`load`] reads, for help texts.
@@ -139,6 +144,6 @@ mod tests {
         assert!(message("a/x.stl").starts_with("a/x.stl: \"stl\" files are not read; give OBJ (.obj), glTF"));
         assert!(message("scene").contains("no extension"));
         assert!(message("/nowhere/bunny.obj").starts_with("/nowhere/bunny.obj: cannot read: No such file"));
-        assert_eq!(message("builtin:x"), "there is no built-in scene \"x\"; there is cornell");
+        assert_eq!(message("builtin:x"), "there is no built-in scene \"x\"; there is cornell, solids");
     }
 }

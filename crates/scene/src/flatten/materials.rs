@@ -238,8 +238,8 @@ fn own_kind(kind: MaterialKind) -> core::Material {
             glossy_exponent: exponent,
             ..black()
         },
-        MaterialKind::Transparent { color, transparency, reflection, shininess } => core::Material {
-            diffuse: color,
+        MaterialKind::Transparent { color, transparency, reflection, shininess, diffuse } => core::Material {
+            diffuse: color * diffuse,
             specular: Vec3::splat(reflection),
             shininess,
             reflection: Vec3::splat(reflection),

@@ -324,10 +324,18 @@ fn kinds_of_the_model() {
     assert_eq!((glass.fresnel, glass.refraction), (FresnelUse::Both, Refraction::Snell));
     let glossy = of(MaterialKind::Glossy { reflectance: c, exponent: 9.0, rays: 4, color: Vec3::ONE });
     assert_eq!((glossy.glossy_rays, glossy.glossy_exponent, glossy.reflection), (4, 9.0, c));
-    let pane =
-        of(MaterialKind::Transparent { color: c, transparency: 0.5, reflection: 0.25, shininess: 64.0 });
+    let pane = of(MaterialKind::Transparent {
+        color: c,
+        transparency: 0.5,
+        reflection: 0.25,
+        shininess: 64.0,
+        diffuse: 0.5,
+    });
     assert_eq!((pane.transmission, pane.shadow_filter), (Vec3::splat(0.5), c * 0.5));
-    assert_eq!((pane.reflection, pane.specular, pane.diffuse), (Vec3::splat(0.25), Vec3::splat(0.25), c));
+    assert_eq!(
+        (pane.reflection, pane.specular, pane.diffuse),
+        (Vec3::splat(0.25), Vec3::splat(0.25), c * 0.5)
+    );
     assert_eq!(of(MaterialKind::Emissive { radiance: c }).emission, c);
 }
 

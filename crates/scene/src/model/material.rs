@@ -209,6 +209,10 @@ pub enum MaterialKind {
         #[serde(default = "sixty_four")]
         #[schemars(range(min = 0, max = 1000000))]
         shininess: f32,
+        /// Share of the diffuse colour that answers lights, 0 to 1; its shadow keeps the whole colour.
+        #[serde(default = "whole")]
+        #[schemars(range(min = 0, max = 1))]
+        diffuse: f32,
     },
     /// Shines by itself. Triangles of it are lights.
     Emissive {
@@ -296,6 +300,9 @@ fn one() -> Vec3 {
 }
 fn eight() -> u32 {
     8
+}
+fn whole() -> f32 {
+    1.0
 }
 fn sixty_four() -> f32 {
     64.0

@@ -243,11 +243,12 @@ fn check_material(material: &Material, textures: usize) -> Check {
             number(&field("exponent"), exponent, 0.0, 1e6)?;
             number(&field("rays"), rays as f32, 1.0, 65_536.0)
         }
-        MaterialKind::Transparent { color: c, transparency, reflection, shininess } => {
+        MaterialKind::Transparent { color: c, transparency, reflection, shininess, diffuse } => {
             color(&field("color"), c)?;
             number(&field("transparency"), transparency, 0.0, 1.0)?;
             number(&field("reflection"), reflection, 0.0, 1.0)?;
-            number(&field("shininess"), shininess, 0.0, 1e6)
+            number(&field("shininess"), shininess, 0.0, 1e6)?;
+            number(&field("diffuse"), diffuse, 0.0, 1.0)
         }
         MaterialKind::Emissive { radiance } => color(&field("radiance"), radiance),
     }

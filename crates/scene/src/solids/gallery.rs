@@ -1,0 +1,116 @@
+//! The built-in scene `solids`.
+
+use super::body::{Body, BodyLighting};
+use super::parquet::parquet;
+use super::solid::Solid;
+use crate::error::Problem;
+use crate::model::{
+    Animation, Camera, CameraMotion, Law, Light, Material, MaterialKind, MaterialTextures, Parallelogram,
+    PixelSampling, RenderSettings, Scene, Texture,
+};
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::settings::{LightingModel, ShadowMode};
+
+/// Three solids over a parquet, lit from within, and a flight around them.
+pub(crate) fn gallery() -> Result<Scene, Problem> {
+    let mut scene = Scene { settings: settings(), ..Scene::default() };
+    for body in bodies() {
+        body.add_to(&mut scene)?;
+    }
+    floor(&mut scene);
+    scene.lights.extend([
+        Light::Point { position: vec3(-7.0, -5.0, 9.0), color: vec3(24.0, 21.0, 17.0) },
+        Light::Point { position: vec3(6.0, 7.0, 8.0), color: vec3(10.0, 13.0, 18.0) },
+    ]);
+    let (position, look_at) = flight();
+    let camera = Camera {
+        position: position.point(0.0),
+        look_at: Some(look_at.point(0.0)),
+        up: vec3(0.0, 0.0, 1.0),
+        fov_x_degrees: 52.0,
+        ..Camera::default()
+    };
+    scene.camera = Some(camera);
+    scene.animation =
+        Some(Animation { frames: 120, fps: 24.0, camera: Some(CameraMotion::Laws { position, look_at }) });
+    Ok(scene)
+}
+
+/// Around the vertical axis, at equal distances.
+pub(super) fn bodies() -> [Body; 3] {
+    let body = |shape, center, radius, color, lights_per_edge| Body {
+        center,
+        radius,
+        color,
+        reflection: 0.75,
+        transparency: 0.3,
+        lights_per_edge,
+        lighting: BodyLighting::Diodes { power: 3.0 },
+        ..Body::new(shape)
+    };
+    [
+        body(Solid::Tetrahedron, vec3(0.0, 1.75, 0.85), 1.5, vec3(1.0, 0.32, 0.12), 3),
+        body(Solid::Octahedron, vec3(-1.5, -0.875, 1.45), 1.25, vec3(0.25, 1.0, 0.35), 2),
+        body(Solid::Dodecahedron, vec3(1.5, -0.875, 1.3), 1.15, vec3(0.2, 0.5, 1.0), 1),
+    ]
+}
+
+/// Where the camera is, and where it looks.
+fn flight() -> (Law, Law) {
+    let position = Law {
+        r: 6.6,
+        z: 2.9,
+        phi: -1.25,
+        r_amplitude: 0.9,
+        z_amplitude: 1.1,
+        r_frequency: 2.0,
+        z_frequency: 3.0,
+        phi_frequency: 1.0,
+        r_phase: 0.6,
+        z_phase: 0.0,
+    };
+    let look_at = Law { r: 0.2, z: 1.05, phi_frequency: 1.0, ..Law::default() };
+    (position, look_at)
+}
+
+fn floor(scene: &mut Scene) {
+    scene.images.push(parquet());
+    let texture = Texture {
+        // The picture once in 6 units.
+        picture_from_mesh_uv: [[4.0, 0.0, 0.0], [0.0, 4.0, 0.0]],
+        ..Texture::of_image(scene.images.len() as u32 - 1)
+    };
+    scene.textures.push(texture);
+    let textures =
+        MaterialTextures { color: Some(scene.textures.len() as u32 - 1), ..MaterialTextures::NONE };
+    let kind = MaterialKind::Transparent {
+        color: Vec3::ONE,
+        transparency: 0.0,
+        reflection: 0.12,
+        shininess: 64.0,
+        diffuse: 0.9,
+    };
+    scene.materials.push(Material { textures, ..Material::new("parquet", kind) });
+    scene.parallelograms.push(Parallelogram {
+        corner: vec3(-12.0, -12.0, 0.0),
+        edge_u: vec3(24.0, 0.0, 0.0),
+        edge_v: vec3(0.0, 24.0, 0.0),
+        material: scene.materials.len() as u32 - 1,
+    });
+}
+
+fn settings() -> RenderSettings {
+    RenderSettings {
+        size: [960, 540],
+        samples: 16,
+        pixel_sampling: PixelSampling::Random,
+        light_samples: 1,
+        depth: 10,
+        energy_threshold: 0.02,
+        lighting: LightingModel::Phong,
+        shadows: ShadowMode::Coloured,
+        ambient: 0.03,
+        background: vec3(0.006, 0.008, 0.014),
+        ..RenderSettings::default()
+    }
+}
