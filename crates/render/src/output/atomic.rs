@@ -19,6 +19,13 @@ impl TemporaryFile {
         Ok(TemporaryFile { file: temporary_beside(&target)?, target })
     }
 
+    /// The same in another folder of the same file system until it is whole, so that what a killed program leaves is
+    /// found there.
+    #[cfg(feature = "video")]
+    pub(super) fn within(folder: &Path, path: &Path) -> Result<TemporaryFile, Error> {
+        Ok(TemporaryFile { file: temporary_in(folder)?, target: resolve(path)? })
+    }
+
     /// Where it is for now.
     pub(super) fn path(&self) -> &Path {
         self.file.path()
@@ -45,7 +52,7 @@ pub(super) fn check(path: &Path) -> Result<(), Error> {
 
 /// The file to replace: links are followed, so that a link stays one. Only ordinary files are replaced; renaming over
 /// a device such as `/dev/null` would remove it.
-fn resolve(path: &Path) -> Result<PathBuf, Error> {
+pub(super) fn resolve(path: &Path) -> Result<PathBuf, Error> {
     if path.as_os_str().as_encoded_bytes().ends_with(b"/") {
         return Err(ErrorKind::IsADirectory.into());
     }
@@ -71,8 +78,15 @@ fn temporary_beside(target: &Path) -> Result<NamedTempFile, Error> {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
     };
+    temporary_in(folder)
+}
+
+/// How names of temporary files begin and end.
+pub(super) const TEMPORARY: (&str, &str) = (".eosphor-", ".part");
+
+fn temporary_in(folder: &Path) -> Result<NamedTempFile, Error> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".eosphor-").suffix(".part");
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -93,7 +107,7 @@ fn os_error_inside(error: &Error) -> Option<i32> {
 }
 
 /// A rename is on the disk only once its folder is. Some file systems cannot do this; the picture is there anyway.
-fn sync_folder(target: &Path) {
+pub(super) fn sync_folder(target: &Path) {
     if let Some(folder) = target.parent() {
         let _ = File::open(folder).and_then(|folder| folder.sync_all());
     }

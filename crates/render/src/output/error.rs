@@ -28,6 +28,14 @@ pub enum OutputError {
         /// The system's reason.
         source: Error,
     },
+    /// The video could not be written. What was rendered of it is kept in its folder.
+    #[error("cannot write the video: {}: {}", path.display(), explain(source))]
+    Video {
+        /// The video, or the file of its folder that is in the way.
+        path: PathBuf,
+        /// The reason.
+        source: Error,
+    },
     /// The file could not be read.
     #[error("cannot read the picture: {}: {}", path.display(), explain_reading(source))]
     Read {
@@ -49,6 +57,11 @@ pub enum OutputError {
 impl OutputError {
     pub(crate) fn write(path: &Path, source: Error) -> OutputError {
         OutputError::Write { path: path.to_owned(), source }
+    }
+
+    #[cfg(feature = "video")]
+    pub(crate) fn video(path: &Path, source: Error) -> OutputError {
+        OutputError::Video { path: path.to_owned(), source }
     }
 
     pub(crate) fn read(path: &Path, source: Error) -> OutputError {

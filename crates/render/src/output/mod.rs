@@ -16,6 +16,8 @@ mod picture;
 mod png;
 mod ppm;
 mod save;
+#[cfg(feature = "video")]
+mod video;
 mod writer;
 
 #[cfg(test)]
@@ -28,6 +30,11 @@ pub use format::Format;
 pub use metadata::{Metadata, PICTURE_VERSION};
 pub use picture::{ByteImage, Picture};
 pub use save::{SaveOptions, check_writable, save, save_developed};
+#[cfg(feature = "video")]
+pub use video::{
+    FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
+    VideoWriter, padded_size,
+};
 pub use writer::PictureWriter;
 
 /// Longest side of a picture, in pixels.
