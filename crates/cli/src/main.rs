@@ -31,6 +31,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match &arguments.command {
         Command::Render(flags) => commands::render(flags),
+        Command::Course(flags) => commands::course(flags),
         Command::Info(flags) => commands::info(flags),
         Command::Compare(flags) => commands::compare(flags),
         Command::Bench(flags) => match &flags.what {

@@ -69,18 +69,29 @@ pub use eosphor_render::{
 };
 #[doc(inline)]
 pub use eosphor_scene::{
-    AlphaMode, Animation, BUILTINS, Builtin, Camera, CameraKey, CameraMotion, Channel, Composition, Image,
-    Instance, Interpolation, Law, Lens, Light, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind,
+    AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
+    Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, Image, Instance,
+    Interpolation, Law, Lens, Light, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind,
     MaterialTextures, Mesh, Moment, Moments, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr,
     PixelSampling, Place, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError,
-    Snippet, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform, Triangle,
-    UnknownPreset, Warning, load, scene_reference, scene_schema,
+    Snippet, Solid, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform, Triangle,
+    UnknownPreset, UnknownSolid, Warning, load, scene_reference, scene_schema,
 };
 
 /// Animations as numbered files.
 pub mod frames {
     #[doc(inline)]
     pub use eosphor_render::frames::*;
+}
+
+/// Animations as video.
+#[cfg(feature = "video")]
+pub mod video {
+    #[doc(inline)]
+    pub use eosphor_render::output::{
+        FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
+        VideoWriter, padded_size,
+    };
 }
 
 /// Queries about rays without a picture, for benchmarks.

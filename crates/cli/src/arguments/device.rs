@@ -5,7 +5,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, value_parser};
 use eosphor::{Accel, Builder, Quality, Scheduler, SimdLevel, Traversal};
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
 pub(crate) struct DeviceFlags {
     /// Where to render: auto (the first GPU, or the CPU), cpu, cuda, or cuda:0,1 for several GPUs

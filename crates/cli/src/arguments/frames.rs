@@ -19,6 +19,14 @@ pub(crate) struct FrameFlags {
     /// Go on with an animation that was interrupted: frames that are whole and of the same scene and settings are kept
     #[arg(long)]
     pub(crate) resume: bool,
+    /// Of an .mp4, 1 to 100: 80 otherwise, where losses are hard to see
+    #[cfg(feature = "video")]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=100))]
+    pub(crate) video_quality: Option<u8>,
+    /// Let the program ffmpeg, which must be installed, encode an .mp4
+    #[cfg(feature = "video")]
+    #[arg(long, conflicts_with = "resume")]
+    pub(crate) ffmpeg: bool,
     /// Frames that are in work at the same time; changes no pixel
     #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=64), hide = true)]
     pub(crate) in_flight: Option<u16>,

@@ -2,6 +2,7 @@
 
 mod bench;
 mod camera;
+mod course;
 mod device;
 mod frames;
 mod render;
@@ -10,6 +11,7 @@ mod values;
 
 pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
 pub(crate) use camera::CameraFlags;
+pub(crate) use course::CourseFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use frames::FrameFlags;
 pub(crate) use render::{PictureFlags, RenderFlags, Show};
@@ -31,6 +33,10 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render a scene to a picture
     Render(Box<RenderFlags>),
+    /// Fly around Platonic solids, by the input text of PLATO's course on standard input
+    ///
+    /// Writes a frame after another where the input says, and prints a line for each: its number, milliseconds and rays.
+    Course(Box<CourseFlags>),
     /// Say what a scene holds and what its hierarchy looks like
     Info(InfoFlags),
     /// Compare two pictures: identical, or where and by how much they differ
@@ -48,7 +54,8 @@ pub(crate) enum Command {
 }
 
 /// What a scene may be.
-const SCENE_HELP: &str = "An OBJ, glTF, PLY or JSON file, or a built-in scene: builtin:cornell";
+const SCENE_HELP: &str =
+    "An OBJ, glTF, PLY or JSON file, or a built-in scene: builtin:cornell, builtin:solids";
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoFlags {

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 pub(crate) struct RenderFlags {
     #[arg(help = SCENE_HELP)]
     pub(crate) scene: String,
-    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; frames of an animation as in frame_%04d.png
+    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; frames of an animation as in frame_%04d.png, or .mp4
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     #[command(flatten)]

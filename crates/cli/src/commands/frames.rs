@@ -1,4 +1,4 @@
-//! `eosphor render SCENE -o frame_%04d.png`: the frames of an animation.
+//! `eosphor render SCENE -o frame_%04d.png` and `-o flight.mp4`: the frames of an animation.
 
 use crate::animation::{FrameSink, FramesDone, FramesJob};
 use crate::arguments::RenderFlags;
@@ -8,14 +8,17 @@ use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use eosphor::frames::{FramePattern, FramesIdentity, Manifest};
-use eosphor::{Backend, Film, Format, Moments, SaveOptions, Scene, SceneData, save, scene_hash};
+use eosphor::{
+    Backend, Film, Format, Moments, SaveOptions, Scene, SceneData, check_writable, save, scene_hash,
+};
 use serde::Serialize;
 use std::ops::Range;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// Frames in work at the same time: one is rendered, one developed and written, one begun.
-const IN_FLIGHT: u16 = 3;
+pub(super) const IN_FLIGHT: u16 = 3;
 
 /// What was done, for programs.
 #[derive(Serialize)]
@@ -31,72 +34,149 @@ struct Report {
 
 /// Whether several pictures are asked for.
 pub(super) fn are_asked_for(flags: &RenderFlags) -> bool {
-    flags.animation.frames.is_some() || FramePattern::is_one(&flags.output)
+    flags.animation.frames.is_some() || FramePattern::is_one(&flags.output) || is_video(&flags.output)
+}
+
+/// Whether a file is to be a video.
+pub(super) fn is_video(output: &Path) -> bool {
+    output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4"))
+}
+
+/// Whether frames can be written there.
+pub(super) fn check_output(output: &Path) -> Result<(), Failure> {
+    match is_video(output) {
+        true if cfg!(feature = "video") => Ok(()),
+        true => Err(Failure::Usage(format!(
+            "{}: this program was built without video: name frames instead, as in frame_%04d.png",
+            output.display()
+        ))),
+        false => Ok(check_writable(&FramePattern::new(output).map_err(Failure::usage)?.path(0))?),
+    }
+}
+
+/// What there is to do, and where it goes.
+pub(super) struct Sequence<'a> {
+    pub(super) flags: &'a RenderFlags,
+    pub(super) scene: &'a Scene,
+    pub(super) data: &'a Arc<SceneData>,
+    pub(super) options: &'a SaveOptions,
+    /// The frames that are asked for.
+    pub(super) range: Range<u32>,
 }
 
 pub(super) fn render_frames(
     flags: &RenderFlags,
     backend: &dyn Backend,
     scene: &Scene,
-    data: Arc<SceneData>,
-    options: SaveOptions,
+    data: &Arc<SceneData>,
+    options: &SaveOptions,
 ) -> Result<(), Failure> {
-    let start = Instant::now();
-    let pattern = FramePattern::new(&flags.output).map_err(Failure::usage)?;
     let range = range(flags, scene)?;
-    let verbosity = flags.report.verbosity();
-    let identity = identity(flags, scene, &data, &options)?;
+    let sequence = Sequence { flags, scene, data, options, range };
+    match is_video(&flags.output) {
+        #[cfg(feature = "video")]
+        true => super::video::render_video(&sequence, backend),
+        _ => render_files(&sequence, backend),
+    }
+}
+
+fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failure> {
+    let Sequence { flags, options, .. } = *sequence;
+    let pattern = FramePattern::new(&flags.output).map_err(Failure::usage)?;
+    let format = Format::of(&flags.output)?;
+    let SaveOptions { develop: _, jpeg_quality, exr_half, layers: _, metadata } = options;
+    // Not the command line: threads and devices change no pixel.
+    let metadata = (&metadata.scene_hash, metadata.command_line.is_some());
+    let identity = sequence.identity("", &format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}"));
     let manifest = Manifest::open(&pattern.manifest_path(), &identity, flags.animation.resume)
         .map_err(Failure::because)?;
-    let all = range.len();
-    let missing: Vec<u32> = range.filter(|&frame| !manifest.is_done(frame, &pattern.path(frame))).collect();
-    let kept = all - missing.len();
-    if kept > 0 {
-        verbosity.say(Verbosity::Normal, &format!("eosphor: note: {kept} of {all} frames are done already"));
+    let is_missing = |frame: &u32| !manifest.is_done(*frame, &pattern.path(*frame));
+    let missing: Vec<u32> = sequence.range.clone().filter(is_missing).collect();
+    let sink = Files { pattern: &pattern, manifest: &manifest, options };
+    let done = sequence.render(backend, &missing, &sink, None)?;
+    done.report(sequence, backend)
+}
+
+/// What was rendered.
+pub(super) struct Outcome {
+    kept: usize,
+    done: FramesDone,
+    seconds: f64,
+}
+
+impl Sequence<'_> {
+    /// What the frames are made of. `which` says what else they depend on besides scene and motion.
+    pub(super) fn identity(&self, which: &str, file: &str) -> FramesIdentity {
+        FramesIdentity {
+            scene: scene_hash(self.data, &self.options.develop),
+            animation: FramesIdentity::hash(&format!("{:?} {which}", self.scene.animation)),
+            file: FramesIdentity::hash(file),
+        }
     }
-    let prepared = backend.prepare(Arc::clone(&data))?;
-    let moments = Moments::new(scene, &data);
-    let sink = Files { pattern: &pattern, manifest: &manifest, options: &options };
-    let view = ProgressView::new(verbosity);
-    let job = FramesJob {
-        prepared: &*prepared,
-        moments: &moments,
-        frames: &missing,
-        in_flight: flags.animation.in_flight.unwrap_or(IN_FLIGHT).into(),
-        log: &|_| Ok(()),
-    };
-    let done = job.run(&sink, &view);
-    view.finish();
-    let FramesDone { count, statistics } = done?;
-    let seconds = start.elapsed().as_secs_f64();
-    let output = flags.output.display().to_string();
-    if count < missing.len() {
-        return Err(Failure::Interrupted(format!(
-            "interrupted: {output}: {} of {all} frames are done: the same with --resume goes on",
-            kept + count
-        )));
+
+    /// Renders the frames that are missing. After Ctrl-C that is a failure, which says how to go on.
+    pub(super) fn render(
+        &self,
+        backend: &dyn Backend,
+        missing: &[u32],
+        sink: &dyn FrameSink,
+        in_flight: Option<u16>,
+    ) -> Result<Outcome, Failure> {
+        let start = Instant::now();
+        let (all, verbosity) = (self.range.len(), self.flags.report.verbosity());
+        let kept = all - missing.len();
+        if kept > 0 {
+            let note = format!("eosphor: note: {kept} of {all} frames are done already");
+            verbosity.say(Verbosity::Normal, &note);
+        }
+        let prepared = backend.prepare(Arc::clone(self.data))?;
+        let in_flight = in_flight.or(self.flags.animation.in_flight).unwrap_or(IN_FLIGHT);
+        let job = FramesJob {
+            prepared: &*prepared,
+            moments: &Moments::new(self.scene, self.data),
+            frames: missing,
+            in_flight: in_flight.into(),
+            log: &|_| Ok(()),
+        };
+        let view = ProgressView::new(verbosity);
+        let done = job.run(sink, &view);
+        view.finish();
+        let done = done?;
+        if done.count < missing.len() {
+            return Err(Failure::Interrupted(format!(
+                "interrupted: {}: {} of {all} frames are done: the same with --resume goes on",
+                self.flags.output.display(),
+                kept + done.count
+            )));
+        }
+        Ok(Outcome { kept, done, seconds: start.elapsed().as_secs_f64() })
     }
-    let report = Report {
-        frames: count,
-        kept,
-        backend: backend.describe(),
-        total_rays: statistics.total_rays(),
-        seconds,
-        frames_per_second: if seconds > 0.0 { count as f64 / seconds } else { 0.0 },
-        output,
-    };
-    let text = format!(
-        "{}: {count} frames on {} in {seconds:.2} s: {:.2} a second, {} rays",
-        report.output,
-        report.backend,
-        report.frames_per_second,
-        grouped(report.total_rays),
-    );
-    verbosity.say(Verbosity::Normal, &text);
-    if flags.report.json {
-        streams::json(&report)?;
+}
+
+impl Outcome {
+    pub(super) fn report(self, sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failure> {
+        let Outcome { kept, done, seconds } = self;
+        let flags = sequence.flags;
+        let report = Report {
+            output: flags.output.display().to_string(),
+            frames: done.count,
+            kept,
+            backend: backend.describe(),
+            total_rays: done.statistics.total_rays(),
+            seconds,
+            frames_per_second: if seconds > 0.0 { done.count as f64 / seconds } else { 0.0 },
+        };
+        let text = format!(
+            "{}: {} frames on {} in {seconds:.2} s: {:.2} a second, {} rays",
+            report.output,
+            report.frames,
+            report.backend,
+            report.frames_per_second,
+            grouped(report.total_rays),
+        );
+        flags.report.verbosity().say(Verbosity::Normal, &text);
+        if flags.report.json { streams::json(&report) } else { Ok(()) }
     }
-    Ok(())
 }
 
 /// The frames that are asked for; all where no range is given.
@@ -116,24 +196,6 @@ fn range(flags: &RenderFlags, scene: &Scene) -> Result<Range<u32>, Failure> {
             range.0.start, range.0.end, animation.frames, animation.frames
         ))),
     }
-}
-
-fn identity(
-    flags: &RenderFlags,
-    scene: &Scene,
-    data: &SceneData,
-    options: &SaveOptions,
-) -> Result<FramesIdentity, Failure> {
-    let format = Format::of(&flags.output)?;
-    let scene_hash = scene_hash(data, &options.develop);
-    let SaveOptions { develop: _, jpeg_quality, exr_half, layers: _, metadata } = options;
-    // Not the command line: threads and devices change no pixel.
-    let metadata = (&metadata.scene_hash, metadata.command_line.is_some());
-    Ok(FramesIdentity {
-        scene: scene_hash,
-        animation: FramesIdentity::hash(&format!("{:?}", scene.animation)),
-        file: FramesIdentity::hash(&format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}")),
-    })
 }
 
 /// What the files say of themselves: the command line without what an undisturbed run lacks.

@@ -4,16 +4,20 @@ mod bench;
 mod compare;
 mod completions;
 mod cost;
+mod course;
 mod devices;
 mod frames;
 mod info;
 mod render;
 mod schema;
 mod structures;
+#[cfg(feature = "video")]
+mod video;
 
 pub(crate) use bench::{bench_rays, bench_render};
 pub(crate) use compare::compare;
 pub(crate) use completions::completions;
+pub(crate) use course::course;
 pub(crate) use devices::devices;
 pub(crate) use info::info;
 pub(crate) use render::render;

@@ -13,7 +13,6 @@ use crate::report::{Report, Seconds, Speed, WorkPerRay, timed};
 use crate::streams::{self, Verbosity};
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
-use eosphor::frames::FramePattern;
 use eosphor::math::Vec3;
 use eosphor::{Animation, CameraMotion, Scene, SceneData, Transform, check_writable, load, scene_hash};
 use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
@@ -25,10 +24,12 @@ const SHOWN_WARNINGS: usize = 10;
 
 pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     // What can be known to fail does so before minutes of rendering.
-    flags.file.check(Format::of(&flags.output)?)?;
     let sequence = frames::are_asked_for(flags);
+    if !frames::is_video(&flags.output) {
+        flags.file.check(Format::of(&flags.output)?)?;
+    }
     match sequence {
-        true => check_writable(&FramePattern::new(&flags.output).map_err(Failure::usage)?.path(0))?,
+        true => frames::check_output(&flags.output)?,
         false => check_writable(&flags.output)?,
     }
     limit_threads(&flags.device)?;
@@ -50,7 +51,7 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
             let message = "--show, --stats and --layers are for single pictures: leave them out";
             return Err(Failure::Usage(message.into()));
         }
-        return frames::render_frames(flags, &*backend, &scene, data, options);
+        return frames::render_frames(flags, &*backend, &scene, &data, &options);
     }
     if flags.show == Some(Show::Cost) {
         return show_cost(flags, data, bands, options);

@@ -68,6 +68,7 @@ pub struct Manifest {
     path: PathBuf,
     file: Mutex<File>,
     before: Done,
+    is_resumed: bool,
 }
 
 /// Frames that an earlier run says are done: size and checksum of their files.
@@ -100,7 +101,13 @@ impl Manifest {
                 file
             }
         };
-        Ok(Manifest { path: path.to_owned(), file: Mutex::new(file), before: before.unwrap_or_default() })
+        let before = before.unwrap_or_default();
+        Ok(Manifest { path: path.to_owned(), file: Mutex::new(file), before, is_resumed: !is_new })
+    }
+
+    /// Whether this was begun before.
+    pub fn is_resumed(&self) -> bool {
+        self.is_resumed
     }
 
     /// Whether a frame is done: its file is there, and is what was noted.

@@ -1,0 +1,106 @@
+//! `eosphor course`: the task of PLATO's course, by its own input and output.
+
+use super::frames::IN_FLIGHT;
+use crate::animation::{FrameSink, FramesJob};
+use crate::arguments::{BackendChoice, CourseFlags, DeviceFlags};
+use crate::backend::{backend_for, limit_threads};
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::progress::ProgressView;
+use crate::streams::{self, Verbosity};
+use eosphor::{CourseInput, CourseOptions, Film, Moments, SaveOptions, SceneData, save};
+use std::fs;
+use std::io::{Read, stdin};
+use std::path::Path;
+use std::sync::Arc;
+
+/// No input is longer.
+const MOST_BYTES: u64 = 1 << 20;
+
+pub(crate) fn course(flags: &CourseFlags) -> Result<(), Failure> {
+    if flags.default {
+        return streams::result(&CourseInput::colourful().to_string());
+    }
+    let input = read_input()?;
+    let usual = CourseOptions::default();
+    let options = CourseOptions {
+        shapes: flags.bodies.map_or(usual.shapes, |bodies| bodies.0),
+        diodes: flags.edge_lights,
+        ..usual
+    };
+    limit_threads(&flags.device)?;
+    interrupt::watch(Verbosity::Normal)?;
+    let loaded = input.scene(&options)?;
+    for warning in &loaded.warnings {
+        streams::message(&format!("eosphor: note: {warning}"));
+    }
+    let scene = loaded.scene;
+    let data = Arc::new(SceneData::flatten(&scene)?.0);
+    let device = device(flags);
+    let backend = backend_for(&device, flags.accel, false, Verbosity::Normal)?;
+    let prepared = backend.prepare(Arc::clone(&data))?;
+    let sink = Files { input: &input, options: SaveOptions::from(&scene.settings) };
+    sink.make_folder()?;
+    let frames: Vec<u32> = (0..input.frames).collect();
+    let job = FramesJob {
+        prepared: &*prepared,
+        moments: &Moments::new(&scene, &data),
+        frames: &frames,
+        in_flight: IN_FLIGHT.into(),
+        log: &|done| streams::result(&format!("{}\t{:.3}\t{}\n", done.frame, done.milliseconds, done.rays)),
+    };
+    let view = ProgressView::new(Verbosity::Quiet);
+    let done = job.run(&sink, &view)?;
+    if done.count < frames.len() {
+        let message = format!("interrupted: {} of {} frames are done", done.count, frames.len());
+        return Err(Failure::Interrupted(message));
+    }
+    Ok(())
+}
+
+/// Standard input, which must end somewhere.
+fn read_input() -> Result<CourseInput, Failure> {
+    let mut bytes = Vec::new();
+    let read = stdin().lock().take(MOST_BYTES + 1).read_to_end(&mut bytes);
+    read.map_err(|error| Failure::Failed(format!("cannot read the input: standard input: {error}")))?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Failure::Failed("the input is too long: it must end within 1 MB".into()));
+    }
+    Ok(CourseInput::parse(&bytes, Path::new("standard input"))?)
+}
+
+/// Where to render, as the course's flags say it.
+fn device(flags: &CourseFlags) -> DeviceFlags {
+    let mut device = flags.device.clone();
+    if flags.cpu {
+        device.backend = BackendChoice::Cpu;
+    } else if flags.gpu {
+        device.backend = BackendChoice::Cuda(vec![0]);
+    }
+    device
+}
+
+/// `.data` frames, or others by the name's ending.
+struct Files<'a> {
+    input: &'a CourseInput,
+    options: SaveOptions,
+}
+
+impl Files<'_> {
+    /// The folder of the frames, where it is not there.
+    fn make_folder(&self) -> Result<(), Failure> {
+        let path = self.input.output.path(0);
+        let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) else {
+            return Ok(());
+        };
+        fs::create_dir_all(folder).map_err(|error| {
+            Failure::Failed(format!("cannot make the folder of the frames: {}: {error}", folder.display()))
+        })
+    }
+}
+
+impl FrameSink for Files<'_> {
+    fn take(&self, frame: u32, film: Film) -> Result<(), Failure> {
+        Ok(save(&film, &self.input.output.path(frame), &self.options)?)
+    }
+}
