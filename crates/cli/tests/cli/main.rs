@@ -3,6 +3,7 @@
 mod animation;
 mod bench;
 mod compare;
+mod course;
 #[cfg(unix)]
 mod inputs;
 mod output;

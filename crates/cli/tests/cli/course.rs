@@ -1,0 +1,93 @@
+//! `eosphor course`: the task of PLATO's course from outside.
+
+use crate::place::{Place, Run};
+use std::fs;
+use std::io::Write;
+use std::process::Stdio;
+
+/// The example of the task, with 3 frames of 16 x 12 pixels, depth 3 and 2 x 2 rays a pixel, on a floor of 2 x 2 texels.
+const INPUT: &str = "3
+out/img_%d.data
+16 12 120
+7.0 3.0 0.0  2.0 1.0  2.0 6.0 1.0  0.0 0.0
+2.0 0.0 0.0  0.5 0.1  1.0 4.0 1.0  0.0 0.0
+2.0 0.0 0.0  1.0 0.0 0.0  1.0  0.9 0.1 10
+0.0 2.0 0.0  0.0 1.0 0.0  0.75 0.8 0.2 5
+0.0 0.0 0.0  0.0 0.7 0.7  0.5  0.7 0.3 2
+-5.0 -5.0 -1.0  -5.0 5.0 -1.0  5.0 5.0 -1.0  5.0 -5.0 -1.0  floor.data  0.0 1.0 0.0  0.5
+2
+-10.0 0.0 10.0  1.0 1.0 1.0
+1.0 0.0 10.0  0.0 0.0 1.0
+3 2
+";
+
+/// Runs it with this on standard input, in a folder that has the floor's texture.
+fn course(place: &Place, input: &str, flags: &[&str]) -> Run {
+    let mut floor: Vec<u8> = [2i32, 2].iter().flat_map(|side| side.to_le_bytes()).collect();
+    floor.extend([250, 200, 150, 255, 90, 60, 30, 255, 90, 60, 30, 255, 250, 200, 150, 255]);
+    fs::write(place.path("floor.data"), floor).unwrap();
+    let mut command = place.command(&[&["course"], flags].concat());
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    // It may have ended before it has read all.
+    let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
+    child.wait_with_output().unwrap().into()
+}
+
+#[test]
+fn a_line_and_a_file_for_each_frame() {
+    let place = Place::new();
+    let run = course(&place, INPUT, &["--cpu"]).succeeded();
+    let lines: Vec<Vec<&str>> = run.stdout.lines().map(|line| line.split('\t').collect()).collect();
+    assert_eq!(lines.len(), 3, "{}", run.stdout);
+    let read = |k: usize| fs::read(place.path(&format!("out/img_{k}.data"))).unwrap();
+    for (k, line) in lines.iter().enumerate() {
+        let [frame, milliseconds, rays] = line[..] else { panic!("{line:?}") };
+        assert_eq!(frame, k.to_string());
+        assert!(milliseconds.parse::<f64>().unwrap() > 0.0);
+        // At least those of the camera.
+        assert!(rays.parse::<u64>().unwrap() >= 16 * 12 * 4);
+        let bytes = read(k);
+        assert_eq!(bytes.len(), 8 + 16 * 12 * 4);
+        assert_eq!(bytes[..8], [16, 0, 0, 0, 12, 0, 0, 0]);
+        assert!(bytes[8..].chunks(4).all(|pixel| pixel[3] == 255));
+        assert!(bytes[8..].chunks(4).any(|pixel| pixel[..3] != [0; 3]), "not all black");
+    }
+    assert!(read(0) != read(1));
+    let frames: Vec<Vec<u8>> = (0..3).map(read).collect();
+    course(&place, INPUT, &["--cpu", "--threads", "1", "--accel", "none"]).succeeded();
+    assert!((0..3).all(|k| read(k) == frames[k]), "the same bytes in any way");
+    course(&place, INPUT, &["--cpu", "--bodies", "cube,icosahedron,tetrahedron"]).succeeded();
+    assert!(read(0) != frames[0], "other bodies");
+}
+
+#[test]
+fn the_default_runs_as_it_is() {
+    let place = Place::new();
+    let text = course(&place, "", &["--default"]).succeeded().stdout;
+    // Fewer and smaller.
+    let mut lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "104");
+    (lines[0], lines[2]) = ("2", "24 16 120");
+    let run = course(&place, &lines.join("\n"), &["--cpu"]).succeeded();
+    assert_eq!(run.stdout.lines().count(), 2);
+}
+
+#[test]
+fn wrong_input_is_one_line_that_names_the_place() {
+    let place = Place::new();
+    for (from, to, words) in [
+        ("16 12 120", "16 zwölf 120", ["line 3", "zwölf"]),
+        ("0.75 0.8", "-0.75 0.8", ["line 7", "radius"]),
+        ("img_%d", "img", ["line 2", "%d"]),
+        ("\n3 2\n", "\n3\n", ["standard input", "ends"]),
+        ("floor.data", "none.data", ["none.data", "no such file"]),
+    ] {
+        assert!(INPUT.contains(from));
+        let run = course(&place, &INPUT.replacen(from, to, 1), &["--cpu"]);
+        assert_eq!((run.code, run.stdout.as_str()), (Some(1), ""), "{to}: {}", run.stderr);
+        assert!(words.iter().all(|word| run.stderr.contains(word)), "{to}: {}", run.stderr);
+    }
+    assert_eq!(course(&place, INPUT, &["--cpu", "--gpu"]).code, Some(2));
+    assert_eq!(course(&place, INPUT, &["--bodies", "cube,ball,cube"]).code, Some(2));
+}
