@@ -19,8 +19,8 @@ pub(crate) fn gallery() -> Result<Scene, Problem> {
     }
     floor(&mut scene);
     scene.lights.extend([
-        Light::Point { position: vec3(-7.0, -5.0, 9.0), color: vec3(24.0, 21.0, 17.0) },
-        Light::Point { position: vec3(6.0, 7.0, 8.0), color: vec3(10.0, 13.0, 18.0) },
+        Light::Point { position: vec3(-7.0, -5.0, 9.0), color: vec3(40.0, 35.0, 28.0) },
+        Light::Point { position: vec3(6.0, 7.0, 8.0), color: vec3(16.0, 21.0, 30.0) },
     ]);
     let (position, look_at) = flight();
     let camera = Camera {
@@ -42,34 +42,34 @@ pub(super) fn bodies() -> [Body; 3] {
         center,
         radius,
         color,
-        reflection: 0.75,
-        transparency: 0.3,
+        reflection: 0.8,
+        transparency: 0.4,
         lights_per_edge,
-        lighting: BodyLighting::Diodes { power: 3.0 },
+        lighting: BodyLighting::Diodes { power: 1.4 },
         ..Body::new(shape)
     };
     [
-        body(Solid::Tetrahedron, vec3(0.0, 1.75, 0.85), 1.5, vec3(1.0, 0.32, 0.12), 3),
-        body(Solid::Octahedron, vec3(-1.5, -0.875, 1.45), 1.25, vec3(0.25, 1.0, 0.35), 2),
-        body(Solid::Dodecahedron, vec3(1.5, -0.875, 1.3), 1.15, vec3(0.2, 0.5, 1.0), 1),
+        body(Solid::Tetrahedron, vec3(0.0, 2.1, 0.85), 1.5, vec3(1.0, 0.32, 0.12), 3),
+        body(Solid::Octahedron, vec3(-1.8, -1.05, 1.45), 1.25, vec3(0.25, 1.0, 0.35), 2),
+        body(Solid::Dodecahedron, vec3(1.8, -1.05, 1.3), 1.15, vec3(0.2, 0.5, 1.0), 1),
     ]
 }
 
 /// Where the camera is, and where it looks.
 fn flight() -> (Law, Law) {
     let position = Law {
-        r: 6.6,
-        z: 2.9,
-        phi: -1.25,
-        r_amplitude: 0.9,
-        z_amplitude: 1.1,
+        r: 7.9,
+        z: 3.1,
+        phi: -1.51,
+        r_amplitude: 0.8,
+        z_amplitude: 0.9,
         r_frequency: 2.0,
         z_frequency: 3.0,
         phi_frequency: 1.0,
         r_phase: 0.6,
         z_phase: 0.0,
     };
-    let look_at = Law { r: 0.2, z: 1.05, phi_frequency: 1.0, ..Law::default() };
+    let look_at = Law { r: 0.2, z: 1.0, phi: -1.51, phi_frequency: 1.0, ..Law::default() };
     (position, look_at)
 }
 
@@ -109,7 +109,8 @@ fn settings() -> RenderSettings {
         energy_threshold: 0.02,
         lighting: LightingModel::Phong,
         shadows: ShadowMode::Coloured,
-        ambient: 0.03,
+        ambient: 0.02,
+        exposure: 0.8,
         background: vec3(0.006, 0.008, 0.014),
         ..RenderSettings::default()
     }

@@ -219,10 +219,11 @@ fn the_floor_has_one_picture() {
     let scene = scene_with(&input, &CourseOptions::default()).unwrap().scene;
     let floor = scene.parallelograms[0];
     assert_eq!((floor.corner, floor.edge_u), (vec3(-5.0, -5.0, -1.0), vec3(10.0, 0.0, 0.0)));
-    assert_eq!((scene.textures[0].wrap_u, scene.textures[0].image), (TextureWrap::Clamp, 0));
-    assert_eq!(scene.images[0].texels, Texels::Rgba8(vec![0x0000_00ff, 0x00ff_0000]));
     let material = &scene.materials[floor.material as usize];
-    assert_eq!(material.textures.color, Some(0));
+    let texture = &scene.textures[material.textures.color.unwrap() as usize];
+    assert_eq!((texture.wrap_u, texture.wrap_v), (TextureWrap::Clamp, TextureWrap::Clamp));
+    let image = &scene.images[texture.image as usize];
+    assert_eq!(image.texels, Texels::Rgba8(vec![0x0000_00ff, 0x00ff_0000]));
     // Half of picture times tint scatters; nothing passes.
     let (data, _) = SceneData::flatten(&scene).unwrap();
     let flat = &data.materials[floor.material as usize];
