@@ -13,6 +13,9 @@ const FORMAT: u32 = 1;
 /// The most frames of a video: four days at 24 frames a second.
 pub const MAX_FRAMES: u32 = 10_000_000;
 
+/// The smallest side that the encoder takes.
+const SMALLEST: u32 = 16;
+
 /// The longer and the shorter side of the largest picture that the encoder takes.
 const LARGEST: (u32, u32) = (3840, 2160);
 
@@ -35,7 +38,8 @@ impl Default for VideoOptions {
 /// The size of a video of pictures of this size: colours are stored for 2 × 2 pixels, so odd sides have their last
 /// column or row twice.
 pub fn padded_size((width, height): (u32, u32)) -> (u32, u32) {
-    (width.next_multiple_of(2), height.next_multiple_of(2))
+    let even = |side: u32| side.saturating_add(side % 2);
+    (even(width), even(height))
 }
 
 /// The quantisation parameter of H.264: 6 more are half the precision.
@@ -69,9 +73,10 @@ impl Settings {
         quality: u8,
     ) -> Result<Settings, Error> {
         let (longer, shorter) = (width.max(height), width.min(height));
-        if shorter == 0 || longer > LARGEST.0 || shorter > LARGEST.1 {
+        // What counts is the size with padding: 15 pixels become 16.
+        if padded_size((shorter, shorter)).0 < SMALLEST || longer > LARGEST.0 || shorter > LARGEST.1 {
             return Err(misuse(format!(
-                "{width} x {height} pixels: the encoder takes up to {} x {}; render a smaller picture",
+                "{width} x {height} pixels: the encoder takes {SMALLEST} x {SMALLEST} to {} x {}; choose a size between",
                 LARGEST.0, LARGEST.1
             )));
         }
@@ -136,19 +141,21 @@ mod tests {
     fn what_cannot_be_a_video_is_refused() {
         let rate = FrameRate::new(24, 1).unwrap();
         let new = |size, frames| Settings::new(size, rate, frames, 80);
-        for size in [(1, 1), (3840, 2160), (2160, 3840)] {
+        for size in [(16, 15), (3840, 2160), (2160, 3840)] {
             assert!(new(size, 1).is_ok());
         }
-        for size in [(0, 1), (1, 0), (3841, 2160), (3840, 2161), (2161, 2161), (u32::MAX, u32::MAX)] {
+        for size in
+            [(0, 99), (99, 0), (14, 99), (3841, 2160), (3840, 2161), (2161, 2161), (u32::MAX, u32::MAX)]
+        {
             assert!(new(size, 1).is_err(), "{size:?}");
         }
-        assert!(new((8, 8), 0).is_err() && new((8, 8), u32::MAX).is_err());
+        assert!(new((16, 16), 0).is_err() && new((16, 16), u32::MAX).is_err());
     }
 
     #[test]
     fn segments_cover_all_frames_once() {
         for frames in [1, 29, 30, 31, 60, 61] {
-            let settings = Settings::new((8, 8), FrameRate::new(24, 1).unwrap(), frames, 80).unwrap();
+            let settings = Settings::new((16, 16), FrameRate::new(24, 1).unwrap(), frames, 80).unwrap();
             let covered: Vec<u32> = (0..settings.segments()).flat_map(|s| settings.frames_of(s)).collect();
             assert_eq!(covered, Vec::from_iter(0..frames));
         }
