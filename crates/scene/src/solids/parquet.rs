@@ -35,7 +35,7 @@ fn texel(x: i32, y: i32) -> u32 {
         _ => 256,
     };
     let wood = stave.wood();
-    let [r, g, b] = [0, 1, 2].map(|c| (DARK[c] * 256 + (LIGHT[c] - DARK[c]) * wood) * light >> 16);
+    let [r, g, b] = [0, 1, 2].map(|c| ((DARK[c] * 256 + (LIGHT[c] - DARK[c]) * wood) * light) >> 16);
     u32::from_le_bytes([r as u8, g as u8, b as u8, 255])
 }
 

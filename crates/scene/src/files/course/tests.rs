@@ -276,10 +276,9 @@ fn check(text: &[u8]) {
             let bytes = input.to_string();
             assert_eq!(CourseInput::parse(bytes.as_bytes(), Path::new("in")).unwrap(), input);
             // Thousands of lights take long to make; they are tested elsewhere.
-            if input.bodies.iter().all(|b| b.lights_per_edge < 50) {
-                if let Ok(loaded) = scene_with(&input, &CourseOptions::default()) {
-                    let _ = SceneData::flatten(&loaded.scene.clone());
-                }
+            let few = input.bodies.iter().all(|b| b.lights_per_edge < 50);
+            if let (true, Ok(loaded)) = (few, scene_with(&input, &CourseOptions::default())) {
+                let _ = SceneData::flatten(&loaded.scene);
             }
         }
         Err(error) => {
