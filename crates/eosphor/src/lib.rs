@@ -61,12 +61,6 @@ pub use eosphor_render::output::{
     DevelopSettings, Developed, Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture,
     PictureWriter, SaveOptions, check_writable, save, save_developed,
 };
-#[cfg(feature = "video")]
-#[doc(inline)]
-pub use eosphor_render::output::{
-    FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
-    VideoWriter, padded_size,
-};
 #[doc(inline)]
 pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,

@@ -44,7 +44,7 @@ pub(crate) struct RenderFlags {
 #[derive(Debug, Args)]
 pub(crate) struct PictureFlags {
     /// Render as a reference system does; other flags win over it
-    #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1)]))]
+    #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1), ("course", Preset::Course)]))]
     pub(crate) preset: Option<Preset>,
     /// Move all geometry; camera and lights stay
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
