@@ -2,13 +2,7 @@
 
 /// The program's name and its arguments, quoted so that a shell reads them as they were.
 pub(crate) fn command_line() -> String {
-    command_line_without("")
-}
-
-/// The same without a flag that takes no value.
-pub(crate) fn command_line_without(flag: &str) -> String {
-    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
-    let arguments = arguments.filter(|argument| argument != flag || flag.is_empty()).map(|a| quoted(&a));
+    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
     std::iter::once("eosphor".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 

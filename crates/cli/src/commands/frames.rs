@@ -2,7 +2,6 @@
 
 use crate::animation::{FrameSink, FramesDone, FramesJob};
 use crate::arguments::RenderFlags;
-use crate::command_line::command_line_without;
 use crate::failure::Failure;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
@@ -85,8 +84,6 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
     let pattern = FramePattern::new(&flags.output).map_err(Failure::usage)?;
     let format = Format::of(&flags.output)?;
     let SaveOptions { develop: _, jpeg_quality, exr_half, layers: _, metadata } = options;
-    // Not the command line: threads and devices change no pixel.
-    let metadata = (&metadata.scene_hash, metadata.command_line.is_some());
     let identity = sequence.identity("", &format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}"));
     let manifest = Manifest::open(&pattern.manifest_path(), &identity, flags.animation.resume)
         .map_err(Failure::because)?;
@@ -196,11 +193,6 @@ fn range(flags: &RenderFlags, scene: &Scene) -> Result<Range<u32>, Failure> {
             range.0.start, range.0.end, animation.frames, animation.frames
         ))),
     }
-}
-
-/// What the files say of themselves: the command line without what an undisturbed run lacks.
-pub(super) fn command_line_of_frames() -> String {
-    command_line_without("--resume")
 }
 
 /// Numbered files.

@@ -187,10 +187,8 @@ fn save_options(flags: &RenderFlags, scene: &Scene, data: &SceneData, seconds: &
     if !flags.file.no_metadata && Format::of(&flags.output).is_ok_and(Format::has_metadata) {
         options.metadata = Metadata {
             scene_hash: Some(timed(&mut seconds.write, || scene_hash(data, &options.develop))),
-            command_line: Some(match frames::are_asked_for(flags) {
-                true => frames::command_line_of_frames(),
-                false => command_line(),
-            }),
+            // Frames are to be the same bytes however often it took to render them all.
+            command_line: (!frames::are_asked_for(flags)).then(command_line),
         };
     }
     options
