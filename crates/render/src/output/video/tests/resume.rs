@@ -230,3 +230,57 @@ fn what_goes_wrong_in_the_background_is_said() {
     video.finish().unwrap();
     assert!(fs::read(&path).unwrap() == undisturbed(SIZE, 30));
 }
+
+/// Where the child of the test below writes to.
+const CHILD: &str = "EOSPHOR_TEST_VIDEO";
+
+const CHILD_FRAMES: u32 = 70;
+
+/// Not a test: what the test below kills.
+#[test]
+#[ignore = "a part of killed_at_any_moment_nothing_is_lost"]
+fn child_that_is_killed() {
+    use std::io::Write;
+    let Some(path) = std::env::var_os(CHILD).map(PathBuf::from) else { return };
+    let mut log = fs::File::options().create(true).append(true).open(path.with_extension("log")).unwrap();
+    let video = open(&path, SIZE, CHILD_FRAMES, 2);
+    for number in video.missing_frames() {
+        video.write_frame(number, &frame(number, SIZE)).unwrap();
+        log.write_all(format!("{number}\n").as_bytes()).unwrap();
+    }
+    video.finish().unwrap();
+}
+
+#[test]
+fn killed_at_any_moment_nothing_is_lost() {
+    let expected = undisturbed(SIZE, CHILD_FRAMES);
+    let (_folder, path) = in_folder();
+    let test = "output::video::tests::resume::child_that_is_killed";
+    let mut killed = 0;
+    loop {
+        let mut child = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", test, "--ignored"])
+            .env(CHILD, &path)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        // Later each time, or a slow machine would never come to an end.
+        std::thread::sleep(std::time::Duration::from_millis(10 + 3 * killed));
+        child.kill().unwrap();
+        let success = child.wait().unwrap().success();
+        // It may be killed when all is done but to end.
+        if success || (path.exists() && !path.with_extension("mp4.part").exists()) {
+            break;
+        }
+        killed += 1;
+        assert!(killed < 500, "it does not get on");
+    }
+    eprintln!("killed {killed} times");
+    assert!(fs::read(&path).unwrap() == expected);
+    let log = fs::read_to_string(path.with_extension("log")).unwrap();
+    let mut written: Vec<&str> = log.lines().collect();
+    let all = written.len();
+    written.sort();
+    written.dedup();
+    assert_eq!(written.len(), all, "nothing that was stored is asked for again");
+}
