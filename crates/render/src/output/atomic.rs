@@ -107,7 +107,7 @@ fn os_error_inside(error: &Error) -> Option<i32> {
 }
 
 /// A rename is on the disk only once its folder is. Some file systems cannot do this; the picture is there anyway.
-pub(super) fn sync_folder(target: &Path) {
+fn sync_folder(target: &Path) {
     if let Some(folder) = target.parent() {
         let _ = File::open(folder).and_then(|folder| folder.sync_all());
     }

@@ -20,7 +20,7 @@ pub struct FfmpegOptions {
 
 impl Default for FfmpegOptions {
     fn default() -> FfmpegOptions {
-        FfmpegOptions { program: "ffmpeg".into(), quality: 80 }
+        FfmpegOptions { program: "ffmpeg".into(), quality: 90 }
     }
 }
 

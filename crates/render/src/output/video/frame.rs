@@ -1,16 +1,27 @@
 //! The file of a frame: an ordinary PNG file, without loss, that people can look at while a video is made.
 
-use super::super::{Developed, OutputError, PictureWriter, SaveOptions};
+use super::super::Developed;
+use super::super::atomic::TemporaryFile;
 use super::damaged;
 use std::fs::File;
-use std::io::{BufReader, Error};
+use std::io::{BufReader, BufWriter, Error, Write};
 use std::path::Path;
 
 /// The file is whole or not there.
-pub(super) fn write(path: &Path, frame: &Developed) -> Result<(), OutputError> {
-    let mut writer = PictureWriter::open(path, (frame.width, frame.height), &SaveOptions::default())?;
-    writer.write_developed(frame)?;
-    writer.finish(true)
+pub(super) fn write(path: &Path, frame: &Developed) -> Result<(), Error> {
+    let file = TemporaryFile::beside(path)?;
+    let mut to = BufWriter::with_capacity(1 << 18, file.handle()?);
+    let mut encoder = png::Encoder::new(&mut to, frame.width, frame.height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    // It is read once and removed: time counts, bytes hardly do.
+    encoder.set_compression(png::Compression::Fastest);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&frame.rgb)?;
+    writer.finish()?;
+    to.flush()?;
+    drop(to);
+    file.keep()
 }
 
 /// What is not a whole frame of this size is [`std::io::ErrorKind::InvalidData`].

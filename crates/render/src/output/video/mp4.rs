@@ -11,6 +11,7 @@ use shiguredo_mp4::mux::{Mp4FileMuxer, Mp4FileMuxerOptions, Sample, estimate_max
 use shiguredo_mp4::{BoxSize, BoxType, TrackKind};
 use std::io::{BufWriter, Error, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::slice::from_ref;
 
 /// Joins all segments of the folder. The file is whole or not there; until it is whole, it is in the folder.
 pub(super) fn write(path: &Path, folder: &Folder) -> Result<(), OutputError> {
@@ -66,9 +67,9 @@ pub(super) fn write(path: &Path, folder: &Folder) -> Result<(), OutputError> {
 
 /// What the table of contents says of the samples.
 fn sample_entry(parameters: &ParameterSets, width: u32, height: u32) -> Result<SampleEntry, Error> {
-    let sets = (&[parameters.sequence.clone()], &[parameters.picture.clone()]);
     let config = H264SampleEntryConfig { length_size: LengthSize::FourBytes };
-    let mut entry = build_avc1_box(sets.0, sets.1, &config).map_err(muxing)?;
+    let mut entry = build_avc1_box(from_ref(&parameters.sequence), from_ref(&parameters.picture), &config)
+        .map_err(muxing)?;
     let (width, height) = padded_size((width, height));
     if (entry.visual.width as u32, entry.visual.height as u32) != (width, height) {
         return Err(muxing("the encoder made pictures of another size"));

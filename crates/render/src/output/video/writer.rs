@@ -99,8 +99,8 @@ impl VideoWriter {
     ///
     /// # Errors
     ///
-    /// [`OutputError::Video`] where there is no frame of this number or it has another size, and what went wrong while
-    /// other frames were encoded. [`OutputError::Write`] where this one cannot be stored.
+    /// [`OutputError::Video`] where there is no frame of this number, it has another size or it cannot be stored, and
+    /// what went wrong while other frames were encoded.
     pub fn write_frame(&self, number: u32, frame: &Developed) -> Result<(), OutputError> {
         let Some(Shared { folder, queue }) = self.shared.as_deref() else { return Ok(()) };
         let lacking = queue.lacks(number).map_err(|refusal| self.explain(refusal))?;
@@ -113,7 +113,8 @@ impl VideoWriter {
             ))));
         }
         if lacking {
-            frame::write(&folder.frame(number), frame)?;
+            let path = folder.frame(number);
+            frame::write(&path, frame).map_err(|error| OutputError::video(&path, error))?;
             queue.stored(number);
         }
         Ok(())

@@ -90,7 +90,7 @@ fn assert_near(path: &Path, size: (u32, u32), frames: u32) {
         for c in 0..3 {
             let of = |bytes: &[u8]| bytes[c..].iter().step_by(3).map(|&x| x as f64).sum::<f64>();
             let mean = (of(decoded) - of(&written)) / (length / 3) as f64;
-            assert!(mean.abs() < 2.5, "frame {number}, channel {c}: {mean}");
+            assert!(mean.abs() < 1.5, "frame {number}, channel {c}: {mean}");
         }
     }
 }
@@ -102,7 +102,9 @@ fn frames_go_to_ffmpeg() {
     }
     for size in [(96, 64), (49, 33)] {
         let (folder, path) = in_folder();
-        let mut video = FfmpegPipe::open(&path, size, rate(), &FfmpegOptions::default()).unwrap();
+        // x264 at less quality takes more from colours than the comparison allows.
+        let options = FfmpegOptions { quality: 100, ..FfmpegOptions::default() };
+        let mut video = FfmpegPipe::open(&path, size, rate(), &options).unwrap();
         for number in 0..65 {
             video.write_frame(&frame(number, size)).unwrap();
         }
