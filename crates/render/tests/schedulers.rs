@@ -182,6 +182,7 @@ fn points_that_wait_for_nothing_hold_up_no_camera_ray() {
         transparency: 0.5,
         reflection: 0.2,
         shininess: 20.0,
+        diffuse: 1.0,
     };
     let material = add(&mut scene, kind);
     let (edge_u, edge_v) = (vec3(40.0, 0.0, 0.0), vec3(0.0, 40.0, 0.0));

@@ -43,6 +43,7 @@ fn glass() -> Scene {
             transparency: 0.6,
             reflection: 0.2,
             shininess: 32.0,
+            diffuse: 1.0,
         },
         MaterialKind::Emissive { radiance: vec3(6.0, 6.0, 7.0) },
     ];
