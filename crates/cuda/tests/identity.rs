@@ -154,7 +154,7 @@ fn frames_of_an_animation() {
     let mut scene = common::scene("glass", None).unwrap();
     scene.settings.size = [93, 53];
     let orbit = CameraMotion::Orbit { turns: 0.2, around: None };
-    scene.animation = Some(Animation { frames: 8, fps: 24.0, camera: Some(orbit) });
+    scene.animation = Some(Animation { camera: Some(orbit), ..Animation::of_frames(8) });
     let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
     let moments = Moments::new(&scene, &data);
     let Some(gpu) = backend(CudaOptions::default()) else { return };

@@ -325,11 +325,8 @@ fn in_bands(scene: &Arc<SceneData>, options: CpuOptions, rows: u32) -> Vec<[u32;
 #[test]
 fn frames_over_one_hierarchy() {
     let mut scene = spheres();
-    scene.animation = Some(Animation {
-        frames: 5,
-        fps: 24.0,
-        camera: Some(CameraMotion::Orbit { turns: 0.3, around: Some(vec3(0.0, 0.5, 0.0)) }),
-    });
+    let orbit = CameraMotion::Orbit { turns: 0.3, around: Some(vec3(0.0, 0.5, 0.0)) };
+    scene.animation = Some(Animation { camera: Some(orbit), ..Animation::of_frames(5) });
     let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
     let moments = Moments::new(&scene, &data);
     let options = CpuOptions { threads: Some(2), ..CpuOptions::default() };

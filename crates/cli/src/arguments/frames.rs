@@ -61,7 +61,7 @@ impl FrameFlags {
     pub(crate) fn apply(&self, scene: &mut Scene) {
         if let Some(frames) = self.orbit {
             let orbit = CameraMotion::Orbit { turns: 1.0, around: None };
-            let animation = scene.animation.get_or_insert(Animation { frames, fps: 24.0, camera: None });
+            let animation = scene.animation.get_or_insert(Animation::of_frames(frames));
             (animation.frames, animation.camera) = (frames, Some(orbit));
         }
         if let (Some(fps), Some(animation)) = (self.fps, &mut scene.animation) {

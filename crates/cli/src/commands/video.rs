@@ -40,14 +40,16 @@ pub(super) fn render_video(sequence: &Sequence, backend: &dyn Backend) -> Result
     manifest_path.push(".manifest");
     let manifest_path = PathBuf::from(manifest_path);
     let identity = sequence.identity(&format!("{:?}", sequence.range), &format!("mp4 {quality} {rate}"));
-    let manifest =
-        Manifest::open(&manifest_path, &identity, flags.animation.resume).map_err(Failure::because)?;
-    if manifest.is_done(first, &flags.output) {
+    let begun = match flags.animation.resume && manifest_path.exists() {
+        true => Some(Manifest::open(&manifest_path, &identity, true).map_err(Failure::because)?),
+        false => None,
+    };
+    if begun.as_ref().is_some_and(|manifest| manifest.is_done(first, &flags.output)) {
         let note = format!("eosphor: note: {} is done already", flags.output.display());
         verbosity.say(Verbosity::Normal, &note);
         return Ok(());
     }
-    if !manifest.is_resumed() {
+    if !begun.as_ref().is_some_and(Manifest::is_resumed) {
         VideoWriter::discard(&flags.output)?;
     }
     // Half of the cores: the others render.
@@ -55,6 +57,10 @@ pub(super) fn render_video(sequence: &Sequence, backend: &dyn Backend) -> Result
     let options_of_video = VideoOptions { quality, threads: threads.try_into().map_err(Failure::because)? };
     let length = sequence.range.len() as u32;
     let writer = VideoWriter::open(&flags.output, (width, height), rate, length, &options_of_video)?;
+    let manifest = match begun {
+        Some(manifest) => manifest,
+        None => Manifest::open(&manifest_path, &identity, false).map_err(Failure::because)?,
+    };
     let missing: Vec<u32> = writer.missing_frames().into_iter().map(|number| first + number).collect();
     let sink = Video { writer, first, develop: options.develop };
     let done = sequence.render(backend, &missing, &sink, None)?;

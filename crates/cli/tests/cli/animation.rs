@@ -58,6 +58,24 @@ fn what_is_done_is_kept_and_what_is_stale_is_refused() {
     assert!((0..6).all(|k| bytes(&frame(k)) == all[k as usize]), "nothing was touched");
 }
 
+#[cfg(feature = "video")]
+#[test]
+fn videos_are_the_same_however_they_were_made() {
+    let place = Place::new();
+    frames(&place, "a.mp4", &["--in-flight", "1"]).succeeded();
+    frames(&place, "b.mp4", &["--in-flight", "4", "--threads", "1"]).succeeded();
+    assert!(bytes(&place.path("a.mp4")) == bytes(&place.path("b.mp4")));
+    let run = frames(&place, "a.mp4", &["--resume"]).succeeded();
+    assert!(run.stderr.contains("done already"), "{}", run.stderr);
+    let run = frames(&place, "a.mp4", &["--resume", "--seed", "7"]);
+    assert!(run.code == Some(1) && run.stderr.contains("another scene"), "{}", run.stderr);
+    // Where nothing can be made, nothing is left.
+    let before = place.names();
+    assert_eq!(frames(&place, "c.mp4", &["--size", "3x3"]).code, Some(1));
+    assert_eq!(frames(&place, "none/c.mp4", &[]).code, Some(1));
+    assert_eq!(place.names(), before);
+}
+
 #[test]
 fn what_cannot_be_is_said() {
     let place = Place::new();

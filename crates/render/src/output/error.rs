@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum OutputError {
     /// The file's ending is no format that Eosphor knows.
-    #[error("unknown picture format: {}: use a file name that ends in {}", path.display(), Format::list())]
+    #[error("unknown picture format: {}: use a file name that ends in {}; videos end in .mp4", path.display(), Format::list())]
     UnknownFormat {
         /// The file.
         path: PathBuf,

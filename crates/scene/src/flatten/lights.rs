@@ -12,9 +12,9 @@ use eosphor_core::math::{Vec3, elementary64, vec3};
 /// More emissive triangles than this are worth a note.
 const MANY: u32 = 256;
 
-/// The scene's own lights, in its order.
-pub(super) fn explicit(scene: &Scene) -> Vec<Light> {
-    scene.lights.iter().map(light).collect()
+/// The scene's own lights in a frame, in its order.
+pub(super) fn explicit(scene: &Scene, frame: u32) -> Vec<Light> {
+    scene.lights_at(frame).iter().map(light).collect()
 }
 
 fn light(light: &ModelLight) -> Light {

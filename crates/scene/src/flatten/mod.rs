@@ -87,7 +87,7 @@ impl SceneData {
 
         let world = geometry.world_bounds();
         let (camera, headlight) = camera::build(scene, &world, &mut notes)?;
-        let mut lights = lights::explicit(scene);
+        let mut lights = lights::explicit(scene, 0);
         lights.extend(lights::emissive_triangles(scene, &geometry, &materials, &mut notes));
         let mut settings = settings::build(&scene.settings, &camera, &world);
         if let Some(light) = headlight.filter(|_| lights.is_empty() && settings::needs_light(&scene.settings))

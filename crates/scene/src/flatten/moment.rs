@@ -1,6 +1,6 @@
 //! What differs from frame to frame where nothing is built again: the camera, and what follows from it.
 
-use super::{SceneData, camera, settings};
+use super::{SceneData, camera, lights, settings};
 use crate::error::SceneError;
 use crate::model::Scene;
 use eosphor_core::camera::Camera;
@@ -51,7 +51,11 @@ impl<'a> Moments<'a> {
         settings.light_falloff = self.data.settings.light_falloff;
         let lights = match self.has_headlight {
             true => vec![camera::headlight(&camera)],
-            false => self.data.lights.clone(),
+            false => {
+                let own = lights::explicit(self.scene, frame);
+                let shining = self.data.lights[own.len()..].iter().copied();
+                own.iter().copied().chain(shining).collect()
+            }
         };
         Ok(Moment { camera, lights, settings })
     }
@@ -83,7 +87,7 @@ mod tests {
         let camera = scene.camera.as_mut().unwrap();
         camera.look_at = Some(vec3(0.0, 0.8, 0.0));
         let orbit = CameraMotion::Orbit { turns: 1.0, around: None };
-        scene.animation = Some(Animation { frames: 7, fps: 24.0, camera: Some(orbit) });
+        scene.animation = Some(Animation { camera: Some(orbit), ..Animation::of_frames(7) });
         for is_dark in [false, true] {
             if is_dark {
                 scene.materials.iter_mut().for_each(|m| *m = crate::Material::default_material());
@@ -92,7 +96,7 @@ mod tests {
             let moments = Moments::new(&scene, &data);
             assert_eq!(moments.has_headlight, is_dark);
             for frame in 0..7 {
-                let mut still = scene.clone();
+                let mut still = Scene { lights: scene.lights_at(frame), ..scene.clone() };
                 still.camera = scene.camera_at(frame);
                 still.animation = None;
                 let (expected, _) = SceneData::flatten(&still).unwrap();

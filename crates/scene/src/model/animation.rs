@@ -1,7 +1,7 @@
 //! What moves: frames are numbered from 0, and each is a scene of its own.
 
-use super::stand_ins::Vector;
-use super::{Camera, Scene};
+use super::stand_ins::{Color, Vector};
+use super::{Camera, Light, Scene};
 use eosphor_core::math::{Vec3, elementary64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -25,6 +25,16 @@ pub struct Animation {
     /// How the camera moves.
     #[serde(default)]
     pub camera: Option<CameraMotion>,
+    /// How lights move and change.
+    #[serde(default)]
+    pub lights: Vec<LightMotion>,
+}
+
+impl Animation {
+    /// So many frames, in which nothing moves.
+    pub fn of_frames(frames: u32) -> Animation {
+        Animation { frames, fps: twenty_four(), camera: None, lights: Vec::new() }
+    }
 }
 
 /// How a camera moves. What a motion does not set stays as the scene's camera has it.
@@ -73,6 +83,44 @@ pub struct CameraKey {
     /// The point in the middle of the picture.
     #[schemars(with = "Vector")]
     pub look_at: Vec3,
+}
+
+/// How a light moves and changes. What no key sets stays as the light has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(extend("examples" = [{ "light": 0, "keys": [
+    { "seconds": 0, "color": [0, 0, 0] }, { "seconds": 2, "color": [20, 20, 18] }
+] }]))]
+pub struct LightMotion {
+    /// Which of the scene's `lights`, from 0.
+    pub light: u32,
+    /// By time.
+    pub keys: Vec<LightKey>,
+    /// How it goes from one to the next.
+    #[serde(default)]
+    pub interpolation: Interpolation,
+}
+
+/// A light at a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(extend("examples" = [{ "seconds": 1.5, "position": [0, 3, 0] }]))]
+pub struct LightKey {
+    /// Seconds from the first frame.
+    #[schemars(range(min = 0))]
+    pub seconds: f32,
+    /// Where a point or spot light is.
+    #[serde(default)]
+    #[schemars(with = "Option<Vector>")]
+    pub position: Option<Vec3>,
+    /// The way that a directional or spot light shines.
+    #[serde(default)]
+    #[schemars(with = "Option<Vector>")]
+    pub direction: Option<Vec3>,
+    /// Its colour.
+    #[serde(default, alias = "colour")]
+    #[schemars(with = "Option<Color>")]
+    pub color: Option<Vec3>,
 }
 
 /// How something goes from one key to the next.
@@ -132,6 +180,38 @@ impl Animation {
     /// Seconds from the first frame.
     fn seconds(&self, frame: u32) -> f64 {
         f64::from(frame) / f64::from(self.fps)
+    }
+
+    /// A light of a frame; `light` is the scene's.
+    fn light_at(&self, frame: u32, number: u32, light: Light) -> Light {
+        let mut light = light;
+        let seconds = self.seconds(frame);
+        for motion in self.lights.iter().filter(|motion| motion.light == number) {
+            let track = |of: fn(&LightKey) -> Option<Vec3>, now: Vec3| {
+                let set: Vec<(f64, Vec3)> =
+                    motion.keys.iter().filter_map(|key| Some((f64::from(key.seconds), of(key)?))).collect();
+                let times: Vec<f64> = set.iter().map(|key| key.0).collect();
+                if set.is_empty() { now } else { motion.interpolation.at(&times, |k| set[k].1, seconds) }
+            };
+            // Smooth curves swing beyond their keys: there is no colour below black.
+            let shade = |now: Vec3| track(|key| key.color, now).max(Vec3::ZERO);
+            match &mut light {
+                Light::Point { position, color } => {
+                    *position = track(|key| key.position, *position);
+                    *color = shade(*color);
+                }
+                Light::Directional { direction, color } => {
+                    *direction = track(|key| key.direction, *direction);
+                    *color = shade(*color);
+                }
+                Light::Spot { position, direction, color, .. } => {
+                    *position = track(|key| key.position, *position);
+                    *direction = track(|key| key.direction, *direction);
+                    *color = shade(*color);
+                }
+            }
+        }
+        light
     }
 
     /// The camera of a frame; `camera` is the scene's.
@@ -223,6 +303,17 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// The lights of a frame.
+    pub fn lights_at(&self, frame: u32) -> Vec<Light> {
+        let Some(animation) = self.animation.as_ref().filter(|animation| !animation.lights.is_empty()) else {
+            return self.lights.clone();
+        };
+        let at = |(number, &light): (usize, &Light)| animation.light_at(frame, number as u32, light);
+        self.lights.iter().enumerate().map(at).collect()
+    }
+}
+
 fn twenty_four() -> f32 {
     24.0
 }
@@ -267,7 +358,7 @@ mod tests {
         let camera =
             Camera { position: vec3(1.0, 2.0, 5.0), look_at: Some(vec3(1.0, 0.0, 0.0)), ..Camera::default() };
         let orbit = CameraMotion::Orbit { turns: 1.0, around: None };
-        let animation = Animation { frames: 4, fps: 24.0, camera: Some(orbit) };
+        let animation = Animation { camera: Some(orbit), ..Animation::of_frames(4) };
         assert!(near(animation.camera_at(0, camera).position, camera.position));
         // A quarter about y takes z to x.
         assert!(near(animation.camera_at(1, camera).position, vec3(6.0, 2.0, 0.0)));
@@ -276,12 +367,28 @@ mod tests {
     }
 
     #[test]
+    fn lights_change_what_their_keys_set() {
+        let lamp = Light::Point { position: vec3(1.0, 2.0, 3.0), color: Vec3::splat(8.0) };
+        let sun = Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::ONE };
+        let key =
+            |seconds, color| LightKey { seconds, color: Some(Vec3::splat(color)), ..LightKey::default() };
+        let keys = vec![key(0.0, 0.0), key(1.0, 4.0)];
+        let fades = LightMotion { light: 0, keys, interpolation: Interpolation::Linear };
+        let animation = Animation { fps: 4.0, lights: vec![fades], ..Animation::of_frames(9) };
+        let scene = Scene { lights: vec![lamp, sun], animation: Some(animation), ..Scene::default() };
+        for (frame, expected) in [(0, 0.0), (1, 1.0), (3, 3.0), (8, 4.0)] {
+            let at = Light::Point { position: vec3(1.0, 2.0, 3.0), color: Vec3::splat(expected) };
+            assert_eq!(scene.lights_at(frame), [at, sun]);
+        }
+    }
+
+    #[test]
     fn keys_are_passed_at_their_times_and_ends_hold() {
         let key = |seconds, x| CameraKey { seconds, position: vec3(x, x * x, 0.0), look_at: Vec3::ZERO };
         let keys = vec![key(0.5, 1.0), key(1.0, 2.0), key(2.0, 4.0), key(2.5, 5.0)];
         for interpolation in [Interpolation::Linear, Interpolation::Smooth] {
             let camera = CameraMotion::Keys { keys: keys.clone(), interpolation };
-            let animation = Animation { frames: 12, fps: 4.0, camera: Some(camera) };
+            let animation = Animation { fps: 4.0, camera: Some(camera), ..Animation::of_frames(12) };
             let x = |frame| animation.camera_at(frame, Camera::default()).position.x;
             // x goes up by 2 a second, and both keep to that.
             let found: Vec<f32> = (0..12).map(x).collect();

@@ -15,7 +15,9 @@ mod texture;
 mod transform;
 mod validate;
 
-pub use animation::{Animation, CameraKey, CameraMotion, Interpolation, Law, MAX_FRAMES};
+pub use animation::{
+    Animation, CameraKey, CameraMotion, Interpolation, Law, LightKey, LightMotion, MAX_FRAMES,
+};
 pub use camera::{Camera, Lens};
 pub use ior::{INDICES_OF_REFRACTION, index_of_refraction};
 pub use light::Light;

@@ -1,8 +1,8 @@
 //! What a scene must satisfy to be rendered: checked once, in one place, for files, flags and programs alike.
 
 use super::{
-    AlphaMode, Animation, Camera, CameraMotion, Image, Law, Light, MAX_FRAMES, Material, MaterialKind, Mesh,
-    Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene, Texels, Texture,
+    AlphaMode, Animation, Camera, CameraMotion, Image, Law, Light, LightMotion, MAX_FRAMES, Material,
+    MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene, Texels, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -45,7 +45,7 @@ impl Scene {
             check_camera(camera)?;
         }
         if let Some(animation) = &self.animation {
-            check_animation(animation)?;
+            check_animation(animation, self.lights.len())?;
         }
         for (i, light) in self.lights.iter().enumerate() {
             check_light(light, &format!("lights[{i}]"))?;
@@ -117,11 +117,14 @@ fn check_camera(camera: &Camera) -> Check {
     }
 }
 
-fn check_animation(animation: &Animation) -> Check {
+fn check_animation(animation: &Animation, lights: usize) -> Check {
     in_range("animation.frames".to_string(), animation.frames, 1, MAX_FRAMES)?;
     if !(animation.fps > 0.0 && animation.fps <= 1000.0) {
         let message = format!("{} must be over 0 and at most 1000", animation.fps);
         return Err(Problem::new("animation.fps", message));
+    }
+    for (i, motion) in animation.lights.iter().enumerate() {
+        check_light_motion(motion, &format!("animation.lights[{i}]"), lights)?;
     }
     match &animation.camera {
         None => Ok(()),
@@ -144,15 +147,43 @@ fn check_animation(animation: &Animation) -> Check {
                 point(what, "position", key.position)?;
                 point(what, "look-at", key.look_at)?;
             }
-            match keys.windows(2).position(|pair| pair[0].seconds >= pair[1].seconds) {
-                None => Ok(()),
-                Some(i) => Err(Problem::new(
-                    format!("animation.camera.keys.keys[{}].seconds", i + 1),
-                    "keys must be in the order of their seconds, each later than the one before",
-                )),
-            }
+            check_order(keys.iter().map(|key| key.seconds), "animation.camera.keys.keys")
         }
     }
+}
+
+/// Times must grow.
+fn check_order(seconds: impl Iterator<Item = f32>, keys: &str) -> Check {
+    let mut before = f32::NEG_INFINITY;
+    for (i, seconds) in seconds.enumerate() {
+        if seconds <= before {
+            let message = "keys must be in the order of their seconds, each later than the one before";
+            return Err(Problem::new(format!("{keys}[{i}].seconds"), message));
+        }
+        before = seconds;
+    }
+    Ok(())
+}
+
+fn check_light_motion(motion: &LightMotion, name: &str, lights: usize) -> Check {
+    index(|| name.to_string(), "light", motion.light, lights)?;
+    if motion.keys.is_empty() {
+        return Err(Problem::new(format!("{name}.keys"), "there must be at least one"));
+    }
+    for (i, key) in motion.keys.iter().enumerate() {
+        let what = || format!("{name}.keys[{i}]");
+        number(&format!("{}.seconds", what()), key.seconds, 0.0, 1e9)?;
+        // Curves swing beyond their keys.
+        let [position, shade] = [key.position, key.color].map(|v| v.unwrap_or(Vec3::ZERO) * 10.0);
+        point(what, "position", position)?;
+        color(&format!("{}.color", what()), shade)?;
+        if let Some(direction) = key.direction
+            && direction.normalize_or(Vec3::ZERO) == Vec3::ZERO
+        {
+            return Err(Problem::new(format!("{}.direction", what()), "it has no length"));
+        }
+    }
+    check_order(motion.keys.iter().map(|key| key.seconds), &format!("{name}.keys"))
 }
 
 fn check_law(name: &str, law: &Law) -> Check {

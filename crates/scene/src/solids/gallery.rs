@@ -31,8 +31,8 @@ pub(crate) fn gallery() -> Result<Scene, Problem> {
         ..Camera::default()
     };
     scene.camera = Some(camera);
-    scene.animation =
-        Some(Animation { frames: 120, fps: 24.0, camera: Some(CameraMotion::Laws { position, look_at }) });
+    let motion = CameraMotion::Laws { position, look_at };
+    scene.animation = Some(Animation { camera: Some(motion), ..Animation::of_frames(120) });
     Ok(scene)
 }
 

@@ -51,7 +51,7 @@ impl CourseInput {
             ..Camera::default()
         });
         let motion = CameraMotion::Laws { position: self.position, look_at: self.look_at };
-        scene.animation = Some(Animation { frames: self.frames, fps: 24.0, camera: Some(motion) });
+        scene.animation = Some(Animation { camera: Some(motion), ..Animation::of_frames(self.frames) });
         loader.finish(Path::new("course input"))
     }
 }
