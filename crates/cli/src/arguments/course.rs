@@ -15,7 +15,7 @@ pub(crate) struct CourseFlags {
     /// Print a colourful input, which runs as it is, and exit
     #[arg(long)]
     pub(crate) default: bool,
-    /// The three bodies: tetrahedron, cube, octahedron, dodecahedron or icosahedron
+    /// The three bodies: tetrahedron, cube, octahedron, dodecahedron, icosahedron or none
     #[arg(long, value_name = "A,B,C", value_parser = bodies)]
     pub(crate) bodies: Option<Bodies>,
     /// The lights along the edges light the scene themselves, instead of one in the middle of each body
@@ -28,13 +28,16 @@ pub(crate) struct CourseFlags {
     pub(crate) device: DeviceFlags,
 }
 
-/// Three solids. (A type of its own, as clap takes lists to mean other things.)
+/// Three solids, or fewer. (A type of its own, as clap takes lists to mean other things.)
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bodies(pub(crate) [Solid; 3]);
+pub(crate) struct Bodies(pub(crate) [Option<Solid>; 3]);
 
 fn bodies(text: &str) -> Result<Bodies, String> {
-    let names = text.split(',').map(|name| name.trim().parse::<Solid>());
-    let solids: Vec<Solid> = names.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
-    let three = <[Solid; 3]>::try_from(solids);
+    let solid = |name: &str| match name.trim() {
+        "none" => Ok(None),
+        name => name.parse::<Solid>().map(Some).map_err(|error| format!("{error}, or none")),
+    };
+    let solids: Vec<Option<Solid>> = text.split(',').map(solid).collect::<Result<_, _>>()?;
+    let three = <[Option<Solid>; 3]>::try_from(solids);
     three.map(Bodies).map_err(|_| "there are three bodies, as in tetrahedron,octahedron,dodecahedron".into())
 }

@@ -8,11 +8,12 @@ use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use eosphor::frames::{FramePattern, FramesIdentity, Manifest};
 use eosphor::{
-    Backend, Film, Format, Moments, SaveOptions, Scene, SceneData, check_writable, save, scene_hash,
+    Backend, Film, Format, Moments, SaveOptions, Scene, SceneData, check_writable, save_within, scene_hash,
 };
 use serde::Serialize;
+use std::fs;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -89,9 +90,33 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
         .map_err(Failure::because)?;
     let is_missing = |frame: &u32| !manifest.is_done(*frame, &pattern.path(*frame));
     let missing: Vec<u32> = sequence.range.clone().filter(is_missing).collect();
-    let sink = Files { pattern: &pattern, manifest: &manifest, options };
+    let part = PartFolder::new(pattern.part_path())?;
+    let sink = Files { pattern: &pattern, part: &part.0, manifest: &manifest, options };
     let done = sequence.render(backend, &missing, &sink, None)?;
     done.report(sequence, backend)
+}
+
+/// Where files are until they are whole. A run that was killed leaves it, and the next one empties it.
+struct PartFolder(PathBuf);
+
+impl PartFolder {
+    fn new(path: PathBuf) -> Result<PartFolder, Failure> {
+        let _ = fs::remove_dir_all(&path);
+        match fs::create_dir(&path) {
+            Ok(()) => Ok(PartFolder(path)),
+            Err(error) => Err(Failure::Failed(format!(
+                "cannot make a folder for frames in the making: {}: {error}",
+                path.display()
+            ))),
+        }
+    }
+}
+
+impl Drop for PartFolder {
+    fn drop(&mut self) {
+        // There is nobody to tell; the next run tries again.
+        let _ = fs::remove_dir_all(&self.0);
+    }
 }
 
 /// What was rendered.
@@ -198,6 +223,7 @@ fn range(flags: &RenderFlags, scene: &Scene) -> Result<Range<u32>, Failure> {
 /// Numbered files.
 struct Files<'a> {
     pattern: &'a FramePattern,
+    part: &'a Path,
     manifest: &'a Manifest,
     options: &'a SaveOptions,
 }
@@ -205,7 +231,7 @@ struct Files<'a> {
 impl FrameSink for Files<'_> {
     fn take(&self, frame: u32, film: Film) -> Result<(), Failure> {
         let path = self.pattern.path(frame);
-        save(&film, &path, self.options)?;
+        save_within(self.part, &film, &path, self.options)?;
         self.manifest.note(frame, &path).map_err(Failure::because)
     }
 }

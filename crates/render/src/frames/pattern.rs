@@ -58,6 +58,13 @@ impl FramePattern {
         folder.join(format!("{before}{frame:0digits$}{after}"))
     }
 
+    /// A folder for files that are not whole yet.
+    pub fn part_path(&self) -> PathBuf {
+        let mut name = self.pattern.clone().into_os_string();
+        name.push(".part");
+        name.into()
+    }
+
     /// What is kept about the frames, beside them.
     pub fn manifest_path(&self) -> PathBuf {
         let mut name = self.pattern.clone().into_os_string();

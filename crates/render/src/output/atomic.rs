@@ -21,7 +21,6 @@ impl TemporaryFile {
 
     /// The same in another folder of the same file system until it is whole, so that what a killed program leaves is
     /// found there.
-    #[cfg(feature = "video")]
     pub(super) fn within(folder: &Path, path: &Path) -> Result<TemporaryFile, Error> {
         Ok(TemporaryFile { file: temporary_in(folder)?, target: resolve(path)? })
     }

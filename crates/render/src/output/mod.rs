@@ -29,7 +29,7 @@ pub use exr::Layer;
 pub use format::Format;
 pub use metadata::{Metadata, PICTURE_VERSION};
 pub use picture::{ByteImage, Picture};
-pub use save::{SaveOptions, check_writable, save, save_developed};
+pub use save::{SaveOptions, check_writable, save, save_developed, save_within};
 #[cfg(feature = "video")]
 pub use video::{
     FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,

@@ -47,6 +47,19 @@ pub fn save(film: &Film, path: &Path, options: &SaveOptions) -> Result<(), Outpu
     writer.finish(true)
 }
 
+/// As [`save`], with the file in `folder`, which is on the same file system, until it is whole: what a program leaves that
+/// is killed is found there, and nowhere else.
+pub fn save_within(
+    folder: &Path,
+    film: &Film,
+    path: &Path,
+    options: &SaveOptions,
+) -> Result<(), OutputError> {
+    let mut writer = PictureWriter::open_within(folder, path, (film.width, film.height), options)?;
+    writer.write_rows(film, None)?;
+    writer.finish(true)
+}
+
 /// As [`save`], for a picture that is developed already. Linear formats (EXR, HDR) are refused.
 pub fn save_developed(picture: &Developed, path: &Path, options: &SaveOptions) -> Result<(), OutputError> {
     let mut writer = PictureWriter::open(path, (picture.width, picture.height), options)?;

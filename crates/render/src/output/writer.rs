@@ -59,7 +59,21 @@ impl PictureWriter {
         if !options.layers.is_empty() && !format.has_layers() {
             return Err(OutputError::NoLayers { path: path.to_owned() });
         }
-        PictureWriter::begin(path, format, size, options).map_err(|error| OutputError::write(path, error))
+        let file = || TemporaryFile::beside(path);
+        PictureWriter::begin(path, format, size, options, file)
+            .map_err(|error| OutputError::write(path, error))
+    }
+
+    /// As [`PictureWriter::open`], with the file in another folder of the same file system until it is whole.
+    pub(super) fn open_within(
+        folder: &Path,
+        path: &Path,
+        size: (u32, u32),
+        options: &SaveOptions,
+    ) -> Result<PictureWriter, OutputError> {
+        let (format, file) = (Format::of(path)?, || TemporaryFile::within(folder, path));
+        PictureWriter::begin(path, format, size, options, file)
+            .map_err(|error| OutputError::write(path, error))
     }
 
     fn begin(
@@ -67,6 +81,7 @@ impl PictureWriter {
         format: Format,
         (width, height): (u32, u32),
         options: &SaveOptions,
+        file: impl FnOnce() -> Result<TemporaryFile, Error>,
     ) -> Result<PictureWriter, Error> {
         if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
             return Err(misuse(format!("{width} x {height} pixels: sides must be 1 to {MAX_SIDE}")));
@@ -74,7 +89,7 @@ impl PictureWriter {
         if !(1..=100).contains(&options.jpeg_quality) {
             return Err(misuse(format!("JPEG quality {}: it must be 1 to 100", options.jpeg_quality)));
         }
-        let file = TemporaryFile::beside(path)?;
+        let file = file()?;
         let destination = Destination::new(file.handle()?);
         let to = destination.clone();
         let encoder = match format {

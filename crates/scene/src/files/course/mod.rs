@@ -105,8 +105,8 @@ pub struct CourseLight {
 /// What the text does not say.
 #[derive(Clone, Debug)]
 pub struct CourseOptions {
-    /// Shapes of the three bodies.
-    pub shapes: [Solid; 3],
+    /// Shapes of the three bodies; `None` leaves one out.
+    pub shapes: [Option<Solid>; 3],
     /// The lights along the edges light the scene themselves, instead of PLATO's one light in the middle of each body.
     /// Much slower: each is a light with a shadow ray of its own.
     pub diodes: bool,
@@ -117,7 +117,7 @@ pub struct CourseOptions {
 impl Default for CourseOptions {
     fn default() -> CourseOptions {
         CourseOptions {
-            shapes: [Solid::Tetrahedron, Solid::Octahedron, Solid::Dodecahedron],
+            shapes: [Solid::Tetrahedron, Solid::Octahedron, Solid::Dodecahedron].map(Some),
             diodes: false,
             folder: PathBuf::new(),
         }

@@ -31,6 +31,7 @@ impl CourseInput {
     ) -> Result<LoadedScene, SceneError> {
         let mut loader = Loader::new(source, &LoadOptions::default());
         for (body, shape) in self.bodies.iter().zip(options.shapes) {
+            let Some(shape) = shape else { continue };
             body.body(shape, options.diodes).add_to(&mut loader.scene)?;
         }
         self.floor.add_to(&mut loader, &options.folder)?;

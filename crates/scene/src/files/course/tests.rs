@@ -207,10 +207,14 @@ fn the_measured_frame_has_326_triangles() {
 #[test]
 fn bodies_can_have_other_shapes() {
     let input = parse(EXAMPLE).unwrap();
-    let shapes = [Solid::Cube, Solid::Icosahedron, Solid::Cube];
+    let shapes = [Solid::Cube, Solid::Icosahedron, Solid::Cube].map(Some);
     let scene = scene_with(&input, &CourseOptions { shapes, ..CourseOptions::default() }).unwrap().scene;
     let counts: Vec<usize> = scene.meshes.iter().map(|m| m.triangles.len()).collect();
     assert_eq!(counts, [36 + 120, 80 + 150, 36 + 24]);
+    // One of them alone, on the floor.
+    let shapes = [Some(Solid::Tetrahedron), None, None];
+    let scene = scene_with(&input, &CourseOptions { shapes, ..CourseOptions::default() }).unwrap().scene;
+    assert_eq!(SceneData::flatten(&scene).unwrap().0.triangles.len(), 78);
 }
 
 #[test]
