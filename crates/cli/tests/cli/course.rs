@@ -77,11 +77,11 @@ fn the_default_runs_as_it_is() {
 fn wrong_input_is_one_line_that_names_the_place() {
     let place = Place::new();
     for (from, to, words) in [
-        ("16 12 120", "16 zwölf 120", ["line 3", "zwölf"]),
-        ("0.75 0.8", "-0.75 0.8", ["line 7", "radius"]),
-        ("img_%d", "img", ["line 2", "%d"]),
+        ("16 12 120", "16 zwölf 120", ["input:3", "height"]),
+        ("0.75 0.8", "-0.75 0.8", ["input:7", "radius"]),
+        ("img_%d", "img", ["input:2", "%d"]),
         ("\n3 2\n", "\n3\n", ["standard input", "ends"]),
-        ("floor.data", "none.data", ["none.data", "no such file"]),
+        ("floor.data", "none.data", ["none.data", "cannot read"]),
     ] {
         assert!(INPUT.contains(from));
         let run = course(&place, &INPUT.replacen(from, to, 1), &["--cpu"]);
