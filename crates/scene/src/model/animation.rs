@@ -93,6 +93,7 @@ pub struct CameraKey {
 ] }]))]
 pub struct LightMotion {
     /// Which of the scene's `lights`, from 0.
+    #[schemars(range(min = 0, max = 4_294_967_295u32))]
     pub light: u32,
     /// By time.
     pub keys: Vec<LightKey>,

@@ -141,6 +141,11 @@ fn every_key_of_the_schema_is_read() {
             if key == "meshes" && text.contains("glb") {
                 document = serde_json::from_str(&text.replace("chair.glb", "chair.obj")).unwrap();
             }
+            // A light that moves must be there.
+            if let Some(motions) = document.pointer_mut("/animation/lights").and_then(Value::as_array_mut) {
+                motions.iter_mut().for_each(|motion| motion["light"] = 0.into());
+                document["lights"] = json!([{ "point": { "position": [0, 3, 0], "color": [1, 1, 1] } }]);
+            }
             load(&document).unwrap();
             count += 1;
         }
