@@ -19,7 +19,7 @@ pub(crate) struct FrameFlags {
     /// Go on with an animation that was interrupted: frames that are whole and of the same scene and settings are kept
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Of an .mp4, 1 to 100: 80 otherwise, where losses are hard to see
+    /// Of an .mp4, 1 to 100: 90 otherwise, where losses are hard to see
     #[cfg(feature = "video")]
     #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=100))]
     pub(crate) video_quality: Option<u8>,
