@@ -14,8 +14,8 @@ pub(super) fn write(path: &Path, frame: &Developed) -> Result<(), Error> {
     let mut encoder = png::Encoder::new(&mut to, frame.width, frame.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    // It is read once and removed: time counts, bytes hardly do.
-    encoder.set_compression(png::Compression::Fastest);
+    // It is read once and removed: time counts, bytes do not. Compressing took a third of the time that a video took.
+    encoder.set_compression(png::Compression::NoCompression);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&frame.rgb)?;
     writer.finish()?;
