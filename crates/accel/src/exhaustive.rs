@@ -1,7 +1,7 @@
 //! No hierarchy.
 
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
-use eosphor_core::hierarchy::{ExhaustiveTracer, Work};
+use eosphor_core::hierarchy::{ExhaustiveTracer, PrimitivesView, Work};
 
 /// Primitives in the scene's order; every query tests them all.
 #[derive(Clone, Debug)]
@@ -14,6 +14,12 @@ impl Exhaustive {
     /// Packs the primitives.
     pub fn new(scene: &SceneGeometry) -> Exhaustive {
         Exhaustive { primitives: PackedPrimitives::new(scene) }
+    }
+
+    /// Borrowed, with the instances of another, which may have been made of these alone
+    /// ([`SceneGeometry::of_instances`]).
+    pub fn view_with_instances_of<'a>(&'a self, top: &'a Exhaustive) -> PrimitivesView<'a> {
+        self.primitives.view_with_instances_of(&top.primitives)
     }
 
     /// The traversal.

@@ -18,6 +18,14 @@ pub struct SceneGeometry<'a> {
     pub instances: &'a [Instance],
 }
 
+impl<'a> SceneGeometry<'a> {
+    /// Instances alone, of geometries that are elsewhere. What is built over them finds instances of a hierarchy that was
+    /// built over everything: where nothing but instances moves, no more than this has to be built for a frame.
+    pub fn of_instances(instances: &'a [Instance]) -> SceneGeometry<'a> {
+        SceneGeometry { triangles: &[], spheres: &[], geometries: &[], instances }
+    }
+}
+
 /// Primitives as traversals read them. Within each geometry's range they may stand in any order.
 #[derive(Clone, Debug)]
 pub struct PackedPrimitives {
@@ -67,12 +75,17 @@ impl PackedPrimitives {
 
     /// Borrowed, for traversals.
     pub fn view(&self) -> PrimitivesView<'_> {
+        self.view_with_instances_of(self)
+    }
+
+    /// The same with other instances.
+    pub(crate) fn view_with_instances_of<'a>(&'a self, top: &'a PackedPrimitives) -> PrimitivesView<'a> {
         PrimitivesView {
             triangles: &self.triangles,
             spheres: &self.spheres,
             sphere_primitives: &self.sphere_primitives,
             geometries: &self.geometries,
-            instances: &self.instances,
+            instances: &top.instances,
         }
     }
 }

@@ -32,8 +32,8 @@ impl BvhPairs {
         let world_extent = placed.iter().fold(own, |extent, i| extent.max(i.world_bounds.extent()));
         let mut pairs = Vec::with_capacity(bvh.nodes.len() / 2 + 1);
         let mut tree = |root: u32, spheres, kind, extent: f32| {
-            let pad = f64::from(PAIR_SLACK) * (f64::from(REACH) + 1.0) * f64::from(extent);
-            Tree { bvh, kind, spheres, pad, pairs: &mut pairs }.convert(root)
+            let pad = pad(extent);
+            Tree { bvh, kind, spheres, pad, first: 0, pairs: &mut pairs }.convert(root)
         };
         let geometries = primitives.geometries.iter().zip(&bvh.roots).enumerate();
         let roots = geometries
@@ -48,6 +48,29 @@ impl BvhPairs {
             tree(bvh.instance_root, 0.0, Kind::Instances, world_extent)
         };
         Some(BvhPairs { pairs, roots, instance_root, world_extent })
+    }
+
+    /// The tree over the instances of a hierarchy that was built over these alone, for an array in which it begins at number
+    /// `first` and which has other trees beside it, of a world of this extent. There are fewer pairs than instances.
+    pub fn over_instances(top: &Bvh, world_extent: f32, first: u32) -> (Vec<BvhPair>, Link) {
+        let placed = &top.primitives.instances[1.min(top.primitives.instances.len())..];
+        if placed.is_empty() {
+            return (Vec::new(), Link::NOTHING);
+        }
+        let extent = placed.iter().fold(world_extent, |extent, i| extent.max(i.world_bounds.extent()));
+        let mut pairs = Vec::with_capacity(placed.len());
+        let (kind, pad) = (Kind::Instances, pad(extent));
+        let tree = Tree { bvh: top, kind, spheres: 0.0, pad, first, pairs: &mut pairs };
+        let root = tree.convert(top.instance_root);
+        (pairs, root)
+    }
+
+    /// Adds pairs that lead nowhere, for trees over instances that come later.
+    pub fn make_room(&mut self, pairs: usize) {
+        let (link0, link1) = (Link::NOTHING, Link::NOTHING);
+        let (center0, half0, center1, half1) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+        let nowhere = BvhPair { center0, link0, half0, unused: [0; 2], center1, half1, link1 };
+        self.pairs.resize(self.pairs.len() + pairs, nowhere);
     }
 
     /// With the hierarchy that it was made from.
@@ -78,6 +101,11 @@ impl BvhPairs {
     }
 }
 
+/// What boxes are padded by for rays that start within [`REACH`] extents.
+fn pad(extent: f32) -> f64 {
+    f64::from(PAIR_SLACK) * (f64::from(REACH) + 1.0) * f64::from(extent)
+}
+
 /// What the leaves of a tree name.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -93,6 +121,8 @@ struct Tree<'a> {
     spheres: f32,
     /// What boxes are padded by besides.
     pad: f64,
+    /// The number that the first of the pairs has.
+    first: u32,
     pairs: &'a mut Vec<BvhPair>,
 }
 
@@ -105,7 +135,7 @@ struct Waiting {
 
 impl Tree<'_> {
     /// Depth first, so that a pair and its first child's are neighbours.
-    fn convert(&mut self, root: u32) -> Link {
+    fn convert(mut self, root: u32) -> Link {
         let mut waiting = Vec::new();
         let link = self.take(root, &mut waiting);
         while let Some(Waiting { node, pair, second }) = waiting.pop() {
@@ -126,7 +156,7 @@ impl Tree<'_> {
         let pair = self.push(boxes, [Link::NOTHING; 2]);
         waiting.push(Waiting { node: node.first + 1, pair, second: true });
         waiting.push(Waiting { node: node.first, pair, second: false });
-        Link::pair(pair as u32)
+        Link::pair(self.first + pair as u32)
     }
 
     fn leaf(&mut self, leaf: &BvhNode) -> Link {
@@ -173,7 +203,7 @@ impl Tree<'_> {
         let (bounds0, link0) = self.halves(leaf, first, half, most, link);
         let (bounds1, link1) = self.halves(leaf, first + half, count - half, most, link);
         self.pairs[pair] = self.pair([bounds0, bounds1], [link0, link1]);
-        (bounds0.union(&bounds1), Link::pair(pair as u32))
+        (bounds0.union(&bounds1), Link::pair(self.first + pair as u32))
     }
 
     fn push(&mut self, boxes: [Bounds; 2], links: [Link; 2]) -> usize {

@@ -30,11 +30,25 @@ impl BvhWide {
     /// From pairs; `None` where there are more nodes than can be numbered.
     pub fn new(pairs: &BvhPairs) -> Option<BvhWide> {
         let mut nodes = Vec::with_capacity(pairs.pairs.len() / 4 + pairs.roots.len() + 1);
-        let mut tree = |root| convert(&pairs.pairs, root, &mut nodes);
+        let mut tree = |root| convert(&pairs.pairs, root, 0, &mut nodes);
         let roots = pairs.roots.iter().map(|&root| tree(root)).collect();
         let instance_root = tree(pairs.instance_root);
         let world_extent = pairs.world_extent;
         (nodes.len() <= WideNode::MOST).then_some(BvhWide { nodes, roots, instance_root, world_extent })
+    }
+
+    /// With nodes that lead nowhere at the end, for trees over instances that come later; `None` where there are more nodes
+    /// than can be numbered.
+    pub fn with_room(mut self, nodes: usize) -> Option<BvhWide> {
+        self.nodes.resize(self.nodes.len() + nodes, EMPTY);
+        (self.nodes.len() <= WideNode::MOST).then_some(self)
+    }
+
+    /// The same as [`BvhPairs::over_instances`], of which it is made with `first` 0. There are no more nodes than instances.
+    pub fn over_instances(pairs: &[BvhPair], root: Link, first: u32) -> (Vec<WideNode>, u32) {
+        let mut nodes = Vec::new();
+        let root = convert(pairs, root, first, &mut nodes);
+        (nodes, root)
     }
 
     /// With the primitives of the hierarchy that it was made from.
@@ -76,8 +90,9 @@ impl Child {
     }
 }
 
-/// A tree; returns the number of its root. The nodes below a node stand together.
-fn convert(pairs: &[BvhPair], root: Link, nodes: &mut Vec<WideNode>) -> u32 {
+/// A tree; returns the number of its root, where the first of the nodes has the number `first`. The nodes below a node stand
+/// together.
+fn convert(pairs: &[BvhPair], root: Link, first: u32, nodes: &mut Vec<WideNode>) -> u32 {
     let number = nodes.len();
     let children = match root.target() {
         Target::Node(pair) => collapsed(pairs, pair),
@@ -90,14 +105,14 @@ fn convert(pairs: &[BvhPair], root: Link, nodes: &mut Vec<WideNode>) -> u32 {
         let mut node = packed(&children, &places);
         for (child, &place) in children.iter().zip(&places) {
             if let Target::Node(pair) = child.link.target() {
-                node.links[place] = Link::pair(nodes.len() as u32);
+                node.links[place] = Link::pair(first + nodes.len() as u32);
                 waiting.push((nodes.len(), collapsed(pairs, pair)));
                 nodes.push(EMPTY);
             }
         }
         nodes[number] = node;
     }
-    number as u32
+    first + number as u32
 }
 
 /// Up to eight nodes below a pair: the largest one is opened as long as there is room.

@@ -50,7 +50,7 @@ impl PictureJob<'_> {
             let features = match &self.features {
                 Some(pass) => {
                     let spent = seconds.layers.get_or_insert_default();
-                    Some(timed(spent, || pass.rows(rows.clone(), interrupt::flag()))?)
+                    Some(timed(spent, || pass.rows(rows.clone(), None, interrupt::flag()))?)
                 }
                 None => None,
             };

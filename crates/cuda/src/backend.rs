@@ -67,11 +67,13 @@ impl Backend for CudaBackend {
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
         let hierarchy = Hierarchy::build(self.accel, self.builder, &scene);
-        let structure = Structure::new(&hierarchy, self.traversal)?;
+        let moving = if scene.instances_move { scene.instances.len() } else { 0 };
+        let structure = Structure::new(&hierarchy, self.traversal, moving)?;
         let kernel = kernel(self.accel, self.traversal, scene.instances.len() > 1)?;
         let film_pixels = largest_band(scene.settings.width, scene.settings.height) as u64;
+        let view = scene.view();
         let upload =
-            |device: &Device| DeviceScene::upload(device, kernel, &scene.view(), &structure, film_pixels);
+            |device: &Device| DeviceScene::upload(device, kernel, &view, &structure, moving, film_pixels);
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),

@@ -53,7 +53,7 @@ impl Room {
 /// Launches kernels for bands of rows.
 pub(crate) struct Launcher<'a> {
     pub(crate) scene: &'a DeviceScene,
-    pub(crate) parameters: &'a FrameParameters,
+    pub(crate) parameters: &'a FrameParameters<'a>,
     /// Threads of a block.
     pub(crate) block_size: u32,
     /// How many threads share the samples of a pixel, as a power of two.

@@ -29,6 +29,7 @@ mod rays;
 mod scene;
 mod staging;
 mod structure;
+mod top_level;
 
 pub use backend::CudaBackend;
 pub use device::{DeviceInfo, devices};

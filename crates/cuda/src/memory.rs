@@ -3,6 +3,7 @@
 use crate::parameters::Parameters;
 use cudarc::driver::{CudaSlice, CudaStream, DevicePtrMut, DriverError, result};
 use eosphor_render::BackendError;
+use std::mem::MaybeUninit;
 use std::sync::Arc;
 
 /// What rendering needs on a device, in bytes.
@@ -61,6 +62,29 @@ pub(crate) fn upload(
     stream.synchronize()?;
     drop(written);
     Ok((memory, base))
+}
+
+/// Copies items to an array on the device, from this number on, and waits for it.
+///
+/// # Safety
+///
+/// The array is there and has these items, and no kernel reads them now.
+pub(crate) unsafe fn write<T: Copy>(
+    stream: &Arc<CudaStream>,
+    array: u64,
+    first: u32,
+    items: &[T],
+) -> Result<(), DriverError> {
+    if items.is_empty() {
+        return Ok(());
+    }
+    // SAFETY: any memory can be looked at as bytes that need not be initialised.
+    let bytes =
+        unsafe { std::slice::from_raw_parts(items.as_ptr().cast::<MaybeUninit<u8>>(), size_of_val(items)) };
+    let at = array + u64::from(first) * size_of::<T>() as u64;
+    // SAFETY: the caller's; the source lives until the stream is waited for.
+    unsafe { result::memcpy_htod_async(at, bytes, stream.cu_stream()) }?;
+    stream.synchronize()
 }
 
 #[cfg(test)]

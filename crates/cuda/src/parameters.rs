@@ -18,6 +18,19 @@ pub(crate) enum Kind {
     Float,
 }
 
+/// Parameters that frames have of their own. Each part goes on until the next begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// What finds instances.
+    InstanceTree,
+    /// Instances, and how many.
+    Instances,
+    /// Lights, camera and settings.
+    Moment,
+    /// The extent of the scene.
+    Extent,
+}
+
 /// Parameters of a kernel, and where each array shall lie in one piece of the device's memory. Nothing is copied before
 /// it is known how much that is.
 #[derive(Default)]
@@ -27,6 +40,8 @@ pub(crate) struct Parameters<'a> {
     values: Vec<u64>,
     pieces: Vec<Piece<'a>>,
     bytes: u64,
+    /// Where parts begin.
+    parts: Vec<(Part, usize)>,
 }
 
 /// An array and its offset in the device's memory.
@@ -62,6 +77,27 @@ impl<'a> Parameters<'a> {
     /// A number with a fraction.
     pub(crate) fn float(&mut self, value: f32) {
         self.push(Kind::Float, value.to_bits().into());
+    }
+
+    /// What is added next begins a part.
+    pub(crate) fn begin(&mut self, part: Part) {
+        self.parts.push((part, self.values.len()));
+    }
+
+    /// Where parts begin.
+    pub(crate) fn parts(&self) -> &[(Part, usize)] {
+        &self.parts
+    }
+
+    /// The values of these parameters, which are nothing but parts, in place of those parts of others, which begin there.
+    pub(crate) fn replace_parts(&self, base: u64, parts: &[(Part, usize)], values: &mut [u64]) {
+        let own = self.values(base);
+        for (number, &(part, from)) in self.parts.iter().enumerate() {
+            let to = self.parts.get(number + 1).map_or(own.len(), |&(_, next)| next);
+            let place = parts.iter().find(|(other, _)| *other == part);
+            let &(_, at) = place.expect("every kernel has these parts");
+            values[at..at + to - from].copy_from_slice(&own[from..to]);
+        }
     }
 
     fn push(&mut self, kind: Kind, value: u64) {
@@ -102,6 +138,26 @@ const _: () = assert!(cfg!(target_endian = "little"));
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn frames_have_parts_of_their_own() {
+        let (all, own) = ([1u8; 4], [2u8; 4]);
+        let mut parameters = Parameters::default();
+        parameters.number(1);
+        parameters.begin(Part::Instances);
+        parameters.array(&all);
+        parameters.count(4);
+        parameters.begin(Part::Extent);
+        parameters.number(2);
+        let mut values = parameters.values(1000);
+        let mut frame = Parameters::default();
+        frame.begin(Part::Extent);
+        frame.number(3);
+        frame.begin(Part::Instances);
+        frame.array(&own);
+        frame.replace_parts(5000, parameters.parts(), &mut values);
+        assert_eq!(values, [1, 5000, 4, 3]);
+    }
 
     #[test]
     fn arrays_lie_apart_and_aligned() {

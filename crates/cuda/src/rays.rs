@@ -97,7 +97,7 @@ impl CudaRays {
         let [closest, any] = ray_kernels(traversal)[only_world as usize];
         let kernels = [device.kernel(closest)?, device.kernel(any)?];
         let fail = |error| device.failure("copying the hierarchy", error);
-        let trees = Trees::new(bvh, traversal)?;
+        let trees = Trees::new(bvh, traversal, 0)?;
         let parameters = bvh_parameters(bvh, &trees);
         let stacks = device.stack_bytes(&kernels[0]).map_err(fail)?;
         Needs { scene: parameters.bytes(), film: 0, stacks }

@@ -3,10 +3,12 @@
 use crate::device::Device;
 use crate::launch::{BANDS, Room};
 use crate::memory::{Needs, upload};
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, Part};
 use crate::structure::{Structure, add_structure};
+use crate::top_level::{Taken, TopLevel};
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
 use eosphor_core::camera::Camera;
+use eosphor_core::geometry::Instance;
 use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::light::Light;
 use eosphor_core::settings::Settings;
@@ -20,6 +22,9 @@ pub(crate) struct DeviceScene {
     pub(crate) kernel: CudaFunction,
     /// What a kernel takes before the parameters of a launch.
     parameters: Vec<u64>,
+    /// Where those begin that frames have of their own.
+    parts: Vec<(Part, usize)>,
+    top_level: TopLevel,
     /// Pixels of a row.
     pub(crate) width: u32,
     /// For launches: as many as frames have been rendered at the same time.
@@ -29,7 +34,8 @@ pub(crate) struct DeviceScene {
 }
 
 impl DeviceScene {
-    /// Copies a scene and the structure over it to a device, where this kernel renders it, if there is room for them and for a band of `film_pixels`.
+    /// Copies a scene and the structure over it to a device, where this kernel renders it, if there is room for them and for a band of `film_pixels`. `moving` is
+    /// the number of instances where they move.
     ///
     /// # Errors
     ///
@@ -39,6 +45,7 @@ impl DeviceScene {
         kernel: &'static str,
         view: &SceneView,
         structure: &Structure,
+        moving: usize,
         film_pixels: u64,
     ) -> Result<DeviceScene, BackendError> {
         let parameters = scene_parameters(view, structure)?;
@@ -52,9 +59,10 @@ impl DeviceScene {
         }
         .check(device.free_bytes().map_err(fail)?, &device.name)?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
-        let parameters = parameters.values(base);
+        let top_level = TopLevel::new(structure.accel(), structure.trees.as_ref(), moving);
+        let (parameters, parts) = (parameters.values(base), parameters.parts().to_vec());
         let (width, rooms) = (view.settings.width, Mutex::default());
-        Ok(DeviceScene { kernel, parameters, width, rooms, _memory: memory })
+        Ok(DeviceScene { kernel, parameters, parts, top_level, width, rooms, _memory: memory })
     }
 
     /// Room for launches of bands of at most so many pixels, which must be given back.
@@ -73,30 +81,34 @@ impl DeviceScene {
         &self,
         device: &Device,
         moment: Option<&Moment>,
-    ) -> Result<FrameParameters, DriverError> {
+    ) -> Result<FrameParameters<'_>, DriverError> {
         let mut values = self.parameters.clone();
-        let Some(Moment { camera, lights, settings }) = moment else {
-            return Ok(FrameParameters { values, _memory: None });
+        let Some(Moment { camera, lights, settings, places }) = moment else {
+            return Ok(FrameParameters { values, _memory: None, _room: None });
         };
+        let top = places.as_ref().map(|places| self.top_level.build(&places.instances));
         let mut own = Parameters::default();
         add_moment(&mut own, lights, camera, settings);
+        let mut room = None;
+        if let (Some(places), Some(top)) = (places, &top) {
+            add_extent(&mut own, places.extent);
+            add_instances(&mut own, &places.instances);
+            // The array that trees are in comes first of all.
+            room = self.top_level.add(&mut own, top, &device.stream, values[0])?;
+        }
         let (memory, base) = upload(&device.stream, &own)?;
-        let own = own.values(base);
-        let start = values.len() - AFTER_MOMENT - own.len();
-        values[start..][..own.len()].copy_from_slice(&own);
-        Ok(FrameParameters { values, _memory: Some(memory) })
+        own.replace_parts(base, &self.parts, &mut values);
+        Ok(FrameParameters { values, _memory: Some(memory), _room: room })
     }
 }
 
 /// What a kernel takes for a frame.
-pub(crate) struct FrameParameters {
+pub(crate) struct FrameParameters<'a> {
     pub(crate) values: Vec<u64>,
     /// Where the frame's own arrays are; kept for as long as the parameters name them.
     _memory: Option<CudaSlice<u8>>,
+    _room: Option<Taken<'a>>,
 }
-
-/// Parameters that come after those of [`add_moment`].
-const AFTER_MOMENT: usize = 1;
 
 /// All parameters of a kernel but those of a launch, in the order of `gpu/src/kernels.rs`.
 pub(crate) fn scene_parameters<'a>(
@@ -127,8 +139,18 @@ pub(crate) fn add_packed<'a>(parameters: &mut Parameters<'a>, packed: &Primitive
     parameters.array(packed.spheres);
     parameters.array(packed.sphere_primitives);
     parameters.array(packed.geometries);
-    parameters.array(packed.instances);
-    parameters.count(packed.instances.len());
+    add_instances(parameters, packed.instances);
+}
+
+fn add_instances<'a>(parameters: &mut Parameters<'a>, instances: &'a [Instance]) {
+    parameters.begin(Part::Instances);
+    parameters.array(instances);
+    parameters.count(instances.len());
+}
+
+fn add_extent(parameters: &mut Parameters, extent: f32) {
+    parameters.begin(Part::Extent);
+    parameters.float(extent);
 }
 
 /// What hits look like.
@@ -143,8 +165,7 @@ fn add_shading<'a>(parameters: &mut Parameters<'a>, view: &SceneView<'a>) {
     parameters.count(view.textures.words.len());
     parameters.array(view.textures.srgb_decode);
     add_moment(parameters, view.lights, view.camera, view.settings);
-    // As many as AFTER_MOMENT says.
-    parameters.float(view.extent);
+    add_extent(parameters, view.extent);
 }
 
 /// What differs from frame to frame.
@@ -154,6 +175,7 @@ fn add_moment<'a>(
     camera: &'a Camera,
     settings: &'a Settings,
 ) {
+    parameters.begin(Part::Moment);
     parameters.array(lights);
     parameters.count(lights.len());
     parameters.array(std::slice::from_ref(camera));

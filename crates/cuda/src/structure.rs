@@ -1,7 +1,8 @@
 //! Which structures there are on GPUs: for each its kernel, and what that takes before the parameters of the scene.
 
 use crate::options::Traversal;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, Part};
+use crate::top_level::ROOMS;
 use eosphor_accel::{Bvh, BvhPairs, BvhWide};
 use eosphor_core::hierarchy::{InstanceTreeView, Link, PrimitivesView, WideNode};
 use eosphor_render::{Accel, BackendError, Hierarchy};
@@ -44,21 +45,31 @@ fn on_gpus(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'static 
 pub(crate) struct Structure<'h> {
     hierarchy: &'h Hierarchy,
     /// What a bounding volume hierarchy becomes.
-    trees: Option<Trees>,
+    pub(crate) trees: Option<Trees>,
 }
 
 impl<'h> Structure<'h> {
-    /// From the one that was built.
+    /// From the one that was built. With room for the instances of frames, where these move.
     ///
     /// # Errors
     ///
     /// As [`Trees::new`].
-    pub(crate) fn new(hierarchy: &'h Hierarchy, traversal: Traversal) -> Result<Structure<'h>, BackendError> {
+    pub(crate) fn new(
+        hierarchy: &'h Hierarchy,
+        traversal: Traversal,
+        moving: usize,
+    ) -> Result<Structure<'h>, BackendError> {
         let trees = match hierarchy {
-            Hierarchy::Bvh(bvh) => Some(Trees::new(bvh, traversal)?),
+            Hierarchy::Bvh(bvh) => Some(Trees::new(bvh, traversal, moving * ROOMS)?),
             _ => None,
         };
         Ok(Structure { hierarchy, trees })
+    }
+}
+
+impl Structure<'_> {
+    pub(crate) fn accel(&self) -> Accel {
+        self.hierarchy.accel()
     }
 }
 
@@ -71,13 +82,13 @@ pub(crate) enum Trees {
 }
 
 impl Trees {
-    /// For a way through it.
+    /// For a way through it, with room for so many nodes more.
     ///
     /// # Errors
     ///
     /// Says how much there may be where there is more.
-    pub(crate) fn new(bvh: &Bvh, traversal: Traversal) -> Result<Trees, BackendError> {
-        let pairs = BvhPairs::new(bvh).ok_or_else(|| {
+    pub(crate) fn new(bvh: &Bvh, traversal: Traversal, room: usize) -> Result<Trees, BackendError> {
+        let mut pairs = BvhPairs::new(bvh).ok_or_else(|| {
             BackendError::Failed(format!(
                 "a bvh on a GPU can have {} triangles at most, and twice as many spheres and instances: this scene has \
                  more (choose another structure, or --backend cpu)",
@@ -85,9 +96,10 @@ impl Trees {
             ))
         })?;
         if traversal != Traversal::Wide {
+            pairs.make_room(room);
             return Ok(Trees::Pairs(pairs, traversal));
         }
-        let wide = BvhWide::new(&pairs).ok_or_else(|| {
+        let wide = BvhWide::new(&pairs).and_then(|wide| wide.with_room(room)).ok_or_else(|| {
             BackendError::Failed(format!(
                 "a wide bvh on a GPU can have {} nodes at most: this scene has more (choose another traversal)",
                 WideNode::MOST
@@ -150,6 +162,7 @@ pub(crate) fn add_trees<'a>(
             let view = pairs.view(bvh);
             parameters.array(view.pairs);
             parameters.array(view.roots);
+            parameters.begin(Part::InstanceTree);
             parameters.number(view.instance_root.bits());
             parameters.float(view.world_extent);
             parameters.number(traversal.company().bits());
@@ -157,6 +170,7 @@ pub(crate) fn add_trees<'a>(
         Trees::Wide(wide) => {
             parameters.array(&wide.nodes);
             parameters.array(&wide.roots);
+            parameters.begin(Part::InstanceTree);
             parameters.number(wide.instance_root);
             parameters.float(wide.world_extent);
         }
@@ -164,7 +178,8 @@ pub(crate) fn add_trees<'a>(
     bvh.primitives.view()
 }
 
-fn add_instance_tree<'a>(parameters: &mut Parameters<'a>, tree: &InstanceTreeView<'a>) {
+pub(crate) fn add_instance_tree<'a>(parameters: &mut Parameters<'a>, tree: &InstanceTreeView<'a>) {
+    parameters.begin(Part::InstanceTree);
     parameters.array(tree.nodes);
     parameters.array(tree.order);
     parameters.number(tree.root);

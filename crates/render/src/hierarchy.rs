@@ -5,7 +5,11 @@ use eosphor_accel::{
     BuildOptions, Builder, Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree,
     KdTreeOptions, Octree, OctreeOptions, OneByOne, SceneGeometry,
 };
-use eosphor_core::hierarchy::{CountWork, IgnoreWork, Work};
+use eosphor_core::geometry::Instance;
+use eosphor_core::hierarchy::{
+    BvhTracer, CountWork, ExhaustiveTracer, GridTracer, IgnoreWork, KdTreeTracer, OctreeParametricTracer,
+    OctreeTracer, Work,
+};
 use eosphor_scene::SceneData;
 use serde::Serialize;
 use std::fmt;
@@ -19,8 +23,8 @@ macro_rules! structures {
         $(#[$doc:meta])*
         $accel:ident, $name:literal, $hierarchy:ident($structure:ty),
         build: |$scene:ident, $options:ident| $build:expr,
-        scalar: |$s:ident, $work:ident| $scalar:expr,
-        batches: |$b:ident, $simd:ident| $batches:expr;
+        scalar: |$s:ident, $s_top:ident, $work:ident| $scalar:expr,
+        batches: |$b:ident, $b_top:ident, $simd:ident| $batches:expr;
     )*) => {
         /// Acceleration structures.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -59,12 +63,29 @@ macro_rules! structures {
                     geometries: &scene.geometries,
                     instances: &scene.instances,
                 };
+                Hierarchy::over(accel, builder, geometry)
+            }
+
+            /// The top level alone: over instances of geometries that a hierarchy of this kind has. It is all that has to be
+            /// built for a frame in which instances are elsewhere.
+            pub fn build_top(accel: Accel, builder: Builder, instances: &[Instance]) -> Hierarchy {
+                Hierarchy::over(accel, builder, SceneGeometry::of_instances(instances))
+            }
+
+            fn over(accel: Accel, builder: Builder, geometry: SceneGeometry) -> Hierarchy {
                 let options = BuildOptions::of(builder);
                 match accel {
                     $(Accel::$accel => {
                         let ($scene, $options) = (&geometry, &options);
                         Hierarchy::$hierarchy($build)
                     })*
+                }
+            }
+
+            /// What it is.
+            pub fn accel(&self) -> Accel {
+                match self {
+                    $(Hierarchy::$hierarchy(_) => Accel::$accel,)*
                 }
             }
 
@@ -75,28 +96,36 @@ macro_rules! structures {
                 }
             }
 
-            /// Calls `ask` with its fast tracer.
-            pub(crate) fn with_batches<R>(&self, simd: SimdLevel, ask: impl FnOnce(&dyn Queries) -> R) -> R {
-                match self {
-                    $(Hierarchy::$hierarchy($b) => {
+            /// Calls `ask` with its fast tracer. `top` has the instances: itself, or one of [`Hierarchy::build_top`].
+            pub(crate) fn with_batches<R>(
+                &self,
+                top: &Hierarchy,
+                simd: SimdLevel,
+                ask: impl FnOnce(&dyn Queries) -> R,
+            ) -> R {
+                match (self, top) {
+                    $((Hierarchy::$hierarchy($b), Hierarchy::$hierarchy($b_top)) => {
                         let $simd = simd;
                         with_level(&$batches, simd, ask)
                     })*
+                    _ => unreachable!("a top level of the same kind"),
                 }
             }
 
-            /// Calls `ask` with a tracer that takes rays one by one, and counts what each needs.
+            /// Calls `ask` with a tracer that takes rays one by one, and counts what each needs; `top` as above.
             pub(crate) fn with_counting<R>(
                 &self,
+                top: &Hierarchy,
                 work: &CountWork,
                 simd: SimdLevel,
                 ask: impl FnOnce(&dyn Queries) -> R,
             ) -> R {
-                match self {
-                    $(Hierarchy::$hierarchy($s) => {
+                match (self, top) {
+                    $((Hierarchy::$hierarchy($s), Hierarchy::$hierarchy($s_top)) => {
                         let $work = CountTo(work);
                         with_level(&OneByOne($scalar), simd, ask)
                     })*
+                    _ => unreachable!("a top level of the same kind"),
                 }
             }
         }
@@ -107,44 +136,50 @@ structures! {
     /// Every ray tests every primitive.
     None, "none", Exhaustive(Exhaustive),
     build: |scene, _options| Exhaustive::new(scene),
-    scalar: |s, work| s.tracer(work),
-    batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
+    scalar: |s, top, work| ExhaustiveTracer { primitives: s.view_with_instances_of(top), work },
+    batches: |s, top, _simd| OneByOne(ExhaustiveTracer {
+        primitives: s.view_with_instances_of(top),
+        work: IgnoreWork,
+    });
 
     /// Bounding volume hierarchy.
     Bvh, "bvh", Bvh(Bvh),
     build: |scene, options| Bvh::build(scene, options),
-    scalar: |s, work| s.tracer(work),
-    batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
+    scalar: |s, top, work| BvhTracer { bvh: s.view_with_instances_of(top), work },
+    batches: |s, top, _simd| OneByOne(BvhTracer { bvh: s.view_with_instances_of(top), work: IgnoreWork });
 
     /// The same with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),
     build: |scene, options| Bvh8::build(scene, options),
-    scalar: |s, work| s.counting_tracer(work),
-    batches: |s, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer());
+    scalar: |s, top, work| s.counting_tracer(work).with_instances_of(top),
+    batches: |s, top, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer()).with_instances_of(top);
 
     /// Octree, all octants that a ray meets, as PG1 has it.
     Octree, "octree", Octree(Octree),
     build: |scene, _options| Octree::build(scene, &OctreeOptions::default()),
-    scalar: |s, work| s.tracer(work),
-    batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
+    scalar: |s, top, work| OctreeTracer { tree: s.view_with_instances_of(top), work },
+    batches: |s, top, _simd| OneByOne(OctreeTracer { tree: s.view_with_instances_of(top), work: IgnoreWork });
 
     /// Octree of smaller leaves, octants in the order of the ray (Revelles et al. 2000).
     OctreeParametric, "octree-parametric", OctreeParametric(Octree),
     build: |scene, _options| Octree::build(scene, &OctreeOptions::parametric()),
-    scalar: |s, work| s.parametric_tracer(work),
-    batches: |s, _simd| OneByOne(s.parametric_tracer(IgnoreWork));
+    scalar: |s, top, work| OctreeParametricTracer { tree: s.view_with_instances_of(top), work },
+    batches: |s, top, _simd| OneByOne(OctreeParametricTracer {
+        tree: s.view_with_instances_of(top),
+        work: IgnoreWork,
+    });
 
     /// Uniform grid.
     Grid, "grid", Grid(Grid),
     build: |scene, _options| Grid::build(scene, &GridOptions::default()),
-    scalar: |s, work| s.tracer(work),
-    batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
+    scalar: |s, top, work| GridTracer { grid: s.view_with_instances_of(top), work },
+    batches: |s, top, _simd| OneByOne(GridTracer { grid: s.view_with_instances_of(top), work: IgnoreWork });
 
     /// kd-tree, SAH.
     KdTree, "kdtree", KdTree(KdTree),
     build: |scene, _options| KdTree::build(scene, &KdTreeOptions::default()),
-    scalar: |s, work| s.tracer(work),
-    batches: |s, _simd| OneByOne(s.tracer(IgnoreWork));
+    scalar: |s, top, work| KdTreeTracer { tree: s.view_with_instances_of(top), work },
+    batches: |s, top, _simd| OneByOne(KdTreeTracer { tree: s.view_with_instances_of(top), work: IgnoreWork });
 }
 
 /// Counts into numbers that are kept elsewhere.

@@ -18,6 +18,8 @@ pub fn scene_hash(scene: &SceneData, develop: &DevelopSettings) -> String {
         spheres,
         geometries,
         instances,
+        // The motions themselves are an animation's.
+        instances_move: _,
         triangle_shading,
         triangle_extras,
         sphere_materials,

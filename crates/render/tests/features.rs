@@ -29,7 +29,7 @@ fn features(scene: &Scene) -> FeatureRows {
     let (data, _) = SceneData::flatten(scene).unwrap();
     let backend = CpuBackend::new(CpuOptions { threads: Some(2), ..CpuOptions::default() }).unwrap();
     let pass = backend.feature_pass(Arc::new(data), None).unwrap();
-    pass.rows(0..scene.settings.size[1], &AtomicBool::new(false)).unwrap()
+    pass.rows(0..scene.settings.size[1], None, &AtomicBool::new(false)).unwrap()
 }
 
 #[test]
@@ -71,6 +71,6 @@ fn a_cancelled_pass_shows_nothing() {
     let (data, _) = SceneData::flatten(&scene).unwrap();
     let backend = CpuBackend::new(CpuOptions { threads: Some(2), ..CpuOptions::default() }).unwrap();
     let pass = backend.feature_pass(Arc::new(data), None).unwrap();
-    assert_eq!(pass.rows(3..9, &AtomicBool::new(true)).unwrap(), FeatureRows::new(65, 6));
-    assert!(pass.rows(30..34, &AtomicBool::new(false)).is_err());
+    assert_eq!(pass.rows(3..9, None, &AtomicBool::new(true)).unwrap(), FeatureRows::new(65, 6));
+    assert!(pass.rows(30..34, None, &AtomicBool::new(false)).is_err());
 }

@@ -379,7 +379,7 @@ fn features_are_the_same_bits_everywhere() {
         let scene = Arc::new(data);
         let trace = |options, rows| {
             let pass = CpuBackend::new(options).unwrap().feature_pass(Arc::clone(&scene), None).unwrap();
-            let band = |rows| pass.rows(rows, &AtomicBool::new(false)).unwrap();
+            let band = |rows| pass.rows(rows, None, &AtomicBool::new(false)).unwrap();
             let bands: Vec<FeatureRows> = Bands::of_rows(SIZE[1], rows).map(band).collect();
             let pixels =
                 bands.iter().flat_map(|band| band.pixels.iter().map(feature_bits)).collect::<Vec<_>>();

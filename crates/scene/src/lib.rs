@@ -29,7 +29,7 @@ pub use files::{
     LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, WrongPattern, load, load_from_memory,
     scene_reference, scene_schema,
 };
-pub use flatten::{Moment, Moments, Note, SceneData};
+pub use flatten::{Moment, Moments, Note, Places, SceneData};
 pub use model::*;
 pub use presets::{Preset, UnknownPreset, course_settings};
 pub use snippet::Snippet;

@@ -33,7 +33,7 @@ pub(crate) use tree::Tree;
 
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::{Bounds, Geometry};
-use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, Work};
+use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, InstanceTreeView, Work};
 use eosphor_core::intersect::{PADDING, sphere_bounds};
 use policy::Policy;
 use reference::Reference;
@@ -90,12 +90,20 @@ impl Bvh {
 
     /// Borrowed, for traversals and devices.
     pub fn view(&self) -> BvhView<'_> {
+        self.view_with_instances_of(self)
+    }
+
+    /// The same with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    pub fn view_with_instances_of<'a>(&'a self, top: &'a Bvh) -> BvhView<'a> {
         BvhView {
             nodes: &self.nodes,
             roots: &self.roots,
-            instance_root: self.instance_root,
-            instance_order: &self.instance_order,
-            primitives: self.primitives.view(),
+            instances: InstanceTreeView {
+                nodes: &top.nodes,
+                root: top.instance_root,
+                order: &top.instance_order,
+            },
+            primitives: self.primitives.view_with_instances_of(&top.primitives),
         }
     }
 

@@ -8,6 +8,7 @@ mod node;
 mod refit;
 mod statistics;
 mod trace;
+mod view;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 pub use trace::{Bvh8CountingTracer, Bvh8Tracer};
@@ -72,12 +73,7 @@ impl Bvh8 {
             instance_root: EMPTY,
             geometries: scene.geometries.to_vec(),
             instances: scene.instances.to_vec(),
-            instances_extent: scene
-                .instances
-                .iter()
-                .skip(1)
-                .map(|i| i.world_bounds.extent())
-                .fold(0.0, f32::max),
+            instances_extent: instances_extent(scene.instances),
             builder: options.builder,
             build_seconds: 0.0,
         };
@@ -100,9 +96,9 @@ impl Bvh8 {
         }
         Cut::best(geometry_tree(scene, geometry, options, Purpose::Eight), Vec::new())
     }
+}
 
-    /// The largest absolute coordinate of all.
-    pub(crate) fn extent(&self) -> f32 {
-        self.instances_extent.max(self.geometries[0].extent)
-    }
+/// The largest absolute coordinate of the world boxes of all but the world.
+fn instances_extent(instances: &[Instance]) -> f32 {
+    instances.iter().skip(1).map(|i| i.world_bounds.extent()).fold(0.0, f32::max)
 }

@@ -1,7 +1,7 @@
 //! New shapes for the same primitives.
 
 use super::emit::orders;
-use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE, TriangleBlock};
+use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE, TriangleBlock, instances_extent};
 use crate::SceneGeometry;
 use crate::bvh::{RefitError, check, union};
 use eosphor_core::geometry::{Bounds, Geometry};
@@ -18,6 +18,7 @@ impl Bvh8 {
         check(&self.geometries, &self.instances, scene)?;
         self.geometries.copy_from_slice(scene.geometries);
         self.instances.copy_from_slice(scene.instances);
+        self.instances_extent = instances_extent(scene.instances);
         for (number, geometry) in scene.geometries.iter().enumerate() {
             self.refit_tree(self.roots[number], Some(geometry), scene);
         }

@@ -49,12 +49,17 @@ impl Grid {
 
     /// Borrowed, for traversals and devices.
     pub fn view(&self) -> GridView<'_> {
+        self.view_with_instances_of(self)
+    }
+
+    /// The same with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    pub fn view_with_instances_of<'a>(&'a self, top: &'a Grid) -> GridView<'a> {
         GridView {
             roots: &self.roots,
             starts: &self.starts,
             references: &self.references,
-            instances: self.instances.view(),
-            primitives: self.primitives.view(),
+            instances: top.instances.view(),
+            primitives: self.primitives.view_with_instances_of(&top.primitives),
         }
     }
 

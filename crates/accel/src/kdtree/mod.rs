@@ -56,12 +56,17 @@ impl KdTree {
 
     /// Borrowed, for traversals and devices.
     pub fn view(&self) -> KdTreeView<'_> {
+        self.view_with_instances_of(self)
+    }
+
+    /// The same with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    pub fn view_with_instances_of<'a>(&'a self, top: &'a KdTree) -> KdTreeView<'a> {
         KdTreeView {
             nodes: &self.nodes,
             roots: &self.roots,
             references: &self.references,
-            instances: self.instances.view(),
-            primitives: self.primitives.view(),
+            instances: top.instances.view(),
+            primitives: self.primitives.view_with_instances_of(&top.primitives),
         }
     }
 

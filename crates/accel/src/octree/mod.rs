@@ -59,12 +59,17 @@ impl Octree {
 
     /// Borrowed, for traversals and devices.
     pub fn view(&self) -> OctreeView<'_> {
+        self.view_with_instances_of(self)
+    }
+
+    /// The same with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    pub fn view_with_instances_of<'a>(&'a self, top: &'a Octree) -> OctreeView<'a> {
         OctreeView {
             nodes: &self.nodes,
             roots: &self.roots,
             references: &self.references,
-            instances: self.instances.view(),
-            primitives: self.primitives.view(),
+            instances: top.instances.view(),
+            primitives: self.primitives.view_with_instances_of(&top.primitives),
         }
     }
 

@@ -32,7 +32,7 @@ pub(super) fn show_cost(
     let pass = feature_pass(&flags.device, flags.picture.accel, data, None)?;
     let mut work = Vec::new();
     for rows in bands {
-        work.extend(pass.rows(rows, interrupt::flag())?.work);
+        work.extend(pass.rows(rows, None, interrupt::flag())?.work);
         interrupt::check()?;
     }
     let map = CostMap::new(&work, width, flags.show_max);

@@ -129,9 +129,10 @@ pub(super) struct Outcome {
 impl Sequence<'_> {
     /// What the frames are made of. `which` says what else they depend on besides scene and motion.
     pub(super) fn identity(&self, which: &str, file: &str) -> FramesIdentity {
+        let moves: Vec<_> = self.scene.instances.iter().map(|instance| &instance.moves).collect();
         FramesIdentity {
             scene: scene_hash(self.data, &self.options.develop),
-            animation: FramesIdentity::hash(&format!("{:?} {which}", self.scene.animation)),
+            animation: FramesIdentity::hash(&format!("{:?} {moves:?} {which}", self.scene.animation)),
             file: FramesIdentity::hash(file),
         }
     }

@@ -54,10 +54,8 @@ pub struct BvhView<'a> {
     pub nodes: &'a [BvhNode],
     /// For each geometry, the number of its root.
     pub roots: &'a [u32],
-    /// Root of the tree over the instances but the world; its leaves name ranges of `instance_order`.
-    pub instance_root: u32,
-    /// Numbers of instances, in the order of the leaves.
-    pub instance_order: &'a [u32],
+    /// Finds instances.
+    pub instances: InstanceTreeView<'a>,
     /// Primitives, in the order of the leaves.
     pub primitives: PrimitivesView<'a>,
 }
@@ -139,10 +137,7 @@ impl<C: Work> SearchScene for BvhTracer<'_, C> {
 
     #[inline(always)]
     fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
-        let view = &self.bvh;
-        let tree =
-            InstanceTreeView { nodes: view.nodes, root: view.instance_root, order: view.instance_order };
-        tree.search(self, &self.work, ray, filter, search)
+        self.bvh.instances.search(self, &self.work, ray, filter, search)
     }
 }
 

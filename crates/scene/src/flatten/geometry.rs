@@ -1,6 +1,7 @@
 //! Primitives, geometries and instances.
 
 use super::normals;
+use super::places::{self, Maps};
 use crate::error::{Problem, SceneError};
 use crate::model::{
     Instance as ModelInstance, MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Scene, Triangle,
@@ -13,7 +14,7 @@ use eosphor_core::math::{Affine, Vec3};
 const BAKE_AT_MOST: usize = 256;
 
 /// The map that changes nothing, and its inverse.
-const IDENTITY: (Affine, Affine) = (Affine::IDENTITY, Affine::IDENTITY);
+const IDENTITY: Maps = (Affine::IDENTITY, Affine::IDENTITY);
 
 /// What an instance is part of, and what it is made of.
 #[derive(Clone, Copy)]
@@ -46,27 +47,13 @@ pub(super) struct Flat {
     /// Number of the object that the first sphere is.
     first_sphere_object: u32,
     /// Of each geometry, not padded.
-    bounds: Vec<Bounds>,
+    pub(super) bounds: Vec<Bounds>,
 }
 
 impl Flat {
-    /// The box around everything that is placed, not padded.
-    pub(super) fn world_bounds(&self) -> Bounds {
-        self.instances.iter().fold(Bounds::EMPTY, |all, i| {
-            all.union(&self.bounds[i.geometry as usize].transformed(&i.world_from_object))
-        })
-    }
-
     /// Closes a geometry that began at these numbers.
     fn close_geometry(&mut self, first_triangle: usize, first_sphere: usize) -> Result<(), SceneError> {
-        let mut bounds = Bounds::EMPTY;
-        for &p in self.triangles[first_triangle..].iter().flatten() {
-            bounds = bounds.including(p);
-        }
-        for s in &self.spheres[first_sphere..] {
-            let r = Vec3::splat(s.radius);
-            bounds = bounds.including(s.center - r).including(s.center + r);
-        }
+        let bounds = places::bounds_of(&self.triangles[first_triangle..], &self.spheres[first_sphere..]);
         // A hierarchy numbers up to two nodes a primitive in 32 bits.
         let count = self.triangles.len() as u64 + self.spheres.len() as u64;
         if count >= 1 << 31 {
@@ -88,13 +75,7 @@ impl Flat {
         Ok(())
     }
 
-    /// Whether a geometry so placed lies within the range of coordinates.
-    fn fits(&self, geometry: u32, world_from_object: &Affine) -> bool {
-        let b = self.bounds[geometry as usize].transformed(world_from_object);
-        b.is_empty() || (b.min.is_finite() && b.max.is_finite() && b.extent() <= MAX_COORDINATE)
-    }
-
-    fn place(&mut self, geometry: u32, (world_from_object, object_from_world): (Affine, Affine), part: Part) {
+    fn place(&mut self, geometry: u32, (world_from_object, object_from_world): Maps, part: Part) {
         let world_bounds = self.bounds[geometry as usize].placed(&world_from_object);
         let (material, object) = (part.material.unwrap_or(NONE), part.object);
         self.instances.push(Instance {
@@ -112,7 +93,7 @@ impl Flat {
         &mut self,
         scene: &Scene,
         mesh: &Mesh,
-        (map, inverse): &(Affine, Affine),
+        (map, inverse): &Maps,
         part: Part,
     ) -> Result<(), SceneError> {
         let positions: Vec<Vec3> = mesh.positions.iter().map(|&p| map.point(p)).collect();
@@ -182,8 +163,13 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     for instance in &scene.instances {
         placements[instance.mesh as usize] += 1;
     }
+    let mut moves = vec![false; scene.meshes.len()];
+    for instance in scene.instances.iter().filter(|instance| !instance.moves.is_empty()) {
+        moves[instance.mesh as usize] = true;
+    }
     let own_geometry = |mesh: u32| {
-        placements[mesh as usize] > 1 && scene.meshes[mesh as usize].triangles.len() > BAKE_AT_MOST
+        let mesh = mesh as usize;
+        moves[mesh] || placements[mesh] > 1 && scene.meshes[mesh].triangles.len() > BAKE_AT_MOST
     };
     let mut flat = Flat::default();
 
@@ -191,7 +177,7 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     for (number, instance) in scene.instances.iter().enumerate() {
         if !own_geometry(instance.mesh) {
             let mesh = &scene.meshes[instance.mesh as usize];
-            flat.mesh(scene, mesh, &maps(scene, number)?, Part::of(instance, number))?;
+            flat.mesh(scene, mesh, &places::maps(scene, number, 0)?, Part::of(instance, number))?;
         }
     }
     // Objects are numbered so: instances, parallelograms, spheres.
@@ -219,31 +205,12 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     }
     for (number, instance) in scene.instances.iter().enumerate() {
         if own_geometry(instance.mesh) {
-            let (map, inverse) = maps(scene, number)?;
             let geometry = geometry_of_mesh[instance.mesh as usize];
-            if !flat.fits(geometry, &map) {
-                let name = &scene.meshes[instance.mesh as usize].name;
-                let message = format!(
-                    "its transform takes the mesh out of range: coordinates must be within {MAX_COORDINATE:e}"
-                );
-                return Err(Problem::new(format!("instances[{number}] (mesh \"{name}\")"), message).into());
-            }
-            flat.place(geometry, (map, inverse), Part::of(instance, number));
+            let maps = places::maps_of_geometry(scene, number, 0, &flat.bounds[geometry as usize])?;
+            flat.place(geometry, maps, Part::of(instance, number));
         }
     }
     Ok(flat)
-}
-
-/// The transform of an instance and its inverse.
-fn maps(scene: &Scene, number: usize) -> Result<(Affine, Affine), SceneError> {
-    let instance = &scene.instances[number];
-    let map = instance.world_from_object.affine();
-    let inverse = map.inverse().ok_or_else(|| {
-        let name = &scene.meshes[instance.mesh as usize].name;
-        let message = "its transform cannot be inverted: it squashes the mesh flat; no scale may be 0";
-        Problem::new(format!("instances[{number}] (mesh \"{name}\")"), message)
-    })?;
-    Ok((map, inverse))
 }
 
 fn corner_extra(mesh: &Mesh, t: &Triangle) -> TriangleExtra {

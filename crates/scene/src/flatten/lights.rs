@@ -1,10 +1,10 @@
 //! Lights: those of the scene, then every triangle that shines.
 
-use super::geometry::Flat;
+use super::SceneData;
 use super::normals;
 use super::note::Note;
 use crate::model::{Light as ModelLight, Scene};
-use eosphor_core::geometry::Geometry;
+use eosphor_core::geometry::{Geometry, Instance, TriangleShading};
 use eosphor_core::light::Light;
 use eosphor_core::material::{Material, NONE};
 use eosphor_core::math::{Vec3, elementary64, vec3};
@@ -38,46 +38,67 @@ fn cos_degrees(degrees: f32) -> f32 {
     elementary64::cos(f64::from(degrees) * (std::f64::consts::PI / 180.0)) as f32
 }
 
-/// One light for each placed triangle that shines and has an area: those of the world first, then those of each
-/// instance. Spheres that shine are only seen.
-pub(super) fn emissive_triangles(
-    scene: &Scene,
-    flat: &Flat,
-    materials: &[Material],
-    notes: &mut Vec<Note>,
-) -> Vec<Light> {
-    // Textured emitters are seen but light nothing: what they shine differs from point to point.
-    let shines = |m: u32| {
-        let material = &materials[m as usize];
-        material.emission.max_component() > 0.0 && material.emission_texture == NONE
-    };
-    let samples = scene.settings.light_samples;
-    let mut lights = Vec::new();
-    // Geometries are looked through once, however often they are placed.
-    let shining_triangles = |geometry: &Geometry| -> Vec<u32> {
-        let material = |k: u32| flat.triangle_shading[(geometry.first_triangle + k) as usize].material;
-        (0..geometry.triangle_count).filter(|&k| shines(material(k))).collect()
-    };
-    let shining: Vec<Vec<u32>> = flat.geometries.iter().map(shining_triangles).collect();
-    for (number, instance) in flat.instances.iter().enumerate() {
-        let geometry = &flat.geometries[instance.geometry as usize];
-        let mirrored = instance.world_from_object.determinant() < 0.0;
+/// Triangles that shine, geometry after geometry: looked for once, however often geometries are placed.
+pub(super) struct Emitters {
+    /// Of each geometry, numbers there.
+    shining: Vec<Vec<u32>>,
+}
+
+/// Textured emitters are seen but light nothing: what they shine differs from point to point.
+fn shines(material: &Material) -> bool {
+    material.emission.max_component() > 0.0 && material.emission_texture == NONE
+}
+
+impl Emitters {
+    pub(super) fn new(
+        geometries: &[Geometry],
+        triangle_shading: &[TriangleShading],
+        materials: &[Material],
+    ) -> Emitters {
+        let shining = |geometry: &Geometry| -> Vec<u32> {
+            let material = |k: u32| triangle_shading[(geometry.first_triangle + k) as usize].material;
+            let shines = |k: &u32| shines(&materials[material(*k) as usize]);
+            (0..geometry.triangle_count).filter(shines).collect()
+        };
+        Emitters { shining: geometries.iter().map(shining).collect() }
+    }
+
+    /// One light for each placed triangle that shines and has an area: those of the world first, then those of each
+    /// instance. Spheres that shine are only seen.
+    pub(super) fn lights(&self, samples: u32, data: &SceneData, instances: &[Instance]) -> Vec<Light> {
+        let mut lights = Vec::new();
+        for (number, instance) in instances.iter().enumerate() {
+            self.add_lights(number as u32, instance, samples, data, &mut lights);
+        }
+        lights
+    }
+
+    fn add_lights(
+        &self,
+        number: u32,
+        instance: &Instance,
+        samples: u32,
+        data: &SceneData,
+        lights: &mut Vec<Light>,
+    ) {
+        let geometry = &data.geometries[instance.geometry as usize];
         let all: Vec<u32>;
         let primitives = match instance.material {
-            NONE => &shining[instance.geometry as usize],
-            material if shines(material) => {
+            NONE => &self.shining[instance.geometry as usize],
+            material if shines(&data.materials[material as usize]) => {
                 all = (0..geometry.triangle_count).collect();
                 &all
             }
-            _ => continue,
+            _ => return,
         };
+        let mirrored = instance.world_from_object.determinant() < 0.0;
         for &primitive in primitives {
             let i = (geometry.first_triangle + primitive) as usize;
             let material = match instance.material {
-                NONE => flat.triangle_shading[i].material,
+                NONE => data.triangle_shading[i].material,
                 material => material,
             };
-            let mut vertices = flat.triangles[i];
+            let mut vertices = data.triangles[i];
             if number > 0 {
                 vertices = vertices.map(|v| instance.world_from_object.point(v));
                 if mirrored {
@@ -90,8 +111,8 @@ pub(super) fn emissive_triangles(
                 continue;
             };
             let [v0, v1, v2] = vertices;
-            let radiance = materials[material as usize].emission;
-            let instance = number as u32;
+            let radiance = data.materials[material as usize].emission;
+            let instance = number;
             lights.push(Light::Triangle {
                 v0,
                 e1: v1 - v0,
@@ -105,13 +126,17 @@ pub(super) fn emissive_triangles(
             });
         }
     }
-    let count = lights.len() as u32;
+}
+
+/// What is worth saying of the lights that shine by themselves.
+pub(super) fn notes(shining: &[Light], samples: u32, data: &SceneData, notes: &mut Vec<Note>) {
+    let count = shining.len() as u32;
     if count > MANY {
         notes.push(Note::ManyLights { count, rays: u64::from(count) * u64::from(samples) });
     }
-    let spheres = flat.sphere_materials.iter().filter(|&&m| shines(m)).count() as u32;
+    let is_emitter = |m: &&u32| shines(&data.materials[**m as usize]);
+    let spheres = data.sphere_materials.iter().filter(is_emitter).count() as u32;
     if spheres > 0 {
         notes.push(Note::EmissiveSpheres { count: spheres });
     }
-    lights
 }

@@ -11,6 +11,7 @@ mod materials;
 mod moment;
 mod normals;
 mod note;
+mod places;
 mod settings;
 mod textures;
 mod view;
@@ -24,7 +25,7 @@ use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, Triangle
 use eosphor_core::texture::Texture;
 use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3, settings::Settings};
 
-pub use moment::{Moment, Moments};
+pub use moment::{Moment, Moments, Places};
 pub use note::Note;
 
 /// What machines read: plain arrays with indices instead of pointers. Hierarchies are built over it (`eosphor-accel`)
@@ -39,6 +40,8 @@ pub struct SceneData {
     pub geometries: Vec<Geometry>,
     /// Placed geometries; number 0 is the world itself.
     pub instances: Vec<Instance>,
+    /// Whether frames have instances elsewhere.
+    pub instances_move: bool,
     /// For each triangle.
     pub triangle_shading: Vec<TriangleShading>,
     /// Vertex colours and second texture coordinates of the triangles that have them.
@@ -64,9 +67,9 @@ pub struct SceneData {
 impl SceneData {
     /// Makes the arrays of a scene. The notes say what the scene left open and what was done about it.
     ///
-    /// A mesh that is placed more than once and has more than 256 triangles becomes a geometry of its own with
+    /// A mesh that moves, or is placed more than once and has more than 256 triangles, becomes a geometry of its own with
     /// instances; everything else is baked into the world, geometry 0, in the order of the scene's instances, then
-    /// parallelograms, then spheres. Nothing but the scene decides this.
+    /// parallelograms, then spheres. Nothing but the scene decides this. What moves is where it is in frame 0.
     ///
     /// # Errors
     /// Whatever [`Scene::validate`] finds; transforms that cannot be inverted; a camera that spans no view; more
@@ -85,23 +88,15 @@ impl SceneData {
         );
         let textures = textures::build(scene)?;
 
-        let world = geometry.world_bounds();
+        let world = places::world_bounds(&geometry.bounds, &geometry.instances);
         let (camera, headlight) = camera::build(scene, &world, &mut notes)?;
-        let mut lights = lights::explicit(scene, 0);
-        lights.extend(lights::emissive_triangles(scene, &geometry, &materials, &mut notes));
-        let mut settings = settings::build(&scene.settings, &camera, &world);
-        if let Some(light) = headlight.filter(|_| lights.is_empty() && settings::needs_light(&scene.settings))
-        {
-            notes.push(Note::Headlight { position: camera.eye.into() });
-            lights.push(light);
-            settings.light_falloff = false;
-        }
-
-        let data = SceneData {
+        let settings = settings::build(&scene.settings, &camera, &world);
+        let mut data = SceneData {
             triangles: geometry.triangles,
             spheres: geometry.spheres,
             geometries: geometry.geometries,
             instances: geometry.instances,
+            instances_move: scene.has_moving_instances(),
             triangle_shading: geometry.triangle_shading,
             triangle_extras: geometry.triangle_extras,
             sphere_materials: geometry.sphere_materials,
@@ -109,10 +104,24 @@ impl SceneData {
             textures: textures.headers,
             texture_words: textures.words,
             srgb_decode: textures::srgb_decode(),
-            lights,
+            lights: lights::explicit(scene, 0),
             camera,
             settings,
         };
+        let samples = scene.settings.light_samples;
+        let shining = data.emitters().lights(samples, &data, &data.instances);
+        lights::notes(&shining, samples, &data, &mut notes);
+        data.lights.extend(shining);
+        let is_dark = data.lights.is_empty() && settings::needs_light(&scene.settings);
+        if let Some(light) = headlight.filter(|_| is_dark) {
+            notes.push(Note::Headlight { position: camera.eye.into() });
+            data.lights.push(light);
+            data.settings.light_falloff = false;
+        }
         Ok((data, notes))
+    }
+
+    fn emitters(&self) -> lights::Emitters {
+        lights::Emitters::new(&self.geometries, &self.triangle_shading, &self.materials)
     }
 }

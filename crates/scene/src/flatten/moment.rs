@@ -1,10 +1,12 @@
-//! What differs from frame to frame where nothing is built again: the camera, and what follows from it.
+//! What differs from frame to frame: the camera and what follows from it, lights, and where instances are. No triangle is
+//! touched for it.
 
-use super::{SceneData, camera, lights, settings};
+use super::lights::Emitters;
+use super::{SceneData, camera, lights, places, settings};
 use crate::error::SceneError;
 use crate::model::Scene;
 use eosphor_core::camera::Camera;
-use eosphor_core::geometry::Bounds;
+use eosphor_core::geometry::{Bounds, Geometry, Instance};
 use eosphor_core::light::Light;
 use eosphor_core::settings::Settings;
 use eosphor_core::view::SceneView;
@@ -18,13 +20,29 @@ pub struct Moment {
     pub lights: Vec<Light>,
     /// Settings that reach a pixel; the size is the scene's.
     pub settings: Settings,
+    /// Instances, as many and in the order of the scene's; `None` where they stand still.
+    pub places: Option<Places>,
 }
 
-/// The frames of a scene whose geometry stands still.
+/// Where instances are in a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Places {
+    /// Placed geometries; number 0 is the world itself.
+    pub instances: Vec<Instance>,
+    /// The largest absolute coordinate in world space.
+    pub extent: f32,
+}
+
+/// The frames of a scene.
 pub struct Moments<'a> {
     scene: &'a Scene,
     data: &'a SceneData,
+    /// Of each geometry, not padded.
+    bounds: Vec<Bounds>,
+    /// Around everything, where it stands still.
     world: Bounds,
+    /// Triangles that shine, where they may move.
+    emitters: Option<Emitters>,
     /// Whether the only light is that of the camera.
     has_headlight: bool,
 }
@@ -34,30 +52,67 @@ impl<'a> Moments<'a> {
     pub fn new(scene: &'a Scene, data: &'a SceneData) -> Moments<'a> {
         let is_own = |light: &Light| matches!(light, Light::Triangle { .. });
         let has_headlight = scene.lights.is_empty() && data.lights.len() == 1 && !is_own(&data.lights[0]);
-        Moments { scene, data, world: data.world_bounds(), has_headlight }
+        let part = |first: u32, count: u32| first as usize..first as usize + count as usize;
+        let bounds_of = |g: &Geometry| {
+            let triangles = &data.triangles[part(g.first_triangle, g.triangle_count)];
+            places::bounds_of(triangles, &data.spheres[part(g.first_sphere, g.sphere_count)])
+        };
+        let bounds: Vec<Bounds> = data.geometries.iter().map(bounds_of).collect();
+        let world = places::world_bounds(&bounds, &data.instances);
+        let emitters = data.instances_move.then(|| data.emitters());
+        Moments { scene, data, bounds, world, emitters, has_headlight }
     }
 
     /// A frame, as [`SceneData::flatten`] would make it.
     ///
     /// # Errors
-    /// Where the camera of this frame spans no view.
+    /// Where the camera of this frame spans no view, or an instance leaves the range of coordinates.
     pub fn at(&self, frame: u32) -> Result<Moment, SceneError> {
+        let places = self.data.instances_move.then(|| self.places(frame)).transpose()?;
+        let world = match &places {
+            Some(places) => places::world_bounds(&self.bounds, &places.instances),
+            None => self.world,
+        };
         let [width, height] = self.scene.settings.size;
         let camera = match self.scene.camera_at(frame) {
             Some(camera) => camera::from_model(&camera, width, height)?,
             None => self.data.camera,
         };
-        let mut settings = settings::build(&self.scene.settings, &camera, &self.world);
+        let mut settings = settings::build(&self.scene.settings, &camera, &world);
         settings.light_falloff = self.data.settings.light_falloff;
         let lights = match self.has_headlight {
             true => vec![camera::headlight(&camera)],
-            false => {
-                let own = lights::explicit(self.scene, frame);
-                let shining = self.data.lights[own.len()..].iter().copied();
-                own.iter().copied().chain(shining).collect()
-            }
+            false => self.lights(frame, places.as_ref()),
         };
-        Ok(Moment { camera, lights, settings })
+        Ok(Moment { camera, lights, settings, places })
+    }
+
+    fn lights(&self, frame: u32, places: Option<&Places>) -> Vec<Light> {
+        let mut all = lights::explicit(self.scene, frame);
+        match (&self.emitters, places) {
+            (Some(emitters), Some(Places { instances, .. })) => {
+                all.extend(emitters.lights(self.scene.settings.light_samples, self.data, instances));
+            }
+            _ => all.extend_from_slice(&self.data.lights[all.len()..]),
+        }
+        all
+    }
+
+    fn places(&self, frame: u32) -> Result<Places, SceneError> {
+        let mut instances = self.data.instances.clone();
+        for instance in instances.iter_mut().skip(1) {
+            // An instance is an object, which has the number that it has in the scene.
+            let number = instance.object as usize;
+            if self.scene.instances[number].moves.is_empty() {
+                continue;
+            }
+            let bounds = &self.bounds[instance.geometry as usize];
+            let (map, inverse) = places::maps_of_geometry(self.scene, number, frame, bounds)?;
+            (instance.world_from_object, instance.object_from_world) = (map, inverse);
+            instance.world_bounds = bounds.placed(&map);
+        }
+        let extent = places::extent(&self.data.geometries, &instances);
+        Ok(Places { instances, extent })
     }
 }
 
@@ -65,8 +120,10 @@ impl SceneData {
     /// Borrowed, for shading a frame; without a moment as it is.
     pub fn view_at<'a>(&'a self, moment: Option<&'a Moment>) -> SceneView<'a> {
         let view = self.view();
-        match moment {
-            Some(Moment { camera, lights, settings }) => SceneView { camera, lights, settings, ..view },
+        let Some(Moment { camera, lights, settings, places }) = moment else { return view };
+        let view = SceneView { camera, lights, settings, ..view };
+        match places {
+            Some(Places { instances, extent }) => SceneView { instances, extent: *extent, ..view },
             None => view,
         }
     }
@@ -75,9 +132,10 @@ impl SceneData {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Animation, Camera as ModelCamera, CameraMotion};
+    use crate::model::{Animation, Camera as ModelCamera, CameraMotion, Interpolation, Move, MoveKey};
     use crate::{LoadOptions, load};
     use eosphor_core::math::vec3;
+    use std::sync::Arc;
 
     /// A moment is what flattening the scene with the frame's camera makes.
     #[test]
@@ -101,7 +159,8 @@ mod tests {
                 still.animation = None;
                 let (expected, _) = SceneData::flatten(&still).unwrap();
                 let SceneData { camera, lights, settings, .. } = expected;
-                assert_eq!(moments.at(frame).unwrap(), Moment { camera, lights, settings }, "{frame}");
+                let expected = Moment { camera, lights, settings, places: None };
+                assert_eq!(moments.at(frame).unwrap(), expected, "{frame}");
             }
         }
         scene.camera = Some(ModelCamera { up: vec3(0.0, 0.0, 1.0), ..ModelCamera::default() });
@@ -109,5 +168,40 @@ mod tests {
         let (data, _) =
             SceneData::flatten(&load("builtin:cornell", &LoadOptions::default()).unwrap().scene).unwrap();
         assert!(Moments::new(&scene, &data).at(0).is_err());
+    }
+
+    /// The same where an object moves: here to places that single precision can name.
+    #[test]
+    fn moved_instances_are_what_flattening_makes() {
+        let mut scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        scene.settings.max_distance = None;
+        let key = |seconds: f32| MoveKey {
+            seconds,
+            translate: Some(vec3(seconds / 16.0, 0.0, 0.0)),
+            rotate_degrees: Some(vec3(0.0, 10.0 * seconds, 0.0)),
+            ..MoveKey::default()
+        };
+        let motion = |keys: Vec<MoveKey>| {
+            vec![Arc::new(Move { keys, interpolation: Interpolation::Linear, ..Move::default() })]
+        };
+        scene.animation = Some(Animation { fps: 1.0, ..Animation::of_frames(5) });
+        for instance in &mut scene.instances {
+            instance.moves = motion(vec![key(0.0), key(8.0)]);
+        }
+        let (data, _) = SceneData::flatten(&scene).unwrap();
+        assert!(data.instances_move && data.lights.len() > 1 && data.instances.len() > 1);
+        let moments = Moments::new(&scene, &data);
+        for frame in 0..5 {
+            let mut still = scene.clone();
+            for instance in &mut still.instances {
+                instance.moves = motion(vec![MoveKey { seconds: 0.0, ..key(frame as f32) }]);
+            }
+            let (expected, _) = SceneData::flatten(&still).unwrap();
+            let extent = expected.extent();
+            let SceneData { camera, lights, settings, instances, .. } = expected;
+            let places = Some(Places { instances, extent });
+            assert_eq!(moments.at(frame).unwrap(), Moment { camera, lights, settings, places }, "{frame}");
+        }
+        assert!(moments.at(1).unwrap().lights != moments.at(2).unwrap().lights);
     }
 }

@@ -1,6 +1,6 @@
 //! SceneData, borrowed for shading.
 
-use super::SceneData;
+use super::{SceneData, places};
 use eosphor_core::geometry::{Bounds, TriangleExtra, TriangleShading};
 use eosphor_core::intersect::longest_edge_last;
 use eosphor_core::material::NONE;
@@ -34,9 +34,7 @@ impl SceneData {
 
     /// The largest absolute coordinate in world space.
     pub fn extent(&self) -> f32 {
-        let world = self.geometries.first().map_or(0.0, |g| g.extent);
-        let placed = self.instances.iter().skip(1).map(|i| i.world_bounds.extent());
-        placed.fold(world, f32::max)
+        places::extent(&self.geometries, &self.instances)
     }
 
     /// The box around everything in world space; empty where there is nothing.
@@ -44,11 +42,7 @@ impl SceneData {
         let Some(world) = self.geometries.first() else { return Bounds::EMPTY };
         let triangles = &self.triangles[world.first_triangle as usize..][..world.triangle_count as usize];
         let spheres = &self.spheres[world.first_sphere as usize..][..world.sphere_count as usize];
-        let mut bounds = triangles.iter().flatten().fold(Bounds::EMPTY, |b, p| b.including(*p));
-        for sphere in spheres {
-            let r = Vec3::splat(sphere.radius);
-            bounds = bounds.including(sphere.center - r).including(sphere.center + r);
-        }
+        let bounds = places::bounds_of(triangles, spheres);
         self.instances.iter().skip(1).fold(bounds, |b, i| b.union(&i.world_bounds))
     }
 }

@@ -1,8 +1,8 @@
 //! What moves: frames are numbered from 0, and each is a scene of its own.
 
 use super::stand_ins::{Color, Vector};
-use super::{Camera, Light, Scene};
-use eosphor_core::math::{Vec3, elementary64};
+use super::{Camera, Interpolation, Light, Move, Scene};
+use eosphor_core::math::{Affine, Vec3, elementary64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -67,6 +67,8 @@ pub enum CameraMotion {
         #[serde(default)]
         interpolation: Interpolation,
     },
+    /// As objects do: one after the other, the first one first.
+    Moves(Vec<Move>),
 }
 
 /// A camera at a time.
@@ -96,10 +98,14 @@ pub struct LightMotion {
     #[schemars(range(min = 0, max = 4_294_967_295u32))]
     pub light: u32,
     /// By time.
+    #[serde(default)]
     pub keys: Vec<LightKey>,
     /// How it goes from one to the next.
     #[serde(default)]
     pub interpolation: Interpolation,
+    /// As objects do, after the keys: one after the other, the first one first.
+    #[serde(default)]
+    pub moves: Vec<Move>,
 }
 
 /// A light at a time.
@@ -122,17 +128,6 @@ pub struct LightKey {
     #[serde(default, alias = "colour")]
     #[schemars(with = "Option<Color>")]
     pub color: Option<Vec3>,
-}
-
-/// How something goes from one key to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Interpolation {
-    /// Straight, at an even pace.
-    Linear,
-    /// On a curve through the keys, without jerks (Catmull and Rom 1974).
-    #[default]
-    Smooth,
 }
 
 /// A point that moves: `r = r0 + a_r sin(w_r t + p_r)`, `z = z0 + a_z sin(w_z t + p_z)`, `phi = phi0 + w_phi t`; x is
@@ -189,26 +184,25 @@ impl Animation {
         let seconds = self.seconds(frame);
         for motion in self.lights.iter().filter(|motion| motion.light == number) {
             let track = |of: fn(&LightKey) -> Option<Vec3>, now: Vec3| {
-                let set: Vec<(f64, Vec3)> =
-                    motion.keys.iter().filter_map(|key| Some((f64::from(key.seconds), of(key)?))).collect();
-                let times: Vec<f64> = set.iter().map(|key| key.0).collect();
-                if set.is_empty() { now } else { motion.interpolation.at(&times, |k| set[k].1, seconds) }
+                let keys = motion.keys.iter().filter_map(|key| Some((f64::from(key.seconds), of(key)?)));
+                motion.interpolation.vector(keys, seconds).unwrap_or(now)
             };
+            let carried =
+                (!motion.moves.is_empty()).then(|| Move::map_of_all(&motion.moves, seconds).affine());
+            let carried = carried.unwrap_or(Affine::IDENTITY);
+            let place = |now: Vec3| carried.point(track(|key| key.position, now));
+            let way = |now: Vec3| carried.direction(track(|key| key.direction, now));
             // Smooth curves swing beyond their keys: there is no colour below black.
             let shade = |now: Vec3| track(|key| key.color, now).max(Vec3::ZERO);
             match &mut light {
                 Light::Point { position, color } => {
-                    *position = track(|key| key.position, *position);
-                    *color = shade(*color);
+                    (*position, *color) = (place(*position), shade(*color));
                 }
                 Light::Directional { direction, color } => {
-                    *direction = track(|key| key.direction, *direction);
-                    *color = shade(*color);
+                    (*direction, *color) = (way(*direction), shade(*color));
                 }
                 Light::Spot { position, direction, color, .. } => {
-                    *position = track(|key| key.position, *position);
-                    *direction = track(|key| key.direction, *direction);
-                    *color = shade(*color);
+                    (*position, *direction, *color) = (place(*position), way(*direction), shade(*color));
                 }
             }
         }
@@ -236,43 +230,24 @@ impl Animation {
                 Camera { position: position.point(t), look_at: Some(look_at.point(t)), ..camera }
             }
             Some(CameraMotion::Keys { keys, interpolation }) => {
-                let seconds = self.seconds(frame);
-                let times: Vec<f64> = keys.iter().map(|key| f64::from(key.seconds)).collect();
-                let at = |of: fn(&CameraKey) -> Vec3| interpolation.at(&times, |k| of(&keys[k]), seconds);
-                Camera { position: at(|key| key.position), look_at: Some(at(|key| key.look_at)), ..camera }
+                let at = |of: fn(&CameraKey) -> Vec3| {
+                    let keys = keys.iter().map(|key| (f64::from(key.seconds), of(key)));
+                    interpolation.vector(keys, self.seconds(frame))
+                };
+                let position = at(|key| key.position).unwrap_or(camera.position);
+                Camera { position, look_at: at(|key| key.look_at).or(camera.look_at), ..camera }
+            }
+            Some(CameraMotion::Moves(moves)) => {
+                let map = Move::map_of_all(moves, self.seconds(frame)).affine();
+                Camera {
+                    position: map.point(camera.position),
+                    look_at: camera.look_at.map(|point| map.point(point)),
+                    direction: map.direction(camera.direction),
+                    up: map.direction(camera.up),
+                    ..camera
+                }
             }
         }
-    }
-}
-
-impl Interpolation {
-    /// Between points at increasing times; before the first and after the last it stays there.
-    fn at(self, times: &[f64], point: impl Fn(usize) -> Vec3, time: f64) -> Vec3 {
-        let after = times.partition_point(|&t| t <= time);
-        let (Some(last), true) = (times.len().checked_sub(1), after > 0) else { return point(0) };
-        if after > last {
-            return point(last);
-        }
-        let (from, to) = (after - 1, after);
-        let share = (time - times[from]) / (times[to] - times[from]);
-        let (p1, p2) = (point(from), point(to));
-        if self == Interpolation::Linear {
-            return mix(|axis| f64::from(p1[axis]) + share * (f64::from(p2[axis]) - f64::from(p1[axis])));
-        }
-        // Slopes a second at both ends: those from neighbour to neighbour.
-        let slope = |k: usize, axis: usize| {
-            let (before, behind) = (k.saturating_sub(1), (k + 1).min(last));
-            let way = f64::from(point(behind)[axis]) - f64::from(point(before)[axis]);
-            way / (times[behind] - times[before])
-        };
-        let span = times[to] - times[from];
-        let (s, s2, s3) = (share, share * share, share * share * share);
-        mix(|axis| {
-            (2.0 * s3 - 3.0 * s2 + 1.0) * f64::from(p1[axis])
-                + (s3 - 2.0 * s2 + s) * span * slope(from, axis)
-                + (3.0 * s2 - 2.0 * s3) * f64::from(p2[axis])
-                + (s3 - s2) * span * slope(to, axis)
-        })
     }
 }
 
@@ -305,6 +280,16 @@ impl Scene {
 }
 
 impl Scene {
+    /// Whether an object moves. (One that moves by keys that say nothing moves, too.)
+    pub fn has_moving_instances(&self) -> bool {
+        self.instances.iter().any(|instance| !instance.moves.is_empty())
+    }
+
+    /// Seconds from the first frame; 0 without an animation.
+    pub(crate) fn seconds(&self, frame: u32) -> f64 {
+        self.animation.as_ref().map_or(0.0, |animation| animation.seconds(frame))
+    }
+
     /// The lights of a frame.
     pub fn lights_at(&self, frame: u32) -> Vec<Light> {
         let Some(animation) = self.animation.as_ref().filter(|animation| !animation.lights.is_empty()) else {
@@ -326,6 +311,7 @@ fn one() -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{MoveKey, Transform};
     use eosphor_core::math::vec3;
 
     fn near(a: Vec3, b: Vec3) -> bool {
@@ -368,13 +354,45 @@ mod tests {
     }
 
     #[test]
+    fn cameras_and_lights_are_carried() {
+        let at = |seconds, x| MoveKey { seconds, translate: Some(vec3(x, 0.0, 0.0)), ..MoveKey::default() };
+        let by = Move { keys: vec![at(0.0, 0.0), at(2.0, 4.0)], ..Move::default() };
+        let turn = Move {
+            transform: Transform { rotate_degrees: vec3(0.0, 90.0, 0.0), ..Transform::default() },
+            ..Move::default()
+        };
+        let moves = vec![by, turn];
+        let animation = Animation {
+            fps: 1.0,
+            camera: Some(CameraMotion::Moves(moves.clone())),
+            lights: vec![LightMotion {
+                light: 0,
+                keys: Vec::new(),
+                interpolation: Interpolation::Linear,
+                moves,
+            }],
+            ..Animation::of_frames(3)
+        };
+        let (position, direction) = (vec3(0.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0));
+        let camera = Camera { position, direction, look_at: None, ..Camera::default() };
+        let sun = Light::Directional { direction, color: Vec3::ONE };
+        let scene =
+            Scene { camera: Some(camera), lights: vec![sun], animation: Some(animation), ..Scene::default() };
+        // x becomes -z.
+        let camera = scene.camera_at(1).unwrap();
+        assert!(near(camera.position, vec3(0.0, 1.0, -2.0)) && near(camera.direction, vec3(0.0, 0.0, -1.0)));
+        let [Light::Directional { direction, .. }] = scene.lights_at(2)[..] else { panic!() };
+        assert!(near(direction, vec3(0.0, 0.0, -1.0)));
+    }
+
+    #[test]
     fn lights_change_what_their_keys_set() {
         let lamp = Light::Point { position: vec3(1.0, 2.0, 3.0), color: Vec3::splat(8.0) };
         let sun = Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::ONE };
         let key =
             |seconds, color| LightKey { seconds, color: Some(Vec3::splat(color)), ..LightKey::default() };
         let keys = vec![key(0.0, 0.0), key(1.0, 4.0)];
-        let fades = LightMotion { light: 0, keys, interpolation: Interpolation::Linear };
+        let fades = LightMotion { light: 0, keys, interpolation: Interpolation::Linear, moves: Vec::new() };
         let animation = Animation { fps: 4.0, lights: vec![fades], ..Animation::of_frames(9) };
         let scene = Scene { lights: vec![lamp, sun], animation: Some(animation), ..Scene::default() };
         for (frame, expected) in [(0, 0.0), (1, 1.0), (3, 3.0), (8, 4.0)] {

@@ -1,7 +1,8 @@
 //! Geometry.
 
-use super::Transform;
+use super::{Move, Transform};
 use eosphor_core::math::Vec3;
+use std::sync::Arc;
 
 /// An index that says "none": a corner without normal or texture coordinate.
 pub const NO_INDEX: u32 = u32::MAX;
@@ -46,14 +47,16 @@ pub struct Instance {
     pub mesh: u32,
     /// Into [`super::Scene::materials`]; `None`: each triangle's own.
     pub material: Option<u32>,
-    /// Takes the mesh into the world.
+    /// Takes the mesh into the world; where it moves, before it does.
     pub world_from_object: Transform,
+    /// How it moves: one after the other, after the transform.
+    pub moves: Vec<Arc<Move>>,
 }
 
 impl Instance {
     /// A mesh with its own materials.
     pub fn new(mesh: u32, world_from_object: Transform) -> Instance {
-        Instance { mesh, material: None, world_from_object }
+        Instance { mesh, material: None, world_from_object, moves: Vec::new() }
     }
 }
 

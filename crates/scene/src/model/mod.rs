@@ -4,10 +4,13 @@ use eosphor_core::math::Vec3;
 
 mod animation;
 mod camera;
+mod interpolation;
 mod ior;
 mod light;
 mod material;
+mod matrix;
 mod mesh;
+mod moves;
 mod pbr;
 mod settings;
 mod stand_ins;
@@ -15,14 +18,15 @@ mod texture;
 mod transform;
 mod validate;
 
-pub use animation::{
-    Animation, CameraKey, CameraMotion, Interpolation, Law, LightKey, LightMotion, MAX_FRAMES,
-};
+pub use animation::{Animation, CameraKey, CameraMotion, Law, LightKey, LightMotion, MAX_FRAMES};
 pub use camera::{Camera, Lens};
+pub use interpolation::Interpolation;
 pub use ior::{INDICES_OF_REFRACTION, index_of_refraction};
 pub use light::Light;
 pub use material::{AlphaMode, Channel, Material, MaterialKind, MaterialTextures, Mtl, TextureChannel};
+pub(crate) use matrix::Matrix;
 pub use mesh::{Instance, Mesh, NO_INDEX, Parallelogram, Sphere, Triangle};
+pub use moves::{Move, MoveKey};
 pub use pbr::Pbr;
 pub use settings::{Composition, NormalMode, PixelSampling, RenderSettings, Transfer};
 pub(crate) use stand_ins::Vector;

@@ -33,6 +33,16 @@ stand_ins! {
         "examples": [[0, 1.5, -2]]
     }
 
+    /// For rotations.
+    Quaternion = {
+        "description": "A rotation: x, y, z and w of a quaternion.",
+        "type": "array",
+        "items": { "type": "number" },
+        "minItems": 4,
+        "maxItems": 4,
+        "examples": [[0, 0.7071068, 0, 0.7071068]]
+    }
+
     /// For colours.
     Color = {
         "description": "Linear red, green and blue.",

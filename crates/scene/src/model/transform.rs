@@ -69,7 +69,7 @@ impl Transform {
 }
 
 /// Reads one number for all axes, or three.
-fn one_or_three<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec3, D::Error> {
+pub(super) fn one_or_three<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec3, D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]
     enum OneOrThree {

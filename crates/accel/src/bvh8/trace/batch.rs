@@ -5,7 +5,7 @@ use super::packet::{LaneFilters, Packet, Query16};
 use super::single;
 use super::sort;
 use super::walk::{ANY, Found, NEXT, Query};
-use crate::bvh8::Bvh8;
+use crate::bvh8::view::Bvh8View;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use crate::{Coherence, Filters};
 use eosphor_core::hierarchy::ShadowBatch;
@@ -13,7 +13,7 @@ use eosphor_core::ray::{Hit, Ray, RayFilter};
 
 /// Queries to be answered.
 pub(super) struct Batch<'a, const QUERY: Query> {
-    bvh: &'a Bvh8,
+    bvh: &'a Bvh8View<'a>,
     rays: &'a [Ray],
     filters: Filters<'a>,
     coherence: Coherence,
@@ -26,7 +26,7 @@ pub(super) struct Batch<'a, const QUERY: Query> {
 impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     /// Panics where lengths differ.
     pub(super) fn new(
-        bvh: &'a Bvh8,
+        bvh: &'a Bvh8View<'a>,
         rays: &'a [Ray],
         filters: Filters<'a>,
         coherence: Coherence,
@@ -259,7 +259,7 @@ unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
 
 /// Rays from one point, towards a light.
 pub(super) struct FromOnePoint<'a> {
-    pub(super) bvh: &'a Bvh8,
+    pub(super) bvh: &'a Bvh8View<'a>,
     pub(super) batch: &'a ShadowBatch<16>,
     pub(super) filter: &'a RayFilter,
     /// Bits of the lanes that are asked for.

@@ -11,6 +11,7 @@ mod sort;
 mod walk;
 
 use super::Bvh8;
+use super::view::Bvh8View;
 use crate::simd::{Kernel, Simd, run_at};
 use crate::{BatchTracer, Coherence, Filters, SimdLevel};
 use batch::{Batch, FromOnePoint};
@@ -21,25 +22,25 @@ use walk::{ANY, CLOSEST, COUNTING, Found, NEXT, Query};
 /// Traces rays through a [`Bvh8`].
 #[derive(Clone, Copy, Debug)]
 pub struct Bvh8Tracer<'a> {
-    bvh: &'a Bvh8,
+    bvh: Bvh8View<'a>,
     level: SimdLevel,
 }
 
 impl Bvh8 {
     /// The traversal at the best SIMD level that the CPU has.
     pub fn tracer(&self) -> Bvh8Tracer<'_> {
-        Bvh8Tracer { bvh: self, level: SimdLevel::best() }
+        Bvh8Tracer { bvh: self.view(), level: SimdLevel::best() }
     }
 
     /// The traversal at a SIMD level; `None` where the CPU does not have it.
     pub fn tracer_at(&self, level: SimdLevel) -> Option<Bvh8Tracer<'_>> {
-        level.is_available().then_some(Bvh8Tracer { bvh: self, level })
+        level.is_available().then_some(Bvh8Tracer { bvh: self.view(), level })
     }
 }
 
 /// One ray through the whole scene.
 struct OneRay<'a, const QUERY: Query> {
-    bvh: &'a Bvh8,
+    bvh: &'a Bvh8View<'a>,
     ray: &'a Ray,
     filter: &'a RayFilter,
     found: &'a mut Found,
@@ -55,11 +56,21 @@ impl<const QUERY: Query> Kernel for OneRay<'_, QUERY> {
     }
 }
 
-impl Bvh8Tracer<'_> {
+impl<'a> Bvh8Tracer<'a> {
+    /// With the instances of another hierarchy in place of the own ones: they have been moved. That one may have been built
+    /// over the instances alone.
+    pub fn with_instances_of(self, top: &'a Bvh8) -> Bvh8Tracer<'a> {
+        let Bvh8View { instance_nodes, instance_root, instances, instances_extent, .. } = top.view();
+        Bvh8Tracer {
+            bvh: Bvh8View { instance_nodes, instance_root, instances, instances_extent, ..self.bvh },
+            ..self
+        }
+    }
+
     #[inline(always)]
     fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, mut found: Found) -> Found {
         // SAFETY: tracers are made for levels that the CPU has.
-        unsafe { run_at(self.level, OneRay::<QUERY> { bvh: self.bvh, ray, filter, found: &mut found }) }
+        unsafe { run_at(self.level, OneRay::<QUERY> { bvh: &self.bvh, ray, filter, found: &mut found }) }
         found
     }
 
@@ -111,7 +122,7 @@ impl Tracer for Bvh8Tracer<'_> {
             z: fill(&batch.z),
             t_max: fill(&batch.t_max),
         };
-        let kernel = FromOnePoint { bvh: self.bvh, batch: &batch, filter, active: bits };
+        let kernel = FromOnePoint { bvh: &self.bvh, batch: &batch, filter, active: bits };
         // SAFETY: tracers are made for levels that the CPU has.
         let found = unsafe { run_at(self.level, kernel) };
         for lane in 0..W {
@@ -136,7 +147,12 @@ impl Bvh8 {
     }
 }
 
-impl<C: Work> Bvh8CountingTracer<'_, C> {
+impl<'a, C: Work> Bvh8CountingTracer<'a, C> {
+    /// As [`Bvh8Tracer::with_instances_of`].
+    pub fn with_instances_of(self, top: &'a Bvh8) -> Bvh8CountingTracer<'a, C> {
+        Bvh8CountingTracer { tracer: self.tracer.with_instances_of(top), ..self }
+    }
+
     fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, found: Found) -> Found {
         let found = self.tracer.one::<QUERY>(ray, filter, found);
         self.work.nodes(found.nodes);
@@ -162,14 +178,14 @@ impl<C: Work> Tracer for Bvh8CountingTracer<'_, C> {
 
 impl BatchTracer for Bvh8Tracer<'_> {
     fn closest_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]) {
-        self.batch(Batch::<CLOSEST>::new(self.bvh, rays, filters, coherence, hits, &mut []));
+        self.batch(Batch::<CLOSEST>::new(&self.bvh, rays, filters, coherence, hits, &mut []));
     }
 
     fn occluded_rays(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hidden: &mut [bool]) {
-        self.batch(Batch::<ANY>::new(self.bvh, rays, filters, coherence, &mut [], hidden));
+        self.batch(Batch::<ANY>::new(&self.bvh, rays, filters, coherence, &mut [], hidden));
     }
 
     fn next_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]) {
-        self.batch(Batch::<NEXT>::new(self.bvh, rays, filters, coherence, hits, &mut []));
+        self.batch(Batch::<NEXT>::new(&self.bvh, rays, filters, coherence, hits, &mut []));
     }
 }

@@ -3,7 +3,8 @@
 use super::single_leaf::{PrimitiveLeaves, settle};
 use super::single_ray::SingleRay;
 use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
-use crate::bvh8::{Bvh8, Child, EMPTY, LEAF, Node8, PLACE};
+use crate::bvh8::view::Bvh8View;
+use crate::bvh8::{Child, EMPTY, LEAF, Node8, PLACE};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
 use eosphor_core::intersect::{LocalRay, Slab};
 use eosphor_core::ray::{Ray, RayFilter};
@@ -43,7 +44,7 @@ pub(super) static WORLD: Place = Place { instance: 0, world_interval: (f32::NEG_
 /// The CPU has the instruction set.
 #[inline(always)]
 pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
-    bvh: &Bvh8,
+    bvh: &Bvh8View,
     ray: &Ray,
     filter: &RayFilter,
     found: &mut Found,
@@ -67,7 +68,7 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
 /// As for [`trace`]; `root` is a child of that tree.
 #[inline(always)]
 pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
-    bvh: &Bvh8,
+    bvh: &Bvh8View,
     root: Child,
     ray: &Ray,
     filter: &RayFilter,
@@ -78,7 +79,7 @@ pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
     let world_ray = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
     let mut leaves = InstanceLeaves { bvh, ray, world: &world, filter };
     // SAFETY: the caller's.
-    unsafe { walk::<S, QUERY>(bvh, root, &world_ray, found, &mut leaves) };
+    unsafe { walk::<S, QUERY>(bvh.instance_nodes, root, &world_ray, found, &mut leaves) };
 }
 
 /// What a walk does at a leaf. (A trait and not a closure, because closures cannot be made to be inlined.)
@@ -91,7 +92,7 @@ pub(super) trait VisitLeaf<S: Simd> {
 }
 
 struct InstanceLeaves<'a> {
-    bvh: &'a Bvh8,
+    bvh: &'a Bvh8View<'a>,
     ray: &'a Ray,
     world: &'a LocalRay,
     filter: &'a RayFilter,
@@ -125,7 +126,7 @@ impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
 /// As for [`trace`]; `root` is a child of that tree.
 #[inline(always)]
 pub(super) unsafe fn search<S: Simd, const QUERY: Query>(
-    bvh: &Bvh8,
+    bvh: &Bvh8View,
     root: Child,
     ray: &SingleRay,
     place: &Place,
@@ -138,7 +139,7 @@ pub(super) unsafe fn search<S: Simd, const QUERY: Query>(
 
 /// A search: a function of its own, which keeps the code small.
 struct Search<'a, const QUERY: Query> {
-    bvh: &'a Bvh8,
+    bvh: &'a Bvh8View<'a>,
     root: Child,
     ray: &'a SingleRay,
     place: &'a Place,
@@ -154,7 +155,7 @@ impl<const QUERY: Query> Kernel for Search<'_, QUERY> {
         let Search { bvh, root, ray, place, filter, found } = self;
         let mut leaves = PrimitiveLeaves::new(bvh, ray, place, filter);
         // SAFETY: the caller's.
-        unsafe { walk::<S, QUERY>(bvh, root, ray, found, &mut leaves) }
+        unsafe { walk::<S, QUERY>(bvh.nodes, root, ray, found, &mut leaves) }
     }
 }
 
@@ -162,7 +163,7 @@ impl<const QUERY: Query> Kernel for Search<'_, QUERY> {
 /// out only when the ray enters it beyond the best hit, never at equality: there a tie may wait.
 #[inline(always)]
 unsafe fn walk<S: Simd, const QUERY: Query>(
-    bvh: &Bvh8,
+    nodes: &[Node8],
     root: Child,
     ray: &SingleRay,
     found: &mut Found,
@@ -186,7 +187,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
         if at & LEAF == 0 {
             // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
             unsafe {
-                let node = bvh.nodes.get_unchecked(at as usize);
+                let node = nodes.get_unchecked(at as usize);
                 if QUERY & COUNTING != 0 {
                     found.nodes += 8;
                 }

@@ -3,7 +3,8 @@
 use super::single::{Place, VisitLeaf};
 use super::single_ray::SingleRay;
 use super::walk::{ANY, COUNTING, Found, KIND, NEXT, NOT_PENDING, Query};
-use crate::bvh8::{Bvh8, Child, INSTANCE, PLACE, SPHERE, TriangleBlock};
+use crate::bvh8::view::Bvh8View;
+use crate::bvh8::{Child, INSTANCE, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
 use eosphor_core::intersect::{Confirmed, LocalRay, SMALLEST_DETERMINANT, STEEP, Slab, intersect_sphere};
 use eosphor_core::ray::{Hit, PrimitiveId, RayFilter};
@@ -14,7 +15,7 @@ use eosphor_core::ray::{Hit, PrimitiveId, RayFilter};
 /// brought it there, and nothing that was met before is near. Such a hit is left pending, with bounds of its `t`,
 /// and computed when the search is over or something comes close.
 pub(super) struct PrimitiveLeaves<'a> {
-    bvh: &'a Bvh8,
+    bvh: &'a Bvh8View<'a>,
     ray: &'a SingleRay,
     place: &'a Place,
     filter: &'a RayFilter,
@@ -41,7 +42,7 @@ impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
 impl<'a> PrimitiveLeaves<'a> {
     #[inline(always)]
     pub(super) fn new(
-        bvh: &'a Bvh8,
+        bvh: &'a Bvh8View<'a>,
         ray: &'a SingleRay,
         place: &'a Place,
         filter: &'a RayFilter,
@@ -147,7 +148,7 @@ impl<'a> PrimitiveLeaves<'a> {
 /// Computes the hit that is pending.
 #[inline(always)]
 pub(super) fn settle<S: Simd, const QUERY: Query>(
-    bvh: &Bvh8,
+    bvh: &Bvh8View,
     ray: &SingleRay,
     instance: u32,
     found: &mut Found,
@@ -223,7 +224,7 @@ fn load3<S: Simd>(v: &[[f32; 4]; 3]) -> Vec3V<S::F4> {
 
 #[cold]
 fn test_sphere<const QUERY: Query>(
-    bvh: &Bvh8,
+    bvh: &Bvh8View,
     number: usize,
     ray: &LocalRay,
     place: &Place,

@@ -31,10 +31,10 @@ type Traced = Option<(Vec<Vec3>, RayCounts)>;
 /// Shadow rays that the scalar scheduler traces at a time.
 const LANES: usize = 16;
 
-/// Renders a tile at a SIMD level that the CPU has.
+/// Renders a tile at a SIMD level that the CPU has. Instances are those of `top`.
 pub(super) fn render_tile(
     view: &SceneView,
-    hierarchy: &Hierarchy,
+    (hierarchy, top): (&Hierarchy, &Hierarchy),
     job: &TileJob,
     work: &mut Workspace,
     simd: SimdLevel,
@@ -44,7 +44,7 @@ pub(super) fn render_tile(
         let job = TileJob { scheduler: Scheduler::Scalar, ..*job };
         let count = CountWork::default();
         let traced =
-            hierarchy.with_counting(&count, simd, |queries| at_level(view, queries, &job, work, simd));
+            hierarchy.with_counting(top, &count, simd, |queries| at_level(view, queries, &job, work, simd));
         let (nodes_visited, primitive_tests) = (count.nodes.get(), count.primitives.get());
         return traced
             .map(|(colors, rays)| (colors, RayStatistics { nodes_visited, primitive_tests, ..rays.into() }));
@@ -55,7 +55,7 @@ pub(super) fn render_tile(
         _ => job.scheduler,
     };
     let job = TileJob { scheduler, ..*job };
-    let traced = hierarchy.with_batches(simd, |queries| at_level(view, queries, &job, work, simd));
+    let traced = hierarchy.with_batches(top, simd, |queries| at_level(view, queries, &job, work, simd));
     traced.map(|(colors, rays)| (colors, rays.into()))
 }
 

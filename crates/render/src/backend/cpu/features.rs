@@ -3,14 +3,14 @@
 //! It serves every backend. By the picture contract its camera rays hit what those of a GPU hit, bit for bit.
 
 use super::super::{BackendError, check_rows};
-use super::SimdLevel;
 use super::queries::{AnyTracer, Queries};
 use super::tile::{Tile, Tiling};
+use super::{SimdLevel, top_of};
 use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics};
 use eosphor_core::hierarchy::CountWork;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{PixelFeatures, pixel_features};
-use eosphor_scene::SceneData;
+use eosphor_scene::{Moment, SceneData};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,22 +31,30 @@ impl FeaturePass {
         self.hierarchy.statistics()
     }
 
-    /// Features of some rows of the picture. All but the work is the same bits whatever the threads, tiles, SIMD level
+    /// Features of some rows of the picture, at a moment or as the scene was prepared. All but the work is the same bits whatever the threads, tiles, SIMD level
     /// and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not reached show nothing.
     ///
     /// # Errors
     ///
     /// [`BackendError::Failed`] where the rows are none or not in the picture.
-    pub fn rows(&self, rows: Range<u32>, cancel: &AtomicBool) -> Result<FeatureRows, BackendError> {
+    pub fn rows(
+        &self,
+        rows: Range<u32>,
+        moment: Option<&Moment>,
+        cancel: &AtomicBool,
+    ) -> Result<FeatureRows, BackendError> {
         let width = self.scene.settings.width;
         check_rows(&rows, self.scene.settings.height)?;
-        let view = self.scene.view();
+        let view = self.scene.view_at(moment);
+        let top = top_of(&self.hierarchy, moment, &self.pool);
+        let top = top.as_ref().unwrap_or(&self.hierarchy);
         let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
         let features = Mutex::new(FeatureRows::new(width, rows.end - rows.start));
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
                 let tile = tiling.tile(number);
-                let Some((pixels, work)) = trace(&view, &self.hierarchy, tile, cancel, self.simd) else {
+                let Some((pixels, work)) = trace(&view, (&self.hierarchy, top), tile, cancel, self.simd)
+                else {
                     return;
                 };
                 let mut features = features.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -65,13 +73,13 @@ type Traced = Option<(Vec<PixelFeatures>, Vec<CameraWork>)>;
 /// own. As in `dispatch.rs`, the functions' names are what `cargo xtask fma` looks for.
 fn trace(
     view: &SceneView,
-    hierarchy: &Hierarchy,
+    (hierarchy, top): (&Hierarchy, &Hierarchy),
     tile: Tile,
     cancel: &AtomicBool,
     simd: SimdLevel,
 ) -> Traced {
     let work = CountWork::default();
-    hierarchy.with_counting(&work, simd, |queries| match simd {
+    hierarchy.with_counting(top, &work, simd, |queries| match simd {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: CpuBackend::new has made sure that the CPU has the level.
         SimdLevel::Avx512 => unsafe { render_tile_avx512_features(view, queries, &work, tile, cancel) },

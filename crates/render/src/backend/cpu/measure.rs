@@ -50,18 +50,18 @@ impl CpuBackend {
             let filters: Vec<RayFilter> = paths.iter().map(|path| path.ray.filter(settings)).collect();
             let mut hits = vec![Hit::miss(f32::INFINITY); rays.len()];
             let coherent = Coherence::Coherent;
-            hierarchy.with_batches(self.simd, |queries| {
+            hierarchy.with_batches(hierarchy, self.simd, |queries| {
                 let each = Filters::Each(&filters);
                 camera.time(rays.len(), || queries.closest_hits(&rays, each, coherent, &mut hits));
             });
             let (next_rays, next_filters) = diffuse_rays(&view, &rays, &filters, &hits);
-            hierarchy.with_batches(self.simd, |queries| {
+            hierarchy.with_batches(hierarchy, self.simd, |queries| {
                 let each = Filters::Each(&next_filters);
                 let mut hits = vec![Hit::miss(f32::INFINITY); next_rays.len()];
                 let how = Coherence::Incoherent;
                 diffuse.time(next_rays.len(), || queries.closest_hits(&next_rays, each, how, &mut hits));
             });
-            hierarchy.with_counting(&count, self.simd, |queries| {
+            hierarchy.with_counting(hierarchy, &count, self.simd, |queries| {
                 queries.closest_hits(&rays, Filters::Each(&filters), coherent, &mut hits);
             });
             if start.elapsed() > time {

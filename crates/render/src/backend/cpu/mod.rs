@@ -21,7 +21,8 @@ use super::{
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
 use batched::Workspace;
 use dispatch::TileJob;
-use eosphor_scene::SceneData;
+use eosphor_accel::Builder;
+use eosphor_scene::{Moment, SceneData};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -112,6 +113,14 @@ impl Backend for CpuBackend {
     }
 }
 
+/// The top level of a moment's own, where instances are elsewhere then.
+fn top_of(hierarchy: &Hierarchy, moment: Option<&Moment>, pool: &rayon::ThreadPool) -> Option<Hierarchy> {
+    let places = moment?.places.as_ref()?;
+    // It is built again for each frame, and most have few instances.
+    let build = || Hierarchy::build_top(hierarchy.accel(), Builder::Binned, &places.instances);
+    Some(pool.install(build))
+}
+
 struct PreparedCpu {
     scene: Arc<SceneData>,
     hierarchy: Arc<Hierarchy>,
@@ -138,6 +147,8 @@ impl PreparedScene for PreparedCpu {
         let (width, height) = self.size();
         check_rows(&rows, height)?;
         let view = self.scene.view_at(control.moment);
+        let top = top_of(&self.hierarchy, control.moment, &self.pool);
+        let hierarchies = (&*self.hierarchy, top.as_ref().unwrap_or(&self.hierarchy));
         let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
         let film = Film::new(width, rows.end - rows.start);
         let pixels_total = film.pixels.len() as u64;
@@ -152,7 +163,7 @@ impl PreparedScene for PreparedCpu {
                 let (cancel, count_work) = (control.cancel, control.count_work);
                 let job = TileJob { tile, cancel, count_work, scheduler: self.scheduler };
                 let mut workspace = lock_workspaces().pop().unwrap_or_default();
-                let rendered = dispatch::render_tile(&view, &self.hierarchy, &job, &mut workspace, self.simd);
+                let rendered = dispatch::render_tile(&view, hierarchies, &job, &mut workspace, self.simd);
                 lock_workspaces().push(workspace);
                 let Some((colors, statistics)) = rendered else {
                     return;

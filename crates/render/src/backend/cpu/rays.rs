@@ -16,7 +16,8 @@ impl CpuBackend {
         self.pool.install(|| {
             rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(rays, hits)| {
                 let all = Filters::Shared(&RayFilter::ALL);
-                hierarchy.with_batches(self.simd, |q| q.closest_hits(rays, all, Coherence::Auto, hits));
+                hierarchy
+                    .with_batches(hierarchy, self.simd, |q| q.closest_hits(rays, all, Coherence::Auto, hits));
             });
         });
         hits
@@ -28,7 +29,9 @@ impl CpuBackend {
         self.pool.install(|| {
             rays.par_chunks(CHUNK).zip(hidden.par_chunks_mut(CHUNK)).for_each(|(rays, hidden)| {
                 let all = Filters::Shared(&RayFilter::ALL);
-                hierarchy.with_batches(self.simd, |q| q.occluded_rays(rays, all, Coherence::Auto, hidden));
+                hierarchy.with_batches(hierarchy, self.simd, |q| {
+                    q.occluded_rays(rays, all, Coherence::Auto, hidden)
+                });
             });
         });
         hidden

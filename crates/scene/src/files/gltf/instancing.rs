@@ -1,7 +1,7 @@
 //! EXT_mesh_gpu_instancing: one node that places its mesh many times.
 
 use super::accessors::Accessors;
-use super::matrix::Matrix;
+use crate::model::Matrix;
 use gltf::json::scene::Node;
 use gltf::json::{Value, deserialize};
 use std::collections::BTreeMap;
@@ -34,7 +34,8 @@ pub(super) fn worlds(accessors: &Accessors<'_>, node: &Node, world: &Matrix) -> 
         let translation = translations.as_ref().map_or([0.0; 3], |all| all[i]);
         let rotation = rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |all| all[i]);
         let scale = scales.as_ref().map_or([1.0; 3], |all| all[i]);
-        world.after(&Matrix::of_parts(translation, rotation, scale))
+        let (translation, rotation) = (translation.map(f64::from), rotation.map(f64::from));
+        world.after(&Matrix::of_parts(translation, rotation, scale.map(f64::from)))
     };
     Ok((0..count).map(place).collect())
 }

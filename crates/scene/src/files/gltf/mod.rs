@@ -14,7 +14,6 @@ mod images;
 mod instancing;
 mod lights;
 mod materials;
-mod matrix;
 mod meshes;
 mod nodes;
 mod textures;
@@ -127,7 +126,8 @@ fn contents(
                 continue;
             }
             let world_from_object = Transform::from_affine(&affine);
-            instances.push(Instance { mesh: shown.mesh, material: shown.material, world_from_object });
+            instances
+                .push(Instance { material: shown.material, ..Instance::new(shown.mesh, world_from_object) });
         }
     }
     let used_materials = meshes.finish();

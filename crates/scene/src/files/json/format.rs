@@ -2,7 +2,7 @@
 //! scenes/REFERENCE.md.
 
 use super::material::{Entries, MaterialEntry};
-use crate::model::{Animation, Camera, Light, RenderSettings, Transform, Vector};
+use crate::model::{Animation, Camera, Light, Move, RenderSettings, Transform, Vector};
 use eosphor_core::math::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -82,6 +82,9 @@ pub(super) struct MeshEntry {
     /// Applied before that of an instance.
     #[serde(default)]
     pub(super) transform: Transform,
+    /// How it moves: one after the other, the first one first, after the transform and before that of an instance.
+    #[serde(default)]
+    pub(super) moves: Vec<Move>,
 }
 
 /// A mesh placed once more.
@@ -101,6 +104,9 @@ pub(super) struct InstanceEntry {
     /// Applied after that of the mesh.
     #[serde(default)]
     pub(super) transform: Transform,
+    /// How it moves: one after the other, the first one first, after the transform.
+    #[serde(default)]
+    pub(super) moves: Vec<Move>,
 }
 
 /// A sphere.

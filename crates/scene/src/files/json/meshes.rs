@@ -7,10 +7,11 @@ use super::nearest::hint;
 use super::tree::{Step, way};
 use crate::error::SceneError;
 use crate::files;
-use crate::model::{Instance, Transform};
+use crate::model::{Instance, Move, Transform};
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// The list and the number of the entry that placed an instance.
 pub(super) type Origin = (&'static str, usize);
@@ -21,6 +22,7 @@ struct Group {
     placed: Rc<[Instance]>,
     material: Option<u32>,
     transform: Transform,
+    moves: Vec<Arc<Move>>,
     /// Whether an instance names it.
     used: bool,
 }
@@ -40,7 +42,7 @@ impl Builder<'_> {
             by_name.entry(group.name.clone()).or_default().push(i);
         }
         let mut origins = Vec::new();
-        for (i, InstanceEntry { mesh, material, transform }) in instances.into_iter().enumerate() {
+        for (i, InstanceEntry { mesh, material, transform, moves }) in instances.into_iter().enumerate() {
             let way = way!["instances", i, "mesh"];
             let group = match by_name.get(&mesh).map(Vec::as_slice) {
                 Some(&[group]) => group,
@@ -57,10 +59,11 @@ impl Builder<'_> {
             };
             groups[group].used = true;
             let material = self.material(material, materials, &way!["instances", i, "material"])?;
-            self.place(&groups[group], material, &transform, ("instances", i), &mut origins)?;
+            let moves: Vec<_> = moves.into_iter().map(Arc::new).collect();
+            self.place(&groups[group], material, &transform, &moves, ("instances", i), &mut origins)?;
         }
         for (i, group) in groups.iter().enumerate().filter(|(_, group)| !group.used) {
-            self.place(group, None, &Transform::default(), ("meshes", i), &mut origins)?;
+            self.place(group, None, &Transform::default(), &[], ("meshes", i), &mut origins)?;
         }
         Ok(origins)
     }
@@ -74,7 +77,7 @@ impl Builder<'_> {
         let mut read: HashMap<PathBuf, Rc<[Instance]>> = HashMap::new();
         let mut given_names = HashSet::new();
         let mut groups = Vec::with_capacity(entries.len());
-        for (i, MeshEntry { file, name, material, transform }) in entries.into_iter().enumerate() {
+        for (i, MeshEntry { file, name, material, transform, moves }) in entries.into_iter().enumerate() {
             if let Some(name) = name.as_ref().filter(|name| !given_names.insert((*name).clone())) {
                 let message = format!("another mesh has the name {}; names must differ", quoted(name));
                 return Err(self.document.error_in(&way!["meshes", i, "name"], message));
@@ -90,7 +93,8 @@ impl Builder<'_> {
                 }
             };
             let stem = || file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            groups.push(Group { name: name.unwrap_or_else(stem), placed, material, transform, used: false });
+            let (name, moves) = (name.unwrap_or_else(stem), moves.into_iter().map(Arc::new).collect());
+            groups.push(Group { name, placed, material, transform, moves, used: false });
         }
         Ok(groups)
     }
@@ -113,11 +117,20 @@ impl Builder<'_> {
         group: &Group,
         material: Option<u32>,
         transform: &Transform,
+        moves: &[Arc<Move>],
         origin: Origin,
         origins: &mut Vec<Origin>,
     ) -> Result<(), SceneError> {
-        let outer = after(transform, &group.transform);
-        let world_from_group = outer.affine();
+        // What moves is moved before the instance's transform, which then is a motion that stays.
+        let (outer, mut all) = match group.moves.is_empty() {
+            true => (after(transform, &group.transform), Vec::new()),
+            false => (group.transform, group.moves.clone()),
+        };
+        if !group.moves.is_empty() && *transform != Transform::default() {
+            all.push(Arc::new(Move { transform: *transform, ..Move::default() }));
+        }
+        all.extend_from_slice(moves);
+        let world_from_group = after(transform, &group.transform).affine();
         if world_from_group.is_finite() && world_from_group.inverse().is_none() {
             let message = "the transform squashes the mesh flat; no scale may be 0";
             return Err(self.document.error_in(&way![origin.0, origin.1, "transform"], message));
@@ -127,6 +140,7 @@ impl Builder<'_> {
                 mesh: placed.mesh,
                 material: material.or(group.material).or(placed.material),
                 world_from_object: after(&outer, &placed.world_from_object),
+                moves: all.clone(),
             });
             origins.push(origin);
         }

@@ -17,7 +17,8 @@ pub(super) use filters::LaneFilters;
 
 use super::lanes::RayV;
 use super::walk::{ANY, NEXT, Query};
-use crate::bvh8::{Bvh8, Child, EMPTY};
+use crate::bvh8::view::Bvh8View;
+use crate::bvh8::{Child, EMPTY};
 use crate::simd::{Float, Mask, Simd, Vec3V, each, splat3};
 use alone::SingleRays;
 use eosphor_core::hierarchy::ShadowBatch;
@@ -58,7 +59,7 @@ impl<S: Simd> Best<S> {
 /// What does not change while a packet is traced.
 #[derive(Clone, Copy)]
 pub(super) struct Query16<'a, S: Simd> {
-    pub(super) bvh: &'a Bvh8,
+    pub(super) bvh: &'a Bvh8View<'a>,
     /// What the rays leave out, in lanes and one by one; `None` where they leave out nothing.
     pub(super) lane_filters: Option<&'a LaneFilters<S>>,
     pub(super) filters: &'a [&'a RayFilter; 16],

@@ -1,9 +1,9 @@
 //! A sphere against sixteen rays.
 
 use super::{Best, Leg, MaskOf, arrays, lane_of};
-use crate::bvh8::Bvh8;
 use crate::bvh8::trace::lanes::ConfirmedV;
 use crate::bvh8::trace::walk::Query;
+use crate::bvh8::view::Bvh8View;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use eosphor_core::geometry::Sphere;
 use eosphor_core::intersect::{LocalRay, intersect_sphere};
@@ -13,7 +13,7 @@ impl<S: Simd> Best<S> {
     #[inline(always)]
     pub(super) unsafe fn test_sphere<const QUERY: Query>(
         &mut self,
-        bvh: &Bvh8,
+        bvh: &Bvh8View,
         number: usize,
         leg: &Leg<S>,
         lanes: u32,

@@ -28,6 +28,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
     unsafe fn run<X: Simd>(self) {
         let Walk { packet, query, root, leg, singles, group, octant } = self;
         let bvh = query.bvh;
+        let nodes = if INSTANCES { bvh.instance_nodes } else { bvh.nodes };
         let boxes_extent = if INSTANCES { bvh.instances_extent } else { leg.extent };
         let interval = Interval::<S>::new(&leg.ray, boxes_extent, group, octant);
         let nowhere = S::F16::splat(f32::NEG_INFINITY);
@@ -60,7 +61,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
             } else if at & LEAF == 0 {
                 // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
                 unsafe {
-                    let node = bvh.nodes.get_unchecked(at as usize);
+                    let node = nodes.get_unchecked(at as usize);
                     let (ns, no) = (&interval.near_scale, &interval.near_offset);
                     let (fs, fo) = (&interval.far_scale, &interval.far_offset);
                     let [x0, y0, z0] = each!(k => planes::<S>(node, near_planes[k]).fma(ns[k], no[k]));

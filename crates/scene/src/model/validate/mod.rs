@@ -1,8 +1,10 @@
 //! What a scene must satisfy to be rendered: checked once, in one place, for files, flags and programs alike.
 
+mod animation;
+
 use super::{
-    AlphaMode, Animation, Camera, CameraMotion, Image, Law, Light, LightMotion, MAX_FRAMES, Material,
-    MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene, Texels, Texture,
+    AlphaMode, Camera, Image, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling,
+    RenderSettings, Scene, Texels, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -45,7 +47,7 @@ impl Scene {
             check_camera(camera)?;
         }
         if let Some(animation) = &self.animation {
-            check_animation(animation, self.lights.len())?;
+            animation::check(animation, self.lights.len())?;
         }
         for (i, light) in self.lights.iter().enumerate() {
             check_light(light, &format!("lights[{i}]"))?;
@@ -71,6 +73,7 @@ impl Scene {
             if !instance.world_from_object.affine().is_finite() {
                 return Err(Problem::new(what(), "its transform is not finite; use smaller numbers"));
             }
+            animation::check_moves(&what(), instance.moves.iter().map(|motion| &**motion))?;
         }
         for (i, sphere) in self.spheres.iter().enumerate() {
             let what = || format!("spheres[{i}]");
@@ -115,100 +118,6 @@ fn check_camera(camera: &Camera) -> Check {
             "which distance is sharp? Give focus-distance, or let the camera look-at a point",
         )),
     }
-}
-
-fn check_animation(animation: &Animation, lights: usize) -> Check {
-    in_range("animation.frames".to_string(), animation.frames, 1, MAX_FRAMES)?;
-    if !(animation.fps > 0.0 && animation.fps <= 1000.0) {
-        let message = format!("{} must be over 0 and at most 1000", animation.fps);
-        return Err(Problem::new("animation.fps", message));
-    }
-    for (i, motion) in animation.lights.iter().enumerate() {
-        check_light_motion(motion, &format!("animation.lights[{i}]"), lights)?;
-    }
-    match &animation.camera {
-        None => Ok(()),
-        Some(CameraMotion::Orbit { turns, around }) => {
-            let what = || "animation.camera.orbit".to_string();
-            number("animation.camera.orbit.turns", *turns, -1e6, 1e6)?;
-            point(what, "around", around.unwrap_or(Vec3::ZERO))
-        }
-        Some(CameraMotion::Laws { position, look_at }) => {
-            check_law("animation.camera.laws.position", position)?;
-            check_law("animation.camera.laws.look-at", look_at)
-        }
-        Some(CameraMotion::Keys { keys, .. }) => {
-            if keys.is_empty() {
-                return Err(Problem::new("animation.camera.keys.keys", "there must be at least one"));
-            }
-            for (i, key) in keys.iter().enumerate() {
-                let what = || format!("animation.camera.keys.keys[{i}]");
-                number(&format!("{}.seconds", what()), key.seconds, 0.0, 1e9)?;
-                point(what, "position", key.position)?;
-                point(what, "look-at", key.look_at)?;
-            }
-            check_order(keys.iter().map(|key| key.seconds), "animation.camera.keys.keys")
-        }
-    }
-}
-
-/// Times must grow.
-fn check_order(seconds: impl Iterator<Item = f32>, keys: &str) -> Check {
-    let mut before = f32::NEG_INFINITY;
-    for (i, seconds) in seconds.enumerate() {
-        if seconds <= before {
-            let message = "keys must be in the order of their seconds, each later than the one before";
-            return Err(Problem::new(format!("{keys}[{i}].seconds"), message));
-        }
-        before = seconds;
-    }
-    Ok(())
-}
-
-fn check_light_motion(motion: &LightMotion, name: &str, lights: usize) -> Check {
-    index(|| name.to_string(), "light", motion.light, lights)?;
-    if motion.keys.is_empty() {
-        return Err(Problem::new(format!("{name}.keys"), "there must be at least one"));
-    }
-    for (i, key) in motion.keys.iter().enumerate() {
-        let what = || format!("{name}.keys[{i}]");
-        number(&format!("{}.seconds", what()), key.seconds, 0.0, 1e9)?;
-        // Curves swing beyond their keys.
-        let [position, shade] = [key.position, key.color].map(|v| v.unwrap_or(Vec3::ZERO) * 10.0);
-        point(what, "position", position)?;
-        color(&format!("{}.color", what()), shade)?;
-        if let Some(direction) = key.direction
-            && direction.normalize_or(Vec3::ZERO) == Vec3::ZERO
-        {
-            return Err(Problem::new(format!("{}.direction", what()), "it has no length"));
-        }
-    }
-    check_order(motion.keys.iter().map(|key| key.seconds), &format!("{name}.keys"))
-}
-
-fn check_law(name: &str, law: &Law) -> Check {
-    let Law {
-        r,
-        z,
-        phi,
-        r_amplitude,
-        z_amplitude,
-        r_frequency,
-        z_frequency,
-        phi_frequency,
-        r_phase,
-        z_phase,
-    } = *law;
-    for (key, length) in [("r", r), ("z", z), ("r-amplitude", r_amplitude), ("z-amplitude", z_amplitude)] {
-        number(&format!("{name}.{key}"), length, -0.1 * MAX_COORDINATE, 0.1 * MAX_COORDINATE)?;
-    }
-    let angles = [("phi", phi), ("r-phase", r_phase), ("z-phase", z_phase)];
-    let frequencies =
-        [("r-frequency", r_frequency), ("z-frequency", z_frequency), ("phi-frequency", phi_frequency)];
-    angles
-        .into_iter()
-        .chain(frequencies)
-        .try_for_each(|(key, angle)| number(&format!("{name}.{key}"), angle, -1e6, 1e6))
 }
 
 fn check_light(light: &Light, name: &str) -> Check {

@@ -1,29 +1,18 @@
-//! Placement of nodes, in double precision and a fixed order: the same bits on every machine.
+//! Placement in double precision and a fixed order: the same bits on every machine.
 
 use eosphor_core::math::{Affine, Vec3, sqrt64, vec3};
-use gltf::json::scene::Node;
 
 /// An affine map: the images of the three axes, then that of the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Matrix(pub(super) [[f64; 3]; 4]);
+pub(crate) struct Matrix(pub(crate) [[f64; 3]; 4]);
 
 impl Matrix {
-    pub(super) const IDENTITY: Matrix =
+    pub(crate) const IDENTITY: Matrix =
         Matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]);
 
-    /// From a node to its parent: its matrix, or scale, then rotation, then translation.
-    pub(super) fn of_node(node: &Node) -> Matrix {
-        if let Some(m) = node.matrix {
-            // Column after column; the fourth row is (0, 0, 0, 1) by the specification.
-            return Matrix([0, 4, 8, 12].map(|c| [m[c], m[c + 1], m[c + 2]].map(f64::from)));
-        }
-        let rotation = node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0);
-        Matrix::of_parts(node.translation.unwrap_or([0.0; 3]), rotation, node.scale.unwrap_or([1.0; 3]))
-    }
-
     /// Scale, then rotation by a quaternion (x, y, z, w) of any length, then translation.
-    pub(super) fn of_parts(translation: [f32; 3], rotation: [f32; 4], scale: [f32; 3]) -> Matrix {
-        let q = rotation.map(f64::from);
+    pub(crate) fn of_parts(translation: [f64; 3], rotation: [f64; 4], scale: [f64; 3]) -> Matrix {
+        let q = rotation;
         let square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
         let length = sqrt64(square);
         // One of no length turns nothing.
@@ -34,12 +23,12 @@ impl Matrix {
             [2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)],
         ];
         let [a, b, c] = axes;
-        let [i, j, k] = scale.map(f64::from);
-        Matrix([a.map(|p| p * i), b.map(|p| p * j), c.map(|p| p * k), translation.map(f64::from)])
+        let [i, j, k] = scale;
+        Matrix([a.map(|p| p * i), b.map(|p| p * j), c.map(|p| p * k), translation])
     }
 
     /// `self` after `first`.
-    pub(super) fn after(&self, first: &Matrix) -> Matrix {
+    pub(crate) fn after(&self, first: &Matrix) -> Matrix {
         let [a, b, c, origin] = &self.0;
         let linear = |v: &[f64; 3], axis: usize| a[axis] * v[0] + b[axis] * v[1] + c[axis] * v[2];
         let column = |k: usize| [0, 1, 2].map(|axis| linear(&first.0[k], axis));
@@ -47,17 +36,23 @@ impl Matrix {
         Matrix([column(0), column(1), column(2), moved])
     }
 
-    pub(super) fn affine(&self) -> Affine {
+    /// The same map.
+    pub(crate) fn of_affine(map: &Affine) -> Matrix {
+        let [a, b, c] = map.columns;
+        Matrix([a, b, c, map.translation].map(|v| <[f32; 3]>::from(v).map(f64::from)))
+    }
+
+    pub(crate) fn affine(&self) -> Affine {
         let [a, b, c, origin] = self.0.map(|v| vec3(v[0] as f32, v[1] as f32, v[2] as f32));
         Affine { columns: [a, b, c], translation: origin }
     }
 
-    pub(super) fn position(&self) -> Vec3 {
+    pub(crate) fn position(&self) -> Vec3 {
         self.affine().translation
     }
 
     /// The unit image of an axis (0 x, 1 y, 2 z); `None` where it has no length.
-    pub(super) fn unit_axis(&self, axis: usize) -> Option<Vec3> {
+    pub(crate) fn unit_axis(&self, axis: usize) -> Option<Vec3> {
         let [x, y, z] = self.0[axis];
         let length = sqrt64(x * x + y * y + z * z);
         let unit = vec3((x / length) as f32, (y / length) as f32, (z / length) as f32);
@@ -71,7 +66,7 @@ mod tests {
 
     #[test]
     fn a_quarter_turn_about_y_takes_z_to_x() {
-        let half = std::f32::consts::FRAC_1_SQRT_2;
+        let half = std::f64::consts::FRAC_1_SQRT_2;
         // Twice the length: quaternions are normalised.
         let turn = Matrix::of_parts([0.0, 0.0, 5.0], [0.0, 2.0 * half, 0.0, 2.0 * half], [1.0, 1.0, 3.0]);
         let p = turn.affine().point(vec3(0.0, 0.0, 1.0));
@@ -87,12 +82,5 @@ mod tests {
         let doubled = Matrix::of_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], [2.0; 3]);
         assert_eq!(doubled.after(&moved).position(), vec3(2.0, 0.0, 0.0));
         assert_eq!(moved.after(&doubled).position(), vec3(1.0, 0.0, 0.0));
-    }
-
-    #[test]
-    fn matrices_are_column_after_column() {
-        let node = Node { matrix: Some(std::array::from_fn(|i| i as f32)), ..Node::default() };
-        assert_eq!(Matrix::of_node(&node).0[3], [12.0, 13.0, 14.0]);
-        assert_eq!(Matrix::of_node(&node).0[1], [4.0, 5.0, 6.0]);
     }
 }

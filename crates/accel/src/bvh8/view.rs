@@ -1,0 +1,48 @@
+//! The hierarchy, borrowed for traversals.
+
+use super::{Bvh8, Child, Node8, TriangleBlock};
+use eosphor_core::geometry::{Geometry, Instance, Sphere};
+
+/// Trees over every geometry and one over the instances, which may be those of another hierarchy.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bvh8View<'a> {
+    /// Nodes of the geometries' trees.
+    pub(super) nodes: &'a [Node8],
+    /// Leaves of triangles.
+    pub(super) blocks: &'a [TriangleBlock],
+    pub(super) spheres: &'a [Sphere],
+    pub(super) sphere_primitives: &'a [u32],
+    /// For each geometry, its root.
+    pub(super) roots: &'a [Child],
+    pub(super) geometries: &'a [Geometry],
+    /// Nodes of the tree over the instances, perhaps among others.
+    pub(super) instance_nodes: &'a [Node8],
+    pub(super) instance_root: Child,
+    pub(super) instances: &'a [Instance],
+    /// The largest absolute coordinate of the instances' world boxes.
+    pub(super) instances_extent: f32,
+}
+
+impl Bvh8 {
+    pub(super) fn view(&self) -> Bvh8View<'_> {
+        Bvh8View {
+            nodes: &self.nodes,
+            blocks: &self.blocks,
+            spheres: &self.spheres,
+            sphere_primitives: &self.sphere_primitives,
+            roots: &self.roots,
+            geometries: &self.geometries,
+            instance_nodes: &self.nodes,
+            instance_root: self.instance_root,
+            instances: &self.instances,
+            instances_extent: self.instances_extent,
+        }
+    }
+}
+
+impl Bvh8View<'_> {
+    /// The largest absolute coordinate of all.
+    pub(super) fn extent(&self) -> f32 {
+        self.instances_extent.max(self.geometries[0].extent)
+    }
+}
