@@ -7,7 +7,41 @@ use eosphor::{
     Accel, Backend, BackendError, Builder, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback,
     FeaturePass, Hierarchy, SceneData, cuda_devices,
 };
+use std::ops::Deref;
 use std::sync::Arc;
+
+/// All ranks, where there are several, or what the flags ask for on this machine.
+pub(crate) fn ranks_or_own<'a>(
+    ranks: Option<&'a dyn Backend>,
+    flags: &DeviceFlags,
+    accel: Option<Accel>,
+    count_work: bool,
+    verbosity: Verbosity,
+) -> Result<AnyBackend<'a>, Failure> {
+    match ranks {
+        Some(ranks) => Ok(AnyBackend::Lent(ranks)),
+        None => {
+            limit_threads(flags)?;
+            Ok(AnyBackend::Own(backend_for(flags, accel, count_work, verbosity)?))
+        }
+    }
+}
+
+/// A backend of one's own, or one that is lent.
+pub(crate) enum AnyBackend<'a> {
+    Own(Box<dyn Backend>),
+    Lent(&'a dyn Backend),
+}
+
+impl<'a> Deref for AnyBackend<'a> {
+    type Target = dyn Backend + 'a;
+    fn deref(&self) -> &(dyn Backend + 'a) {
+        match self {
+            AnyBackend::Own(backend) => &**backend,
+            AnyBackend::Lent(backend) => *backend,
+        }
+    }
+}
 
 /// The backend that the flags ask for. `auto` is the first GPU, with the CPU in reserve, unless there is none or something is
 /// asked for that only the CPU does.
@@ -20,7 +54,8 @@ pub(crate) fn backend_for(
     match &flags.backend {
         BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
         BackendChoice::Cuda(devices) => {
-            let options = cuda_options(flags, accel, devices.clone());
+            let devices = if devices.is_empty() { vec![0] } else { devices.clone() };
+            let options = cuda_options(flags, accel, devices);
             options.check().map_err(Failure::usage)?;
             Ok(Box::new(CudaBackend::new(options)?))
         }
@@ -47,7 +82,7 @@ fn first_gpu() -> Option<usize> {
 }
 
 /// Whether flags are about the CPU, or a structure that is made for it.
-fn asks_for_cpu(flags: &DeviceFlags, accel: Option<Accel>) -> bool {
+pub(crate) fn asks_for_cpu(flags: &DeviceFlags, accel: Option<Accel>) -> bool {
     let about_cpus = flags.threads.is_some() || flags.tile.is_some() || flags.simd.0.is_some();
     about_cpus || flags.scheduler != CpuOptions::default().scheduler || accel == Some(Accel::Bvh8)
 }

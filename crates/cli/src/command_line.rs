@@ -1,9 +1,19 @@
 //! How the program was called, as pictures say it.
 
-/// The program's name and its arguments, quoted so that a shell reads them as they were.
+/// The program's name and its arguments, quoted so that a shell reads them as they were. Without which share of the picture
+/// it was: the whole is what one call would have made.
 pub(crate) fn command_line() -> String {
-    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
+    let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
+    let arguments = without_shares(arguments.collect());
+    let arguments = arguments.iter().map(|argument| quoted(argument));
     std::iter::once("eosphor".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+fn without_shares(arguments: Vec<String>) -> Vec<String> {
+    let is_value = |k: usize| k > 0 && arguments[k - 1] == "--tiles";
+    let is_flag = |argument: &str| argument == "--tiles" || argument.starts_with("--tiles=");
+    let kept = arguments.iter().enumerate().filter(|(k, argument)| !is_flag(argument) && !is_value(*k));
+    kept.map(|(_, argument)| argument.clone()).collect()
 }
 
 /// In single quotes, where a shell could take it for anything else than a word.
@@ -18,6 +28,14 @@ fn quoted(argument: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shares_are_not_spoken_of() {
+        let words = |text: &str| text.split(' ').map(str::to_string).collect::<Vec<_>>();
+        for text in ["render --tiles 1/2 a.obj -o b.png", "render a.obj --tiles=1/2 -o b.png"] {
+            assert_eq!(without_shares(words(text)), words("render a.obj -o b.png"));
+        }
+    }
 
     #[test]
     fn only_what_needs_quotes_has_them() {

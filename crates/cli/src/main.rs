@@ -7,6 +7,7 @@ mod allocator;
 mod animation;
 mod arguments;
 mod backend;
+mod cluster;
 mod command_line;
 mod commands;
 mod failure;
@@ -28,11 +29,17 @@ static ALLOCATOR: allocator::Allocator = allocator::Allocator;
 
 fn main() -> ExitCode {
     interrupt::report_file_size_limits();
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        // Of many processes with the same flags one is enough to complain.
+        Err(error) if error.use_stderr() && cluster::is_silent() => return ExitCode::from(2),
+        Err(error) => error.exit(),
+    };
     let done = match &arguments.command {
-        Command::Render(flags) => commands::render(flags),
-        Command::Course(flags) => commands::course(flags),
+        Command::Render(flags) => cluster::run(&flags.of_rank(), |ranks| commands::render(flags, ranks)),
+        Command::Course(flags) => cluster::run(&flags.of_rank(), |ranks| commands::course(flags, ranks)),
         Command::Info(flags) => commands::info(flags),
+        Command::Merge(flags) => commands::merge(flags),
         Command::Compare(flags) => commands::compare(flags),
         Command::Bench(flags) => match &flags.what {
             Bench::Rays(flags) => commands::bench_rays(flags),
@@ -45,10 +52,10 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            if let Some(line) = failure.line() {
+            if let Some(line) = failure.line().filter(|_| !cluster::is_silent()) {
                 streams::error(&line);
             }
-            if let Some(snippet) = failure.snippet() {
+            if let Some(snippet) = failure.snippet().filter(|_| !cluster::is_silent()) {
                 streams::message(&snippet.to_string());
             }
             failure.exit_code()

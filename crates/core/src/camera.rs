@@ -5,6 +5,7 @@ use crate::math::{Vec3, elementary64};
 /// How a camera sees depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Projection {
     /// Rays run through the eye, or the lens.
     Perspective,
@@ -15,6 +16,7 @@ pub enum Projection {
 /// A camera in the form that ray generation reads. The lens is a disk in the plane of `right` and `up`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Camera {
     /// The pin-hole, or the middle of the lens, in world space.
     pub eye: Vec3,

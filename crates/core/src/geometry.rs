@@ -9,6 +9,7 @@ use crate::math::{Affine, Vec3, vec3};
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Bounds {
     /// Smallest coordinates.
     pub min: Vec3,
@@ -92,6 +93,7 @@ impl Bounds {
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(16))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sphere {
     /// Centre.
     pub center: Vec3,
@@ -102,6 +104,7 @@ pub struct Sphere {
 /// A range of triangles and a range of spheres in one space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Geometry {
     /// Number of its first triangle among all.
     pub first_triangle: u32,
@@ -121,6 +124,7 @@ pub struct Geometry {
 /// A placed geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Instance {
     /// Takes rays into the geometry's space.
     pub object_from_world: Affine,
@@ -139,6 +143,7 @@ pub struct Instance {
 /// What shading needs of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TriangleShading {
     /// Unit shading normals at the corners, in the geometry's space.
     pub normals: [Vec3; 3],
@@ -155,6 +160,7 @@ pub struct TriangleShading {
 /// What few triangles have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TriangleExtra {
     /// Linear R, G, B and alpha at the corners, which multiply the material's.
     pub colors: [[f32; 4]; 3],

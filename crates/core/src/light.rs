@@ -5,6 +5,7 @@ use crate::math::Vec3;
 /// One light. Emissive triangles are lights each; other emitters are only seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(u32)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Light {
     /// Shines from a point in all directions.
     Point {

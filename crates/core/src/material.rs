@@ -8,6 +8,7 @@ pub const NONE: u32 = u32::MAX;
 /// How a material's numbers become reflected, transmitted and scattered light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SurfaceModel {
     /// They are what they are named: flattening has composed them.
     Composed,
@@ -18,6 +19,7 @@ pub enum SurfaceModel {
 /// How the Fresnel factor `F` enters a material's reflection and transmission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FresnelUse {
     /// Not at all.
     Ignore,
@@ -30,6 +32,7 @@ pub enum FresnelUse {
 /// How transmitted rays go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Refraction {
     /// Without bending.
     Straight,
@@ -40,6 +43,7 @@ pub enum Refraction {
 /// What the opacity of a surface does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum AlphaUse {
     /// Nothing.
     Ignore,
@@ -52,6 +56,7 @@ pub enum AlphaUse {
 /// One channel of a texture, or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ScalarTexture {
     /// Number of the texture, or [`NONE`].
     pub texture: u32,
@@ -70,6 +75,7 @@ impl ScalarTexture {
 /// behind it shows instead, in proportion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
     /// How the numbers are meant.
     pub model: SurfaceModel,

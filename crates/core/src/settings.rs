@@ -65,6 +65,7 @@ pub enum PixelSampling {
 /// no pixel may depend on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Picture width in pixels, 1 to 65,535.
     pub width: u32,

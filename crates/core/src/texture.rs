@@ -31,6 +31,7 @@ pub enum TextureWrap {
 /// What the texels of a texture are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TexelFormat {
     /// 8 bits a channel, colours sRGB-coded, alpha linear: one word a texel, red in the low byte.
     Srgb8,
@@ -44,6 +45,7 @@ pub enum TexelFormat {
 /// lower left corner of the picture, as in OBJ; rows are stored top first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Texture {
     /// Number of the first word.
     pub first_word: u32,

@@ -3,9 +3,10 @@
 
 mod common;
 
+use eosphor_core::math::Vec3;
 use eosphor_cuda::{CudaBackend, CudaOptions, Traversal};
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, PreparedScene, RenderControl};
-use eosphor_scene::{Animation, CameraMotion, Moments, Preset, Scene, SceneData};
+use eosphor_scene::{Animation, CameraMotion, Moments, Move, MoveKey, Preset, Scene, SceneData};
 use std::fmt::Display;
 use std::io::Write;
 use std::sync::Arc;
@@ -148,22 +149,18 @@ fn every_number_of_samples() {
     }
 }
 
-/// Frames over what was uploaded for the first, several at a time.
-#[test]
-fn frames_of_an_animation() {
-    let mut scene = common::scene("glass", None).unwrap();
-    scene.settings.size = [93, 53];
-    let orbit = CameraMotion::Orbit { turns: 0.2, around: None };
-    scene.animation = Some(Animation { camera: Some(orbit), ..Animation::of_frames(8) });
-    let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
-    let moments = Moments::new(&scene, &data);
-    let Some(gpu) = backend(CudaOptions::default()) else { return };
+/// Frames over what was uploaded for the first, several at a time, against those of the CPU.
+fn assert_frames_identical(scene: &Scene, options: CudaOptions) {
+    let way = format!("{options:?}");
+    let data = Arc::new(SceneData::flatten(scene).unwrap().0);
+    let moments = Moments::new(scene, &data);
+    let Some(gpu) = backend(options) else { return };
     let cpu = CpuBackend::new(CpuOptions::default()).unwrap();
     let prepared: [Box<dyn PreparedScene>; 2] =
         [gpu.prepare(Arc::clone(&data)).unwrap(), cpu.prepare(Arc::clone(&data)).unwrap()];
     std::thread::scope(|scope| {
         for frame in 0..8 {
-            let (moments, prepared) = (&moments, &prepared);
+            let (moments, prepared, way) = (&moments, &prepared, &way);
             scope.spawn(move || {
                 let moment = moments.at(frame).unwrap();
                 let control = RenderControl {
@@ -173,11 +170,40 @@ fn frames_of_an_animation() {
                     moment: Some(&moment),
                 };
                 let [a, b] = prepared.each_ref().map(|scene| scene.render(&control).unwrap());
-                assert_eq!(common::difference(&a.film, &b.film), None, "frame {frame}");
+                assert_eq!(common::difference(&a.film, &b.film), None, "frame {frame}, {way}");
                 assert_eq!(a.statistics.total_rays(), b.statistics.total_rays());
             });
         }
     });
+}
+
+#[test]
+fn frames_of_an_animation() {
+    let mut scene = common::scene("glass", None).unwrap();
+    scene.settings.size = [93, 53];
+    let orbit = CameraMotion::Orbit { turns: 0.2, around: None };
+    scene.animation = Some(Animation { camera: Some(orbit), ..Animation::of_frames(8) });
+    assert_frames_identical(&scene, CudaOptions::default());
+}
+
+/// Every frame has a top level of its own: more frames at a time than there is room for.
+#[test]
+fn frames_of_moving_instances() {
+    let mut scene = common::scene("glass", None).unwrap();
+    scene.settings.size = [61, 47];
+    scene.animation = Some(Animation { fps: 8.0, ..Animation::of_frames(8) });
+    // Far beyond where the first frame has them.
+    let key =
+        |seconds, x| MoveKey { seconds, translate: Some(Vec3 { x, y: 0.0, z: -x }), ..MoveKey::default() };
+    let keys = vec![key(0.0, 0.0), key(0.5, 0.5), key(1.0, 60.0)];
+    let motion = Arc::new(Move { keys, ..Move::default() });
+    scene.instances.iter_mut().skip(1).for_each(|instance| instance.moves = vec![Arc::clone(&motion)]);
+    for accel in structures() {
+        assert_frames_identical(&scene, CudaOptions { accel, ..CudaOptions::default() });
+    }
+    for traversal in Traversal::ALL {
+        assert_frames_identical(&scene, CudaOptions { traversal, ..CudaOptions::default() });
+    }
 }
 
 #[test]

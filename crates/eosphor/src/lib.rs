@@ -72,8 +72,8 @@ pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
     Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, Image, Instance,
     Interpolation, Law, Lens, Light, LightKey, LightMotion, LoadOptions, LoadedScene, MAX_FRAMES, Material,
-    MaterialKind, MaterialTextures, Mesh, Moment, Moments, Mtl, NO_INDEX, NormalMode, Note, Parallelogram,
-    Pbr, PixelSampling, Place, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError,
+    MaterialKind, MaterialTextures, Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram,
+    Pbr, PixelSampling, Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError,
     Snippet, Solid, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform, Triangle,
     UnknownPreset, UnknownSolid, Warning, load, scene_reference, scene_schema,
 };
@@ -82,6 +82,14 @@ pub use eosphor_scene::{
 pub mod frames {
     #[doc(inline)]
     pub use eosphor_render::frames::*;
+}
+
+/// Pictures in shares, which jobs that know nothing of each other render.
+pub mod shares {
+    #[doc(inline)]
+    pub use eosphor_render::output::{
+        BAND_ROWS, ShareError, ShareHeader, ShareReader, ShareWriter, merge, share_path,
+    };
 }
 
 /// Animations as video.

@@ -1,12 +1,12 @@
 //! What a render did: rays by kind, nodes, tests.
 
 use eosphor_core::whitted::RayCounts;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
 /// Rays by kind, and the work on them. The counts of nodes and tests are taken only where asked for
 /// ([`crate::RenderControl::count_work`]); otherwise they are 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RayStatistics {
     /// Rays from the camera.
     pub camera: u64,

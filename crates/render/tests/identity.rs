@@ -9,9 +9,9 @@ use eosphor_render::{
     Accel, Backend, Bands, CpuBackend, CpuOptions, FeatureRows, Film, PixelFeatures, RenderControl, SimdLevel,
 };
 use eosphor_scene::{
-    Animation, Camera, CameraMotion, Image, Instance, Lens, Light, LoadOptions, Material, MaterialKind, Mesh,
-    Moments, Mtl, NO_INDEX, NormalMode, Parallelogram, PixelSampling, Preset, RenderSettings, Scene,
-    SceneData, Sphere, Texels, Texture, Transform, Triangle, load,
+    Animation, Camera, CameraMotion, Image, Instance, Interpolation, Lens, Light, LoadOptions, Material,
+    MaterialKind, Mesh, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Parallelogram, PixelSampling,
+    Preset, RenderSettings, Scene, SceneData, Sphere, Texels, Texture, Transform, Triangle, load,
 };
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -183,6 +183,7 @@ fn instances() -> Scene {
                 translate: vec3(k as f32 - 2.5, 1.2 + 0.2 * k as f32, -1.0),
                 matrix: None,
             },
+            moves: Vec::new(),
         });
     }
     scene
@@ -345,6 +346,62 @@ fn frames_over_one_hierarchy() {
         let expected = render(&Arc::new(SceneData::flatten(&still).unwrap().0), options);
         assert!(found == expected, "frame {frame}");
         pictures.push(found);
+    }
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+}
+
+/// The motion from frame to frame of objects, of which one shines: 16 steps of an eighth each, and a turn.
+fn motion(keys: &[f32]) -> Vec<Arc<Move>> {
+    let key = |&frame: &f32| MoveKey {
+        seconds: frame - keys[0],
+        translate: Some(vec3(frame / 8.0, frame / 16.0, 0.0)),
+        rotate_degrees: Some(vec3(0.0, frame * 10.0, 0.0)),
+        ..MoveKey::default()
+    };
+    let (keys, interpolation) = (keys.iter().map(key).collect(), Interpolation::Linear);
+    vec![Arc::new(Move { keys, interpolation, around: vec3(0.5, 0.0, -1.0), ..Move::default() })]
+}
+
+/// Frames in which instances are elsewhere are those of a scene that has them there, in every structure and way.
+#[test]
+fn frames_of_moving_instances() {
+    let mut scene = instances();
+    scene.animation = Some(Animation { fps: 1.0, ..Animation::of_frames(9) });
+    let shining = Material::new("lamp", MaterialKind::Emissive { radiance: vec3(0.02, 0.01, 0.0) });
+    scene.materials.push(shining);
+    let lamp = scene.materials.len() as u32 - 1;
+    scene.instances[2].material = Some(lamp);
+    scene.settings.light_samples = 1;
+    // One stands still.
+    scene.instances.iter_mut().skip(1).for_each(|instance| instance.moves = motion(&[0.0, 8.0]));
+    let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+    let moments = Moments::new(&scene, &data);
+    let base = CpuOptions { threads: Some(2), ..CpuOptions::default() };
+    let options: Vec<CpuOptions> = Accel::ALL.iter().map(|&accel| CpuOptions { accel, ..base }).collect();
+    let prepared: Vec<_> = options
+        .iter()
+        .map(|&options| CpuBackend::new(options).unwrap().prepare(Arc::clone(&data)).unwrap())
+        .collect();
+    let mut pictures = Vec::new();
+    for frame in [5, 0, 8] {
+        let mut still = scene.clone();
+        still.instances.iter_mut().skip(1).for_each(|instance| instance.moves = motion(&[frame as f32]));
+        let expected = render(&Arc::new(SceneData::flatten(&still).unwrap().0), options[0]);
+        let moment = moments.at(frame).unwrap();
+        for (prepared, options) in prepared.iter().zip(&options) {
+            // Without a structure it takes long, and once is enough.
+            let is_slow = options.accel == Accel::None;
+            if is_slow && frame != 8 {
+                continue;
+            }
+            for count_work in [false, true].into_iter().skip(usize::from(is_slow)) {
+                let (on_progress, cancel) = (&|_| {}, &AtomicBool::new(false));
+                let control = RenderControl { on_progress, cancel, count_work, moment: Some(&moment) };
+                let found = prepared.render(&control).unwrap().film;
+                assert!(found == expected, "frame {frame}, {}, counting: {count_work}", options.accel);
+            }
+        }
+        pictures.push(expected);
     }
     assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
 }

@@ -2,6 +2,7 @@
 //!
 //! `PROPTEST_CASES=N` runs N times the usual number of cases.
 
+mod apart;
 mod check;
 mod cornell;
 mod fused;

@@ -1,5 +1,6 @@
 //! Every way to ask for hits: structure, builder, traversal, SIMD level, what is known about the rays.
 
+use crate::apart::Apart;
 use crate::support::World;
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh, Bvh8, BvhPairs, BvhWide, Coherence, Exhaustive, Filters, Grid,
@@ -56,6 +57,7 @@ pub(crate) struct Structures {
     octrees: Vec<(String, Octree)>,
     grids: Vec<(String, Grid)>,
     kdtrees: Vec<(String, KdTree)>,
+    apart: Apart,
 }
 
 /// With a name.
@@ -108,6 +110,7 @@ impl Structures {
             octrees: named(two(octree, octree_fine), |o| Octree::build(&scene, o)),
             grids: named(two(grid, grid_fine), |o| Grid::build(&scene, o)),
             kdtrees: named(two(kdtree, kdtree_fine), |o| KdTree::build(&scene, o)),
+            apart: Apart::new(world),
         }
     }
 
@@ -133,8 +136,7 @@ impl Structures {
                 let name = format!("bvh8 {name} at {level}");
                 add(&mut ways, format!("{name}, one ray"), OneByOne(tracer));
                 for coherence in [Coherence::Auto, Coherence::Coherent, Coherence::Incoherent] {
-                    let answers = Box::new(Asked(tracer, coherence));
-                    ways.push(Way { name: format!("{name}, {coherence:?}"), answers });
+                    add_with(&mut ways, format!("{name}, {coherence:?}"), tracer, coherence);
                 }
             }
             let counting = OneByOne(bvh8.counting_tracer(CountWork::default()));
@@ -151,10 +153,20 @@ impl Structures {
         for (name, kdtree) in &self.kdtrees {
             add(&mut ways, format!("kd-tree{name}"), OneByOne(kdtree.tracer(IgnoreWork)));
         }
+        self.apart.add_ways(&mut ways);
         ways
     }
 }
 
-fn add<'a>(ways: &mut Vec<Way<'a>>, name: String, tracer: impl BatchTracer + 'a) {
-    ways.push(Way { name, answers: Box::new(Asked(tracer, Coherence::Auto)) });
+pub(crate) fn add<'a>(ways: &mut Vec<Way<'a>>, name: String, tracer: impl BatchTracer + 'a) {
+    add_with(ways, name, tracer, Coherence::Auto);
+}
+
+pub(crate) fn add_with<'a>(
+    ways: &mut Vec<Way<'a>>,
+    name: String,
+    tracer: impl BatchTracer + 'a,
+    coherence: Coherence,
+) {
+    ways.push(Way { name, answers: Box::new(Asked(tracer, coherence)) });
 }

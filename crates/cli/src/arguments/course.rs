@@ -1,6 +1,6 @@
 //! Flags of `eosphor course`.
 
-use super::DeviceFlags;
+use super::{BackendChoice, ClusterFlags, DeviceFlags};
 use clap::Args;
 use eosphor::{Accel, Solid};
 
@@ -26,6 +26,21 @@ pub(crate) struct CourseFlags {
     pub(crate) accel: Option<Accel>,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
+    #[command(flatten)]
+    pub(crate) cluster: ClusterFlags,
+}
+
+impl CourseFlags {
+    /// Where to render, as the course's flags say it.
+    pub(crate) fn device(&self) -> DeviceFlags {
+        let mut device = self.device.clone();
+        if self.cpu {
+            device.backend = BackendChoice::Cpu;
+        } else if self.gpu {
+            device.backend = BackendChoice::Cuda(Vec::new());
+        }
+        device
+    }
 }
 
 /// Three solids, or fewer. (A type of its own, as clap takes lists to mean other things.)

@@ -43,7 +43,7 @@ pub(crate) enum BackendChoice {
     Auto,
     /// All cores.
     Cpu,
-    /// NVIDIA GPUs with these numbers.
+    /// NVIDIA GPUs with these numbers; the first one where there are none.
     Cuda(Vec<usize>),
 }
 
@@ -68,7 +68,7 @@ fn backend(text: &str) -> Result<BackendChoice, String> {
     match text {
         "auto" => return Ok(BackendChoice::Auto),
         "cpu" => return Ok(BackendChoice::Cpu),
-        "cuda" => return Ok(BackendChoice::Cuda(vec![0])),
+        "cuda" => return Ok(BackendChoice::Cuda(Vec::new())),
         _ => {}
     }
     let numbers = text.strip_prefix("cuda:").and_then(|list| {
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn backends() {
         assert_eq!(backend("cpu"), Ok(BackendChoice::Cpu));
-        assert_eq!(backend("cuda"), Ok(BackendChoice::Cuda(vec![0])));
+        assert_eq!(backend("cuda"), Ok(BackendChoice::Cuda(Vec::new())));
         assert_eq!(backend("cuda:3,1,3"), Ok(BackendChoice::Cuda(vec![1, 3])));
         for bad in ["", "gpu", "cuda:", "cuda:x", "cuda:-1", "cuda:0,", "cuda:999"] {
             assert!(backend(bad).is_err(), "{bad}");

@@ -2,6 +2,7 @@
 
 mod bench;
 mod camera;
+mod cluster;
 mod course;
 mod device;
 mod frames;
@@ -11,10 +12,11 @@ mod values;
 
 pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
 pub(crate) use camera::CameraFlags;
+pub(crate) use cluster::ClusterFlags;
 pub(crate) use course::CourseFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use frames::FrameFlags;
-pub(crate) use render::{PictureFlags, RenderFlags, Show};
+pub(crate) use render::{PictureFlags, RenderFlags, Share, Show};
 pub(crate) use settings::SettingsFlags;
 
 use clap::{Args, Parser, Subcommand};
@@ -43,6 +45,8 @@ pub(crate) enum Command {
     ///
     /// Exits with 0 where every pixel is identical, with 1 where not.
     Compare(CompareFlags),
+    /// Make a picture of its shares, which render --tiles has made
+    Merge(MergeFlags),
     /// Measure how fast a device is, and whether its answers are those of the CPU
     Bench(BenchFlags),
     /// List the devices that can render
@@ -70,6 +74,16 @@ pub(crate) struct InfoFlags {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MergeFlags {
+    /// All shares, in any order; those that lie beside OUT with its name where none is given
+    #[arg(value_name = "SHARE")]
+    pub(crate) shares: Vec<PathBuf>,
+    /// The picture, as one run would have written it
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -3,7 +3,7 @@
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::triple;
-use super::{DeviceFlags, FrameFlags, SCENE_HELP};
+use super::{ClusterFlags, DeviceFlags, FrameFlags, SCENE_HELP};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::{ArgAction, Args, value_parser};
@@ -36,6 +36,8 @@ pub(crate) struct RenderFlags {
     pub(crate) camera: CameraFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
+    #[command(flatten)]
+    pub(crate) cluster: ClusterFlags,
     #[command(flatten)]
     pub(crate) report: ReportFlags,
 }
@@ -78,9 +80,26 @@ pub(crate) struct FileFlags {
     /// Leave the command line and the hash of the scene out of .png and .exr
     #[arg(long)]
     pub(crate) no_metadata: bool,
+    /// Render share K of N of the picture, for jobs that know nothing of each other; the file is OUT.K-of-N.share, and eosphor
+    /// merge makes the picture of all
+    #[arg(long, value_name = "K/N", value_parser = share)]
+    pub(crate) tiles: Option<Share>,
     /// Rows that are rendered before any is written; changes no pixel
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_535), hide = true)]
     pub(crate) band_rows: Option<u32>,
+}
+
+/// A share of a picture: its number, from 1, and how many there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Share(pub(crate) (u32, u32));
+
+/// `3/8`.
+fn share(text: &str) -> Result<Share, String> {
+    let numbers = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+    match numbers {
+        Some((number, count)) if number >= 1 && number <= count && count <= 65_535 => Ok(Share((number, count))),
+        _ => Err("it must be the number of the share, from 1, a stroke and how many there are, as in 3/8".into()),
+    }
 }
 
 /// A list of layers. (clap takes a bare `Vec` to mean a flag that may be given several times.)

@@ -1,14 +1,13 @@
 //! `eosphor course`: the task of PLATO's course, by its own input and output.
 
-use super::frames::IN_FLIGHT;
 use crate::animation::{FrameSink, FramesJob};
-use crate::arguments::{BackendChoice, CourseFlags, DeviceFlags};
-use crate::backend::{backend_for, limit_threads};
+use crate::arguments::CourseFlags;
+use crate::backend::ranks_or_own;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
-use eosphor::{CourseInput, CourseOptions, Film, Moments, SaveOptions, SceneData, save};
+use eosphor::{Backend, CourseInput, CourseOptions, Film, Moments, SaveOptions, SceneData, save};
 use std::fs;
 use std::io::{Read, stdin};
 use std::path::Path;
@@ -17,7 +16,8 @@ use std::sync::Arc;
 /// No input is longer.
 const MOST_BYTES: u64 = 1 << 20;
 
-pub(crate) fn course(flags: &CourseFlags) -> Result<(), Failure> {
+/// `ranks` is the backend where there are several.
+pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result<(), Failure> {
     if flags.default {
         return streams::result(&CourseInput::colourful().to_string());
     }
@@ -28,7 +28,6 @@ pub(crate) fn course(flags: &CourseFlags) -> Result<(), Failure> {
         diodes: flags.edge_lights,
         ..usual
     };
-    limit_threads(&flags.device)?;
     interrupt::watch(Verbosity::Normal)?;
     let loaded = input.scene(&options)?;
     for warning in &loaded.warnings {
@@ -36,8 +35,7 @@ pub(crate) fn course(flags: &CourseFlags) -> Result<(), Failure> {
     }
     let scene = loaded.scene;
     let data = Arc::new(SceneData::flatten(&scene)?.0);
-    let device = device(flags);
-    let backend = backend_for(&device, flags.accel, false, Verbosity::Normal)?;
+    let backend = ranks_or_own(ranks, &flags.device(), flags.accel, false, Verbosity::Normal)?;
     let prepared = backend.prepare(Arc::clone(&data))?;
     let sink = Files { input: &input, options: SaveOptions::from(&scene.settings) };
     sink.make_folder()?;
@@ -46,7 +44,7 @@ pub(crate) fn course(flags: &CourseFlags) -> Result<(), Failure> {
         prepared: &*prepared,
         moments: &Moments::new(&scene, &data),
         frames: &frames,
-        in_flight: IN_FLIGHT.into(),
+        in_flight: backend.frames_in_flight(),
         log: &|done| streams::result(&format!("{}\t{:.3}\t{}\n", done.frame, done.milliseconds, done.rays)),
     };
     let view = ProgressView::new(Verbosity::Quiet);
@@ -67,17 +65,6 @@ fn read_input() -> Result<CourseInput, Failure> {
         return Err(Failure::Failed("the input is too long: it must end within 1 MB".into()));
     }
     Ok(CourseInput::parse(&bytes, Path::new("standard input"))?)
-}
-
-/// Where to render, as the course's flags say it.
-fn device(flags: &CourseFlags) -> DeviceFlags {
-    let mut device = flags.device.clone();
-    if flags.cpu {
-        device.backend = BackendChoice::Cpu;
-    } else if flags.gpu {
-        device.backend = BackendChoice::Cuda(vec![0]);
-    }
-    device
 }
 
 /// `.data` frames, or others by the name's ending.

@@ -17,9 +17,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Frames in work at the same time: one is rendered, one developed and written, one begun.
-pub(super) const IN_FLIGHT: u16 = 3;
-
 /// What was done, for programs.
 #[derive(Serialize)]
 struct Report {
@@ -153,12 +150,12 @@ impl Sequence<'_> {
             verbosity.say(Verbosity::Normal, &note);
         }
         let prepared = backend.prepare(Arc::clone(self.data))?;
-        let in_flight = in_flight.or(self.flags.animation.in_flight).unwrap_or(IN_FLIGHT);
+        let in_flight = in_flight.or(self.flags.animation.in_flight).map(usize::from);
         let job = FramesJob {
             prepared: &*prepared,
             moments: &Moments::new(self.scene, self.data),
             frames: missing,
-            in_flight: in_flight.into(),
+            in_flight: in_flight.unwrap_or_else(|| backend.frames_in_flight()),
             log: &|_| Ok(()),
         };
         let view = ProgressView::new(verbosity);

@@ -8,9 +8,11 @@ mod course;
 mod devices;
 mod frames;
 mod info;
+mod merge;
 mod render;
 mod schema;
 mod structures;
+mod tiles;
 #[cfg(feature = "video")]
 mod video;
 
@@ -20,5 +22,6 @@ pub(crate) use completions::completions;
 pub(crate) use course::course;
 pub(crate) use devices::devices;
 pub(crate) use info::info;
+pub(crate) use merge::merge;
 pub(crate) use render::render;
 pub(crate) use schema::schema;

@@ -1,9 +1,9 @@
 //! `eosphor render SCENE -o OUT`.
 
 use super::cost::show_cost;
-use super::frames;
-use crate::arguments::{CameraFlags, PictureFlags, RenderFlags, SettingsFlags, Show};
-use crate::backend::{backend_for, feature_pass, limit_threads};
+use super::{frames, tiles};
+use crate::arguments::{CameraFlags, PictureFlags, RenderFlags, SettingsFlags, Share, Show};
+use crate::backend::{feature_pass, ranks_or_own};
 use crate::command_line::command_line;
 use crate::failure::Failure;
 use crate::files::same_file;
@@ -22,7 +22,8 @@ use std::time::Instant;
 /// Warnings that are shown without `-v`.
 const SHOWN_WARNINGS: usize = 10;
 
-pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
+/// `ranks` is the backend where there are several.
+pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result<(), Failure> {
     // What can be known to fail does so before minutes of rendering.
     let sequence = frames::are_asked_for(flags);
     if !frames::is_video(&flags.output) {
@@ -32,10 +33,8 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
         true => frames::check_output(&flags.output)?,
         false => check_writable(&flags.output)?,
     }
-    limit_threads(&flags.device)?;
-    let backend =
-        backend_for(&flags.device, flags.picture.accel, flags.report.stats, flags.report.verbosity())?;
     let verbosity = flags.report.verbosity();
+    let backend = ranks_or_own(ranks, &flags.device, flags.picture.accel, flags.report.stats, verbosity)?;
     interrupt::watch(verbosity)?;
 
     let start = Instant::now();
@@ -47,11 +46,21 @@ pub(crate) fn render(flags: &RenderFlags) -> Result<(), Failure> {
     show_notes(&notes, verbosity);
     let options = save_options(flags, &scene, &data, &mut seconds);
     if sequence {
-        if flags.show.is_some() || flags.report.stats || !options.layers.is_empty() {
-            let message = "--show, --stats and --layers are for single pictures: leave them out";
+        if flags.show.is_some()
+            || flags.report.stats
+            || flags.file.tiles.is_some()
+            || !options.layers.is_empty()
+        {
+            let message = "--show, --stats, --tiles and --layers are for single pictures: leave them out";
             return Err(Failure::Usage(message.into()));
         }
         return frames::render_frames(flags, &*backend, &scene, &data, &options);
+    }
+    if let Some(Share(share)) = flags.file.tiles {
+        if flags.show.is_some() || flags.report.stats || flags.report.json {
+            return Err(Failure::Usage("--show, --stats and --json are not for shares of a picture".into()));
+        }
+        return tiles::render_share(flags, &*backend, data, options, share);
     }
     if flags.show == Some(Show::Cost) {
         return show_cost(flags, data, bands, options);

@@ -94,3 +94,38 @@ fn what_cannot_be_is_said() {
     let run = place.run(&["render", "builtin:cornell", "-o", pattern.to_str().unwrap()]);
     assert!(run.code == Some(2) && run.stderr.contains("nothing moves"), "{}", run.stderr);
 }
+
+/// An object that moves by keys: frames differ, and are those of a run that was interrupted.
+#[test]
+fn objects_move() {
+    let place = Place::new();
+    fs::write(place.path("tri.obj"), "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let scene = |x: f32| {
+        let text = format!(
+            r#"{{"eosphor": 1, "animation": {{"frames": 4, "fps": 4}}, "camera": {{"position": [0, 0, 5], "direction": [0, 0, -1]}},
+            "meshes": [{{"file": "tri.obj", "moves": [{{"keys": [
+                {{"seconds": 0, "translate": [0, 0, 0]}}, {{"seconds": 1, "translate": [{x}, 0, 0], "scale": 2}}]}}]}}]}}"#
+        );
+        fs::write(place.path("scene.json"), text).unwrap();
+    };
+    let render = |pattern: &str, flags: &[&str]| {
+        let (scene, output) = (place.path("scene.json"), place.path(pattern));
+        let common = ["render", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "--size", "24x18"];
+        place.run(&[&common[..], &["--samples", "1"], flags].concat())
+    };
+    scene(1.0);
+    render("a_%d.ppm", &["--accel", "bvh8", "--in-flight", "1"]).succeeded();
+    render("b_%d.ppm", &["--accel", "octree", "--in-flight", "4"]).succeeded();
+    let all: Vec<Vec<u8>> = (0..4).map(|k| bytes(&place.path(&format!("a_{k}.ppm")))).collect();
+    for (k, frame) in all.iter().enumerate() {
+        assert!(*frame == bytes(&place.path(&format!("b_{k}.ppm"))), "frame {k}");
+        assert!(k == 0 || *frame != all[k - 1], "frame {k} moves");
+    }
+    fs::remove_file(place.path("a_2.ppm")).unwrap();
+    render("a_%d.ppm", &["--resume"]).succeeded();
+    assert!(bytes(&place.path("a_2.ppm")) == all[2]);
+    // Where it goes differently, nothing is kept.
+    scene(1.5);
+    let run = render("a_%d.ppm", &["--resume"]);
+    assert!(run.code == Some(1) && run.stderr.contains("another animation"), "{}", run.stderr);
+}

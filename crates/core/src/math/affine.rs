@@ -5,6 +5,7 @@ use super::{Vec3, fma64, vec3};
 /// An affine map `p -> linear * p + translation`, as three columns and a translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Affine {
     /// Images of the three axes.
     pub columns: [Vec3; 3],

@@ -58,6 +58,7 @@ fn glass() -> Scene {
             rotate_degrees: vec3(10.0, 40.0 * i as f32, 5.0),
             ..Transform::translation(vec3(i as f32 * 1.2 - 2.5, 0.1, -2.5))
         },
+        moves: Vec::new(),
     };
     let mut scene = Scene {
         meshes: vec![waves(2)],

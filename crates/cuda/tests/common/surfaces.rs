@@ -107,6 +107,7 @@ pub(crate) fn scene() -> Scene {
             mesh: 0,
             material: (k > 0).then_some([1, 5, 6, 7, 0, 4, 7][k as usize % 7]),
             world_from_object,
+            moves: Vec::new(),
         }
     };
     let ball = |k: u32| Sphere {

@@ -16,6 +16,12 @@ pub trait Backend: Send + Sync {
     /// For messages: what it runs on.
     fn describe(&self) -> String;
 
+    /// How many frames of an animation to have in work at the same time, so that it never waits for one to be developed and
+    /// written: one is rendered, one developed and written, one begun.
+    fn frames_in_flight(&self) -> usize {
+        3
+    }
+
     /// Builds the hierarchy and whatever else the device needs.
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError>;
 }

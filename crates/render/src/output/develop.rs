@@ -1,5 +1,6 @@
 //! Developing: linear film to display bytes.
 
+use serde::{Deserialize, Serialize};
 use crate::Film;
 use eosphor_accel::SimdLevel;
 use eosphor_core::math::elementary::{exp2, linear_to_srgb};
@@ -8,7 +9,7 @@ use eosphor_scene::{RenderSettings, Transfer};
 use rayon::prelude::*;
 
 /// How linear colours become bytes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DevelopSettings {
     /// Stops: colours are multiplied by 2 to this power before anything else.
     pub exposure: f32,

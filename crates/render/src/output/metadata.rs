@@ -1,5 +1,7 @@
 //! What pictures say of themselves.
 
+use serde::{Deserialize, Serialize};
+
 /// Raised whenever pixels change, for any scene: pictures of one version, scene and command line are the same.
 pub const PICTURE_VERSION: u32 = 3;
 
@@ -8,7 +10,7 @@ pub(super) const SOFTWARE: &str = concat!("Eosphor ", env!("CARGO_PKG_VERSION"))
 
 /// What PNG and EXR files say of themselves besides the program and [`PICTURE_VERSION`]. Other formats name the program
 /// only, `.data` nothing.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Metadata {
     /// What the pixels depend on: [`crate::scene_hash`].
     pub scene_hash: Option<String>,

@@ -16,6 +16,7 @@ mod picture;
 mod png;
 mod ppm;
 mod save;
+mod share;
 #[cfg(feature = "video")]
 mod video;
 mod writer;
@@ -30,6 +31,7 @@ pub use format::Format;
 pub use metadata::{Metadata, PICTURE_VERSION};
 pub use picture::{ByteImage, Picture};
 pub use save::{SaveOptions, check_writable, save, save_developed, save_within};
+pub use share::{BAND_ROWS, ShareError, ShareHeader, ShareReader, ShareWriter, merge, share_path};
 #[cfg(feature = "video")]
 pub use video::{
     FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,

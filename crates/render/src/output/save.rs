@@ -1,12 +1,13 @@
 //! Saving a film under a name.
 
+use serde::{Deserialize, Serialize};
 use super::{DevelopSettings, Developed, Format, Layer, Metadata, OutputError, PictureWriter, atomic};
 use crate::Film;
 use eosphor_scene::RenderSettings;
 use std::path::Path;
 
 /// How a picture is saved.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SaveOptions {
     /// How linear colours become bytes; EXR and HDR files are linear and take no notice of it.
     pub develop: DevelopSettings,

@@ -23,14 +23,15 @@ use crate::error::SceneError;
 use crate::model::Scene;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::texture::Texture;
+use serde::{Deserialize, Serialize};
 use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3, settings::Settings};
 
 pub use moment::{Moment, Moments, Places};
 pub use note::Note;
 
 /// What machines read: plain arrays with indices instead of pointers. Hierarchies are built over it (`eosphor-accel`)
-/// and devices take it as it is.
-#[derive(Clone, Debug)]
+/// and devices take it as it is. For other processes of the same program it can be written and read by serde.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SceneData {
     /// Vertices of all triangles, geometry after geometry.
     pub triangles: Vec<[Vec3; 3]>,
@@ -55,6 +56,7 @@ pub struct SceneData {
     /// Words of the texels of all textures.
     pub texture_words: Vec<u32>,
     /// Linear value of each sRGB byte.
+    #[serde(skip, default = "textures::srgb_decode")]
     pub srgb_decode: [f32; 256],
     /// Lights, the emissive triangles last.
     pub lights: Vec<Light>,

@@ -10,9 +10,10 @@ use eosphor_core::geometry::{Bounds, Geometry, Instance};
 use eosphor_core::light::Light;
 use eosphor_core::settings::Settings;
 use eosphor_core::view::SceneView;
+use serde::{Deserialize, Serialize};
 
 /// What a frame has of its own. The rest of the [`SceneData`] is the same for all of them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moment {
     /// The camera.
     pub camera: Camera,
@@ -25,7 +26,7 @@ pub struct Moment {
 }
 
 /// Where instances are in a frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Places {
     /// Placed geometries; number 0 is the world itself.
     pub instances: Vec<Instance>,

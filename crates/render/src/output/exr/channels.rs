@@ -1,5 +1,6 @@
 //! The channels of a file, and what each takes from a pixel.
 
+use serde::{Deserialize, Serialize};
 use crate::CameraWork;
 use eosphor_core::math::Vec3;
 use eosphor_core::whitted::PixelFeatures;
@@ -10,7 +11,7 @@ use std::str::FromStr;
 
 /// Layers that an EXR file can have besides the colours: what the camera rays of a pixel find first
 /// ([`PixelFeatures`]), and the work on them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Layer {
     /// `albedo.R`, `.G`, `.B`: diffuse colour, linear, mean over the samples.
     Albedo,

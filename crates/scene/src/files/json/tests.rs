@@ -3,6 +3,7 @@
 use crate::error::SceneError;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene, load_from};
+use crate::flatten::{Moments, SceneData};
 use crate::model::{AlphaMode, Channel, Light, MaterialKind, PixelSampling, TextureContent};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::texture::{TextureFilter, TextureWrap};
@@ -460,4 +461,39 @@ fn without_textures_none_are_read() {
     .unwrap()
     .scene;
     assert!(scene.textures.is_empty() && scene.images.is_empty());
+}
+
+/// A mesh's own motion comes before the transform and the motion of what places it.
+#[test]
+fn moves_are_applied_in_order() {
+    let mesh = r#""meshes": [{"file": "models/tri.obj", "moves": [{"keys": [
+        {"seconds": 0, "translate": [1, 0, 0]}, {"seconds": 1, "translate": [2, 0, 0]}]}]}]"#;
+    let scene = read(&format!(
+        r#"{{"eosphor": 1, {mesh}, "animation": {{"frames": 2, "fps": 1}},
+        "instances": [{{"mesh": "tri", "transform": {{"scale": 3}},
+                        "moves": [{{"keys": [{{"seconds": 0, "scale": 2, "rotate-degrees": [0, 0, 90]}}]}}]}}]}}"#
+    ))
+    .unwrap()
+    .scene;
+    let origin_in = |frame| {
+        let (data, _) = SceneData::flatten(&scene).unwrap();
+        let places = Moments::new(&scene, &data).at(frame).unwrap().places.unwrap();
+        places.instances[1].world_from_object.translation
+    };
+    assert!((origin_in(0) - vec3(0.0, 6.0, 0.0)).length() < 1e-5, "{:?}", origin_in(0));
+    assert!((origin_in(1) - vec3(0.0, 12.0, 0.0)).length() < 1e-5);
+    for (moves, reason) in [
+        (r#"[{"keys": [{"seconds": 1}, {"seconds": 1}]}]"#, "in the order of their seconds"),
+        (r#"[{"keys": [{"seconds": 1, "rotation": [0, 0, 0, 0]}]}]"#, "says no rotation"),
+        (r#"[{"keys": [{"seconds": 1, "translate": [1e12, 0, 0]}]}]"#, "out of range"),
+        (r#"[{"transform": {"scale": 0}}]"#, "squashes things flat"),
+        (r#"[{"key": []}]"#, "unknown key \"key\""),
+    ] {
+        let text = format!(
+            "{{\"eosphor\": 1,\n\"meshes\": [{{\"file\": \"models/tri.obj\"}}],\n\
+             \"instances\": [{{\"mesh\": \"tri\", \"moves\": {moves}}}]}}"
+        );
+        let message = error(&text);
+        assert!(message.contains(reason) && message.contains("s.json:3"), "{moves}: {message}");
+    }
 }

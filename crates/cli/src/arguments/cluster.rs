@@ -1,0 +1,12 @@
+//! Flags about many processes.
+
+use clap::Args;
+
+/// Only under a launcher of MPI do they say anything.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Many processes (under mpirun or srun)")]
+pub(crate) struct ClusterFlags {
+    /// End the job where a rank has said nothing for so many seconds; 0: never
+    #[arg(long, value_name = "SECONDS", default_value_t = 60)]
+    pub(crate) rank_timeout: u32,
+}

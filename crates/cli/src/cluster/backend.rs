@@ -1,0 +1,166 @@
+//! All ranks as one backend: what rank 0's command renders with.
+//!
+//! The command runs on a thread of its own, and knows nothing of ranks. Its calls go to the thread that has MPI
+//! ([`super::lead`]) and come back as pixels.
+
+use super::wire::{self, Unit};
+use eosphor::{
+    Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress, RayStatistics,
+    RenderControl, Rendered, SceneData, check_rows,
+};
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// Units a rank for a picture that nothing else is rendered beside: the last ones are small then.
+const UNITS_A_RANK: u32 = 16;
+
+/// Units have at least so many pixels, on CPUs and on GPUs, which are idle with fewer.
+const LEAST_PIXELS: [u32; 2] = [1 << 12, 1 << 18];
+
+/// Asks the thread with MPI to get all ranks ready for a scene.
+pub(super) struct Request {
+    pub(super) scene: Arc<SceneData>,
+    /// What is to be rendered then, until nobody can send more.
+    pub(super) units: Receiver<Submission>,
+    pub(super) reply: Sender<Result<Crew, BackendError>>,
+}
+
+/// A unit, and where its rows go to. They are dropped where they are not rendered.
+pub(super) struct Submission {
+    pub(super) unit: Vec<u8>,
+    pub(super) reply: Sender<(u32, Vec<u8>)>,
+    pub(super) first_row: u32,
+}
+
+/// All ranks, when they are ready.
+pub(super) struct Crew {
+    /// Rank 0's own.
+    pub(super) local: Arc<dyn PreparedScene>,
+    pub(super) description: String,
+    pub(super) ranks: u32,
+    pub(super) are_gpus: bool,
+}
+
+/// All ranks.
+pub(crate) struct ClusterBackend {
+    requests: Mutex<Sender<Request>>,
+    ranks: u32,
+    description: OnceLock<String>,
+}
+
+impl ClusterBackend {
+    pub(super) fn new(requests: Sender<Request>, ranks: u32) -> ClusterBackend {
+        ClusterBackend { requests: Mutex::new(requests), ranks, description: OnceLock::new() }
+    }
+}
+
+fn gone() -> BackendError {
+    BackendError::Failed("the other ranks are gone".into())
+}
+
+impl Backend for ClusterBackend {
+    fn describe(&self) -> String {
+        self.description.get().cloned().unwrap_or_else(|| format!("{} ranks", self.ranks))
+    }
+
+    /// So many that no rank waits for a frame to be developed and written.
+    fn frames_in_flight(&self) -> usize {
+        3 * self.ranks as usize + 3
+    }
+
+    fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
+        let ((submit, units), (reply, answer)) = (channel(), channel());
+        let requests = self.requests.lock().unwrap_or_else(PoisonError::into_inner);
+        requests.send(Request { scene, units, reply }).map_err(|_| gone())?;
+        drop(requests);
+        let crew = answer.recv().map_err(|_| gone())??;
+        let _ = self.description.set(crew.description.clone());
+        Ok(Box::new(PreparedCluster { crew, submit: Mutex::new(submit), calls: AtomicU32::new(0) }))
+    }
+}
+
+struct PreparedCluster {
+    crew: Crew,
+    submit: Mutex<Sender<Submission>>,
+    /// Calls of [`PreparedScene::render_rows`] that are on their way.
+    calls: AtomicU32,
+}
+
+impl PreparedScene for PreparedCluster {
+    fn hierarchy_statistics(&self) -> HierarchyStatistics {
+        self.crew.local.hierarchy_statistics()
+    }
+
+    fn hierarchy(&self) -> Option<Arc<Hierarchy>> {
+        self.crew.local.hierarchy()
+    }
+
+    fn size(&self) -> (u32, u32) {
+        self.crew.local.size()
+    }
+
+    fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
+        let (width, height) = self.size();
+        check_rows(&rows, height)?;
+        let calls = self.calls.fetch_add(1, Ordering::Relaxed) + 1;
+        let rendered = self.render_units(width, rows, calls, control);
+        self.calls.fetch_sub(1, Ordering::Relaxed);
+        rendered
+    }
+}
+
+impl PreparedCluster {
+    fn render_units(
+        &self,
+        width: u32,
+        rows: Range<u32>,
+        calls: u32,
+        control: &RenderControl,
+    ) -> Result<Rendered, BackendError> {
+        let (reply, results) = channel();
+        let step = self.rows_of_unit(width, rows.end - rows.start, calls);
+        for first_row in rows.clone().step_by(step as usize) {
+            let unit = Unit {
+                rows: first_row..rows.end.min(first_row.saturating_add(step)),
+                count_work: control.count_work,
+                moment: control.moment.cloned(),
+            };
+            let unit = wire::encode(&unit).map_err(BackendError::Failed)?;
+            let submission = Submission { unit, reply: reply.clone(), first_row };
+            let submit = self.submit.lock().unwrap_or_else(PoisonError::into_inner);
+            submit.send(submission).map_err(|_| gone())?;
+        }
+        drop(reply);
+
+        let mut film = Film::new(width, rows.end - rows.start);
+        let (mut complete_pixels, mut statistics) = (0, RayStatistics::default());
+        let pixels_total = film.pixels.len() as u64;
+        // It ends when every unit has been answered or dropped.
+        for (first_row, bytes) in results {
+            let unit = wire::decode_result(&bytes).map_err(BackendError::Failed)?;
+            let start = (first_row - rows.start) as usize * width as usize;
+            let place = film.pixels.get_mut(start..start + unit.film.pixels.len());
+            place.ok_or_else(gone)?.copy_from_slice(&unit.film.pixels);
+            statistics += unit.statistics;
+            if unit.complete {
+                complete_pixels += unit.film.pixels.len() as u64;
+            }
+            let (pixels_done, rays) = (complete_pixels, statistics.total_rays());
+            (control.on_progress)(Progress { pixels_done, pixels_total, rays });
+        }
+        Ok(Rendered { film, complete: complete_pixels == pixels_total, statistics })
+    }
+
+    /// Where many frames are in work, a unit is a whole one; of the last ones, and of a picture alone, all ranks have a
+    /// share.
+    fn rows_of_unit(&self, width: u32, rows: u32, calls: u32) -> u32 {
+        if calls > self.crew.ranks {
+            return rows;
+        }
+        let units = (self.crew.ranks * UNITS_A_RANK).div_ceil(calls);
+        let least = LEAST_PIXELS[usize::from(self.crew.are_gpus)].div_ceil(width);
+        rows.div_ceil(units).max(least).max(1)
+    }
+}

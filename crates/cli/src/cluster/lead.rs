@@ -1,0 +1,178 @@
+//! What rank 0 does: a thread runs the command, and this one has MPI.
+
+use super::backend::{ClusterBackend, Crew, Request, Submission};
+use super::follow::{agree, in_flight, prepare, render};
+use super::wire::{self, Order, Ready};
+use super::RankOptions;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::streams::Verbosity;
+use crate::text::{bytes, duration};
+use eosphor::{Backend, BackendError};
+use eosphor_cluster::{Coordinator, Job, Progress, World};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Between two lines about the ranks.
+const LINE_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Runs a command with all ranks as its backend.
+pub(super) fn lead(
+    world: &World,
+    options: &RankOptions,
+    command: impl FnOnce(Option<&dyn Backend>) -> Result<(), Failure> + Send,
+) -> Result<(), Failure> {
+    agree(world)?;
+    let (requests, receiver) = channel();
+    let backend = ClusterBackend::new(requests, world.size());
+    let abort = world.abort_handle();
+    std::thread::scope(|scope| {
+        let running = scope.spawn(move || command(Some(&backend)));
+        // Until the command, which has the backend, has ended.
+        for request in receiver {
+            if let Err(failure) = serve(world, options, request) {
+                abort.now(&failure.line().unwrap_or_default());
+            }
+        }
+        world.broadcast(Order::Leave.to_bytes()).map_err(Failure::because)?;
+        // Its panic has ended all ranks.
+        running.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// Gets all ranks ready for a scene, and lets them render it.
+fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), Failure> {
+    let Request { scene, units, reply } = request;
+    let order = Order::prepare(&scene)?;
+    world.broadcast(order).map_err(Failure::because)?;
+    let (mine, local) = prepare(world, options, scene);
+    let gathered = world.gather(&wire::encode(&mine).map_err(Failure::Failed)?).map_err(Failure::because)?;
+    let gathered: Vec<Result<Ready, String>> = gathered
+        .unwrap_or_default()
+        .iter()
+        .map(|ready| wire::decode(ready).and_then(|ready| ready))
+        .collect();
+    let wrong = gathered.iter().zip(0..).find_map(|(ready, rank)| Some((rank, ready.as_ref().err()?)));
+    let (Some((local, ready)), None) = (local, wrong) else {
+        world.broadcast(Order::Wait.to_bytes()).map_err(Failure::because)?;
+        let (rank, reason) = wrong.map_or((0, "not ready"), |(rank, reason)| (rank, reason));
+        let host = &world.hosts()[rank as usize];
+        let _ = reply.send(Err(BackendError::Unavailable(format!("rank {rank} on {host}: {reason}"))));
+        return Ok(());
+    };
+    let all: Vec<Ready> = gathered.into_iter().flatten().collect();
+    warn_of_few_processors(world, options.verbosity, &all);
+    world.broadcast(Order::Work.to_bytes()).map_err(Failure::because)?;
+    let crew = Crew {
+        local: Arc::clone(&local),
+        description: describe(world, &all),
+        ranks: world.size(),
+        are_gpus: all.iter().all(|ready| ready.is_gpu),
+    };
+    // Where nobody waits for it any more, nothing is rendered.
+    let _ = reply.send(Ok(crew));
+
+    let slots = Mutex::new(HashMap::new());
+    let lock = || slots.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut describe = |unit: u64| {
+        Ok(next(&units).map(|Submission { unit: bytes, reply, first_row }| {
+            lock().insert(unit, (reply, first_row));
+            bytes
+        }))
+    };
+    let mut collect = |unit: u64, result: Vec<u8>| {
+        if let Some((reply, first_row)) = lock().remove(&unit) {
+            // Who has failed does not wait any more.
+            let _ = reply.send((first_row, result));
+        }
+        Ok(())
+    };
+    let (mut shown, verbosity) = (Duration::ZERO, options.verbosity);
+    let mut progress = |progress: &Progress| {
+        if progress.elapsed >= shown + LINE_INTERVAL {
+            shown = progress.elapsed;
+            verbosity.say(Verbosity::Normal, &summary(progress));
+        }
+    };
+    let compute = |_: u64, unit: &[u8]| render(&*local, unit);
+    // What was handed out is rendered to its end, or given up by the ranks themselves.
+    let cancel = AtomicBool::new(false);
+    let coordinator =
+        Coordinator { describe: &mut describe, collect: &mut collect, progress: &mut progress, cancel: &cancel };
+    let report = world.run(Job {
+        units: None,
+        in_flight: in_flight(&ready),
+        coordinator: Some(coordinator),
+        compute: &compute,
+        threads: ready.units,
+        silence: options.silence(),
+    });
+    let report = report.map_err(Failure::because)?;
+    verbosity.say(Verbosity::Normal, &summary(&report.progress()));
+    Ok(())
+}
+
+/// The next unit to be handed out, which may take its time; `None` when there will be none. After Ctrl-C units are dropped.
+fn next(units: &Receiver<Submission>) -> Option<Submission> {
+    loop {
+        let submission = units.recv().ok()?;
+        if !interrupt::flag().load(Ordering::Relaxed) {
+            return Some(submission);
+        }
+    }
+}
+
+/// `4 ranks on 2 hosts: 3 x CPU, 2 threads, AVX2 + FMA; 1 x CUDA, ...`
+fn describe(world: &World, all: &[Ready]) -> String {
+    let mut backends = BTreeMap::<&str, u32>::new();
+    all.iter().for_each(|ready| *backends.entry(&ready.backend).or_default() += 1);
+    let backends: Vec<String> = backends.iter().map(|(name, count)| format!("{count} x {name}")).collect();
+    let mut hosts = world.hosts().to_vec();
+    hosts.sort();
+    hosts.dedup();
+    let hosts = if hosts.len() == 1 { "1 host".into() } else { format!("{} hosts", hosts.len()) };
+    format!("{} ranks on {hosts}: {}", world.size(), backends.join("; "))
+}
+
+/// Launchers that bind each process to a core leave the others idle.
+fn warn_of_few_processors(world: &World, verbosity: Verbosity, all: &[Ready]) {
+    let on_host = |rank: usize| world.hosts().iter().filter(|host| **host == world.hosts()[rank]).count();
+    let is_tied = |(rank, ready): &(usize, &Ready)| {
+        let (mine, of_host) = ready.processors;
+        !ready.is_gpu && mine == 1 && of_host as usize > on_host(*rank)
+    };
+    let tied: Vec<usize> = all.iter().enumerate().filter(is_tied).map(|(rank, _)| rank).collect();
+    let Some(&first) = tied.first() else { return };
+    verbosity.say(
+        Verbosity::Normal,
+        &format!(
+            "eosphor: note: {} of {} ranks may use one processor only: rank {first} on {} has 1 of {}; start with \
+             mpirun --bind-to none, or srun --cpu-bind=none",
+            tied.len(),
+            all.len(),
+            world.hosts()[first],
+            all[first].processors.1
+        ),
+    );
+}
+
+/// `ranks: 120 units, 45.1 MB moved in 12 s; units a second: 0: 2.5, 1: 2.4`
+fn summary(progress: &Progress) -> String {
+    const SHOWN: usize = 16;
+    let seconds = progress.elapsed.as_secs_f64();
+    let rate = |units: u64| if seconds > 0.0 { units as f64 / seconds } else { 0.0 };
+    let ranks = progress.ranks.iter().enumerate().take(SHOWN);
+    let ranks: Vec<String> =
+        ranks.map(|(rank, of_rank)| format!("{rank}: {:.2}", rate(of_rank.units_done))).collect();
+    let more = if progress.ranks.len() > SHOWN { ", ..." } else { "" };
+    format!(
+        "ranks: {} units and {} moved in {}; units a second: {}{more}",
+        progress.units_done,
+        bytes(progress.bytes_moved),
+        duration(seconds),
+        ranks.join(", ")
+    )
+}

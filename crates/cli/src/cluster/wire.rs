@@ -1,0 +1,158 @@
+//! What ranks send each other, as bytes. All ranks run the same program, so nothing but the bytes is agreed upon.
+
+use crate::failure::Failure;
+use eosphor::math::Vec3;
+use eosphor::{Film, Moment, RayStatistics, Rendered, SceneData};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use std::ops::Range;
+
+/// What rank 0 tells all others to do next.
+pub(super) enum Order {
+    /// Get ready to render this scene.
+    Prepare(SceneData),
+    /// Everyone is ready: work.
+    Work,
+    /// Someone is not: wait for the next order.
+    Wait,
+    /// The command has ended.
+    Leave,
+}
+
+const PREPARE: u8 = b'P';
+const WORK: u8 = b'W';
+const WAIT: u8 = b'-';
+const LEAVE: u8 = b'L';
+
+impl Order {
+    /// [`Order::Prepare`], without a copy of the scene.
+    pub(super) fn prepare(scene: &SceneData) -> Result<Vec<u8>, Failure> {
+        let bytes = postcard::to_extend(scene, vec![PREPARE]);
+        bytes.map_err(|error| Failure::Failed(format!("cannot send the scene to other ranks: {error}")))
+    }
+
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
+        match self {
+            Order::Prepare(scene) => Order::prepare(scene).unwrap_or_default(),
+            Order::Work => vec![WORK],
+            Order::Wait => vec![WAIT],
+            Order::Leave => vec![LEAVE],
+        }
+    }
+
+    pub(super) fn from_bytes(bytes: &[u8]) -> Result<Order, String> {
+        match bytes.split_first() {
+            Some((&PREPARE, scene)) => decode(scene).map(Order::Prepare),
+            Some((&WORK, [])) => Ok(Order::Work),
+            Some((&WAIT, [])) => Ok(Order::Wait),
+            Some((&LEAVE, [])) => Ok(Order::Leave),
+            _ => Err("an order of rank 0 cannot be read".into()),
+        }
+    }
+}
+
+/// A rank before it works.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Ready {
+    /// What it renders on.
+    pub(super) backend: String,
+    pub(super) is_gpu: bool,
+    /// Units that it renders at the same time.
+    pub(super) units: u32,
+    /// Processors that it may use, and that its host has.
+    pub(super) processors: (u32, u32),
+}
+
+/// Some rows of a frame.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Unit {
+    pub(super) rows: Range<u32>,
+    pub(super) count_work: bool,
+    pub(super) moment: Option<Moment>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct ResultHead {
+    width: u32,
+    height: u32,
+    complete: bool,
+    statistics: RayStatistics,
+}
+
+pub(super) fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, String> {
+    postcard::to_allocvec(value).map_err(|error| error.to_string())
+}
+
+pub(super) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    postcard::from_bytes(bytes).map_err(|error| format!("a message of another rank cannot be read: {error}"))
+}
+
+/// The rows of a unit.
+pub(super) fn encode_result(rendered: &Rendered) -> Result<Vec<u8>, String> {
+    let Film { width, height, ref pixels } = rendered.film;
+    let (complete, statistics) = (rendered.complete, rendered.statistics);
+    let mut bytes = encode(&ResultHead { width, height, complete, statistics })?;
+    bytes.reserve(pixels.len() * 12);
+    for &pixel in pixels {
+        let [r, g, b] = <[f32; 3]>::from(pixel).map(f32::to_le_bytes);
+        bytes.extend_from_slice(&[r, g, b].concat());
+    }
+    Ok(bytes)
+}
+
+pub(super) fn decode_result(bytes: &[u8]) -> Result<Rendered, String> {
+    let damaged = || "the pixels of another rank cannot be read".to_string();
+    let (head, rest) = postcard::take_from_bytes(bytes).map_err(|_| damaged())?;
+    let ResultHead { width, height, complete, statistics } = head;
+    if rest.len() as u64 != u64::from(width) * u64::from(height) * 12 {
+        return Err(damaged());
+    }
+    let float = |bytes: &[u8; 4]| f32::from_le_bytes(*bytes);
+    let pixel = |bytes: &[u8; 12]| {
+        let [r, g, b] = bytes.as_chunks::<4>().0 else { unreachable!("twelve bytes") };
+        Vec3::from([float(r), float(g), float(b)])
+    };
+    let pixels = rest.as_chunks::<12>().0.iter().map(pixel).collect();
+    Ok(Rendered { film: Film { width, height, pixels }, complete, statistics })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor::{LoadOptions, Moments, load, scene_hash};
+
+    /// All that pixels depend on arrives.
+    #[test]
+    fn scenes_and_moments_come_back() {
+        let scene = load("builtin:solids", &LoadOptions::default()).unwrap().scene;
+        let (data, _) = SceneData::flatten(&scene).unwrap();
+        let Ok(Order::Prepare(read)) = Order::from_bytes(&Order::prepare(&data).unwrap()) else { panic!() };
+        let develop = eosphor::DevelopSettings::default();
+        assert_eq!(scene_hash(&read, &develop), scene_hash(&data, &develop));
+        let moment = Moments::new(&scene, &data).at(7).unwrap();
+        let unit = Unit { rows: 3..9, count_work: true, moment: Some(moment.clone()) };
+        let read: Unit = decode(&encode(&unit).unwrap()).unwrap();
+        assert_eq!((read.rows, read.count_work, read.moment), (3..9, true, Some(moment)));
+        for order in [Order::Work, Order::Wait, Order::Leave] {
+            let bytes = order.to_bytes();
+            assert_eq!(Order::from_bytes(&bytes).unwrap().to_bytes(), bytes);
+        }
+        assert!(Order::from_bytes(b"").is_err() && Order::from_bytes(b"Pxyz").is_err());
+    }
+
+    #[test]
+    fn pixels_come_back_bit_for_bit() {
+        let pixels = [0.1f32, -0.0, f32::INFINITY, 1e-40, 3.5, f32::MAX];
+        let pixels: Vec<Vec3> = pixels.as_chunks().0.iter().map(|&p: &[f32; 3]| Vec3::from(p)).collect();
+        let statistics = RayStatistics { camera: 5, shadow: 1 << 40, ..RayStatistics::default() };
+        let film = Film { width: 1, height: 2, pixels };
+        let rendered = Rendered { film, complete: true, statistics };
+        let bytes = encode_result(&rendered).unwrap();
+        let read = decode_result(&bytes).unwrap();
+        let bits = |film: &Film| -> Vec<[u32; 3]> {
+            film.pixels.iter().map(|&p| <[f32; 3]>::from(p).map(f32::to_bits)).collect()
+        };
+        assert_eq!(bits(&read.film), bits(&rendered.film));
+        assert_eq!((read.statistics, read.complete), (statistics, true));
+        assert!(decode_result(&bytes[..bytes.len() - 1]).is_err());
+    }
+}

@@ -1,0 +1,40 @@
+//! `eosphor merge SHARE... -o OUT`.
+
+use crate::arguments::MergeFlags;
+use crate::failure::Failure;
+use eosphor::shares::merge as merge_shares;
+use std::path::{Path, PathBuf};
+
+pub(crate) fn merge(flags: &MergeFlags) -> Result<(), Failure> {
+    let shares = match flags.shares.is_empty() {
+        true => shares_beside(&flags.output)?,
+        false => flags.shares.clone(),
+    };
+    merge_shares(&shares, &flags.output).map_err(Failure::because)
+}
+
+/// The shares of a picture, by their names.
+fn shares_beside(output: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let folder = output.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let name = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let is_share = |path: &PathBuf| {
+        let other = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let numbers = other.strip_prefix(&format!("{name}.")).and_then(|rest| rest.strip_suffix(".share"));
+        let numbers = numbers.and_then(|numbers| numbers.split_once("-of-"));
+        numbers.is_some_and(|(k, n)| k.parse::<u32>().is_ok() && n.parse::<u32>().is_ok())
+    };
+    let cannot = |error| {
+        Failure::Failed(format!("cannot look for shares in {}: {error}", folder.display()))
+    };
+    let entries = std::fs::read_dir(folder).map_err(cannot)?;
+    let mut shares: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_share).collect();
+    shares.sort();
+    match shares.is_empty() {
+        true => Err(Failure::Failed(format!(
+            "there are no shares of {}: render them with --tiles 1/N to --tiles N/N, or name their files",
+            output.display()
+        ))),
+        false => Ok(shares),
+    }
+}
