@@ -61,6 +61,11 @@ fn sleep(world: &World, seconds: f64, units_a_rank: u64) -> Result<(), ClusterEr
             used[0],
             used.iter().sum::<f64>(),
         );
+        if std::env::var_os("FARM_DETAIL").is_some() {
+            for (rank, of_rank) in report.ranks.iter().enumerate() {
+                println!("  {rank}: {} units in {:.3} s", of_rank.units_done, of_rank.seconds_computing);
+            }
+        }
     }
     Ok(())
 }
