@@ -1,8 +1,8 @@
 //! Messages between ranks, of any length, sent and received while the program goes on.
 //!
 //! A message is a head, which has its bytes with it where they are few, and else is followed by them in pieces. Heads
-//! overtake pieces, so that a sign of life does not wait for a large picture; pieces from one rank to another stay in
-//! order.
+//! overtake pieces. Within a job short messages do so too, so that a sign of life does not wait for a large picture; else
+//! messages from one rank to another stay in order.
 
 use crate::error::ClusterError;
 use crate::mpi::Mpi;
@@ -26,6 +26,13 @@ pub(crate) enum Channel {
     Announce = 2,
     /// Within a job.
     Job = 3,
+}
+
+impl Channel {
+    /// Whether messages arrive in the order in which they were sent, also short ones after long ones.
+    fn is_ordered(self) -> bool {
+        self != Channel::Job
+    }
 }
 
 /// A message.
@@ -97,18 +104,25 @@ impl Mail {
         let mut moved = false;
         while let Some((rank, count)) = mpi.probe(TAG_HEAD)? {
             moved = true;
-            let (channel, letter, length, piece) = decode(&mpi.receive(rank, TAG_HEAD, count)?);
+            let (channel, mut letter, length, piece) = decode(&mpi.receive(rank, TAG_HEAD, count)?);
             self.bytes_moved += (HEAD_LENGTH + length) as u64;
-            if length > MOST_WITH_HEAD {
+            let is_long = length > MOST_WITH_HEAD;
+            let pieces = if is_long {
                 let room = zeros(length).ok_or_else(|| ClusterError::Misuse {
                     rank: mpi.rank,
                     reason: format!(
                         "not enough memory for {length} bytes from rank {rank}: use smaller units"
                     ),
                 })?;
-                let pieces = Transfer::from(rank, TAG_PIECE, room, piece);
+                Transfer::from(rank, TAG_PIECE, room, piece)
+            } else {
+                Transfer::ended(std::mem::take(&mut letter.bytes))
+            };
+            let before = self.from.get(&rank).into_iter().flatten();
+            if is_long || channel.is_ordered() && before.into_iter().any(|(other, ..)| *other == channel) {
                 self.from.entry(rank).or_default().push_back((channel, letter, pieces));
             } else {
+                letter.bytes = pieces.into_bytes();
                 self.arrived.entry((channel, rank)).or_default().push_back(letter);
             }
         }

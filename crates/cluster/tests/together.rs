@@ -75,6 +75,15 @@ fn pattern(seed: u64, count: usize) -> Vec<u8> {
     (0..count).map(|_| next()).collect()
 }
 
+/// Says where bytes differ, not what they all are.
+fn assert_same(bytes: &[u8], expected: &[u8], what: &str) {
+    let differing = || bytes.iter().zip(expected).enumerate().filter(|(_, (one, other))| one != other);
+    let (first, count) = (differing().next().map(|(at, _)| at), differing().count());
+    let last = differing().next_back().map(|(at, _)| at);
+    let lengths = (bytes.len(), expected.len());
+    assert!(bytes == expected, "{what}: lengths {lengths:?}, {count} differ, from {first:?} to {last:?}");
+}
+
 fn broadcast(world: &World) -> Result<(), ClusterError> {
     assert_eq!(world.hosts().len(), world.size() as usize);
     assert_eq!(world.hosts()[world.rank() as usize], world.host());
@@ -84,7 +93,7 @@ fn broadcast(world: &World) -> Result<(), ClusterError> {
         [(1, 0, 16), (2, 1, 16), (3, 1001, 16), (4, 3_000_001, 1 << 20), (5, 999, 0), (6, 5_000_000, 1 << 30)]
     {
         let bytes = if world.rank() == 0 { pattern(seed, count) } else { vec![1] };
-        assert!(world.broadcast_with(bytes, piece, None)? == pattern(seed, count));
+        assert_same(&world.broadcast_with(bytes, piece, None)?, &pattern(seed, count), "broadcast");
     }
     assert!(world.broadcast(pattern(9, 77))? == pattern(9, 77));
     Ok(())
@@ -97,7 +106,9 @@ fn gather(world: &World) -> Result<(), ClusterError> {
             |rank: u32| pattern(seed + u64::from(rank), [3, 1024, 1025, 2_000_003][rank as usize % 4]);
         let all = world.gather(&of_rank(world.rank()))?;
         assert_eq!(all.is_some(), world.rank() == 0);
-        assert!(all.is_none_or(|all| (0..world.size()).map(of_rank).eq(all)));
+        for (rank, bytes) in all.into_iter().flatten().enumerate() {
+            assert_same(&bytes, &of_rank(rank as u32), &format!("gathered from rank {rank}"));
+        }
     }
     world.agree("program version", "0.1.0")
 }
@@ -121,7 +132,7 @@ fn farm(world: &World, job: (u64, u32, u32), cancel_at: Option<u64>) -> Result<(
     let cancel = AtomicBool::new(false);
     let mut collect = |unit, bytes: Vec<u8>| {
         assert_eq!(unit, collected, "units come in order, each once");
-        assert!(bytes == result(unit, &description(unit)), "unit {unit}");
+        assert_same(&bytes, &result(unit, &description(unit)), &format!("unit {unit}"));
         collected += 1;
         cancel.fetch_or(cancel_at == Some(unit), Ordering::Relaxed);
         Ok(())
