@@ -1,0 +1,93 @@
+//! The other ranks' side of a job: they compute what rank 0 hands out.
+
+use crate::crew::Crew;
+use crate::error::ClusterError;
+use crate::idle::Idle;
+use crate::job::{Job, Report};
+use crate::mail::{Channel, Letter};
+use crate::watch::Watch;
+use crate::world::World;
+use std::time::{Duration, Instant};
+
+/// When rank 0 falls silent rank 1 says so; the others only where rank 1 has not ended the job by then.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Messages of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum Kind {
+    /// To rank 0: here I am, with as many threads.
+    Hello = 1,
+    /// To rank 0: a unit's result and the seconds it took.
+    Result,
+    /// To rank 0: a sign of life.
+    Pong,
+    /// To rank 0, the last of a job: nothing more will come.
+    Bye,
+    /// From rank 0: a unit and its description.
+    Unit,
+    /// From rank 0: a sign of life, to be answered.
+    Ping,
+    /// From rank 0, the last of a job: its report.
+    Stop,
+}
+
+impl Kind {
+    pub(crate) fn of(letter: &Letter) -> Kind {
+        use Kind::*;
+        [Hello, Result, Pong, Bye, Unit, Ping, Stop][usize::from(letter.kind) - 1]
+    }
+}
+
+/// Within a job other threads compute, so that an error of MPI cannot wait for them: it ends the job.
+pub(crate) fn or_abort<T>(world: &World, result: Result<T, ClusterError>) -> T {
+    result.unwrap_or_else(|error| world.abort_handle().now(&error.to_string()))
+}
+
+/// Works for rank 0 until the job's end.
+pub(crate) fn work(world: &World, job: &Job) -> Result<Report, ClusterError> {
+    let crew = Crew::new(job.compute, world.abort_handle());
+    std::thread::scope(|scope| {
+        let _closing = crew.closing();
+        for _ in 0..job.threads {
+            scope.spawn(|| crew.work());
+        }
+        let send = |kind: Kind, letter: Letter| {
+            let letter = Letter { kind: kind as u8, ..letter };
+            or_abort(world, world.mail.borrow_mut().send(&world.mpi, Channel::Job, 0, letter));
+        };
+        let mut watch = Watch::new(job.silence, 1, Instant::now());
+        let patience = if world.rank() == 1 { Duration::ZERO } else { PATIENCE };
+        let (mut idle, mut report) = (Idle::new(), None);
+        send(Kind::Hello, Letter { number: job.threads.into(), ..Letter::default() });
+        // Rank 0 says that the job is over when it has all results, so nothing is on its way then but signs of life.
+        while report.is_none() {
+            let now = Instant::now();
+            let mut moved = or_abort(world, world.mail.borrow_mut().poll(&world.mpi));
+            while let Some(letter) = world.take(Channel::Job, 0) {
+                watch.hear(0, now);
+                match Kind::of(&letter) {
+                    Kind::Unit => crew.push(letter.number, letter.bytes),
+                    Kind::Ping => send(Kind::Pong, Letter::default()),
+                    Kind::Stop => report = Report::from_bytes(&letter.bytes),
+                    _ => {}
+                }
+            }
+            for done in crew.take_done() {
+                moved = true;
+                let (number, seconds, bytes) = (done.unit, done.seconds, done.result);
+                send(Kind::Result, Letter { number, seconds, bytes, ..Letter::default() });
+            }
+            if let Some((_, quiet)) = watch.silent(0..1, patience, now) {
+                let (host, quiet) = (&world.hosts()[0], quiet.as_secs_f64());
+                world.abort_handle().now(&format!(
+                    "rank 0 on {host} has said nothing for {quiet:.1} s: is it stopped, or its host gone?"
+                ));
+            }
+            idle.rest(moved, world.mail.borrow().is_moving());
+        }
+        send(Kind::Bye, Letter::default());
+        world.flush()?;
+        report.ok_or_else(|| unreachable!("the loop ends with a report"))
+    })
+}

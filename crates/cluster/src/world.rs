@@ -1,0 +1,168 @@
+//! All processes of a job.
+
+use crate::abort::Abort;
+use crate::coordinate::coordinate;
+use crate::error::ClusterError;
+use crate::idle::Idle;
+use crate::job::{Job, Report};
+use crate::launcher::Launcher;
+use crate::library::MpiLibrary;
+use crate::mail::{Channel, Letter, Mail};
+use crate::mpi::Mpi;
+use crate::work::work;
+use std::cell::RefCell;
+use std::marker::PhantomData;
+
+/// Pieces of long messages: so short that signs of life pass between them, so long that they cost nothing.
+const PIECE: usize = 8 << 20;
+
+/// All processes of a job. It is used on the thread that opened it; other threads may do what they like but call MPI.
+///
+/// A process that ends without [`World::finish`] ends the whole job.
+pub struct World {
+    pub(crate) mpi: Mpi,
+    pub(crate) mail: RefCell<Mail>,
+    abort: Abort,
+    hosts: Vec<String>,
+    local_rank: u32,
+    local_size: u32,
+    /// MPI belongs to one thread.
+    _of_this_thread: PhantomData<*const ()>,
+}
+
+impl World {
+    /// Opens MPI and finds the other processes. `None` where no launcher started this process: MPI is not looked for
+    /// then. The environment variable EOSPHOR_MPI names the library to open; else it is the first that fits the
+    /// launcher, in the launcher's own folder and where the system looks.
+    ///
+    /// # Errors
+    ///
+    /// There is no library, or one that does not understand the launcher. Every rank gets such an error by itself.
+    pub fn open() -> Result<Option<World>, ClusterError> {
+        let Some(launcher) = Launcher::of_this_process() else { return Ok(None) };
+        let mpi = Mpi::start(MpiLibrary::open(&launcher)?, &launcher)?;
+        let (local_rank, local_size) = mpi.local()?;
+        let mut world = World {
+            abort: Abort::new(&mpi),
+            hosts: Vec::new(),
+            mail: RefCell::new(Mail::new(PIECE)),
+            local_rank,
+            local_size,
+            mpi,
+            _of_this_thread: PhantomData,
+        };
+        let names = world.gather(world.host().as_bytes())?.map(|names| names.join(&b'\n'));
+        let names = world.announce(names.unwrap_or_default())?;
+        world.hosts = String::from_utf8_lossy(&names).split('\n').map(str::to_string).collect();
+        Ok(Some(world))
+    }
+
+    /// The number of this process, from 0.
+    pub fn rank(&self) -> u32 {
+        self.mpi.rank
+    }
+
+    /// How many processes there are.
+    pub fn size(&self) -> u32 {
+        self.mpi.size
+    }
+
+    /// The number of this process among those of its host, from 0.
+    pub fn local_rank(&self) -> u32 {
+        self.local_rank
+    }
+
+    /// How many processes its host has.
+    pub fn local_size(&self) -> u32 {
+        self.local_size
+    }
+
+    /// The name of this process's host.
+    pub fn host(&self) -> &str {
+        &self.mpi.host
+    }
+
+    /// The names of all ranks' hosts, by rank.
+    pub fn hosts(&self) -> &[String] {
+        &self.hosts
+    }
+
+    /// What the library of MPI is, in its own words.
+    pub fn library(&self) -> &str {
+        &self.mpi.version
+    }
+
+    /// Ends all processes, from any thread.
+    pub fn abort_handle(&self) -> Abort {
+        self.abort.clone()
+    }
+
+    /// Runs a job to its end. All ranks call it, each with the role that it has, and all leave it together with the same
+    /// report; then they may run another.
+    ///
+    /// An error of the job's functions, a panic in them, a failure of MPI, or a rank that says nothing for too long ends
+    /// the process on all ranks, with one line on stderr.
+    ///
+    /// # Errors
+    ///
+    /// The job makes no sense: it has no threads, or a coordinator elsewhere than on rank 0.
+    pub fn run(&self, mut job: Job<'_>) -> Result<Report, ClusterError> {
+        let misuse = |reason: &str| ClusterError::Misuse { rank: self.rank(), reason: reason.into() };
+        if job.threads == 0 {
+            return Err(misuse("a job needs at least one thread on every rank"));
+        }
+        match (self.rank(), job.coordinator.take()) {
+            (0, Some(coordinator)) => coordinate(self, &job, coordinator),
+            (0, None) => Err(misuse("a job needs a coordinator on rank 0")),
+            (_, Some(_)) => Err(misuse("a job has its coordinator on rank 0 alone")),
+            (_, None) => work(self, &job),
+        }
+    }
+
+    /// Waits for all ranks, and ends MPI. Nothing may end the job after it but the process itself.
+    ///
+    /// # Errors
+    ///
+    /// MPI failed.
+    pub fn finish(self) -> Result<(), ClusterError> {
+        // MPI itself would wait by spinning.
+        self.gather(&[])?;
+        self.announce(Vec::new())?;
+        self.abort.set_over();
+        self.mpi.finalize()
+    }
+
+    /// The next message from a rank, if it has come.
+    pub(crate) fn take(&self, channel: Channel, rank: u32) -> Option<Letter> {
+        self.mail.borrow_mut().take(channel, rank)
+    }
+
+    /// Waits for a message from a rank.
+    pub(crate) fn wait_for(&self, channel: Channel, rank: u32) -> Result<Letter, ClusterError> {
+        let mut idle = Idle::new();
+        loop {
+            if let Some(letter) = self.take(channel, rank) {
+                return Ok(letter);
+            }
+            self.poll(&mut idle)?;
+        }
+    }
+
+    /// Waits until all that was sent has gone.
+    pub(crate) fn flush(&self) -> Result<(), ClusterError> {
+        let mut idle = Idle::new();
+        while !self.mail.borrow().is_sent() {
+            self.poll(&mut idle)?;
+        }
+        Ok(())
+    }
+
+    fn poll(&self, idle: &mut Idle) -> Result<(), ClusterError> {
+        let (moved, is_moving) = {
+            let mut mail = self.mail.borrow_mut();
+            (mail.poll(&self.mpi)?, mail.is_moving())
+        };
+        idle.rest(moved, is_moving);
+        Ok(())
+    }
+}
