@@ -65,17 +65,17 @@ pub use eosphor_render::output::{
 pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
     Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene,
-    Progress, Quality, RayStatistics, RenderControl, Rendered, Scheduler, SimdLevel, scene_hash,
+    Progress, Quality, RayStatistics, RenderControl, Rendered, Scheduler, SimdLevel, check_rows, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
     Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, Image, Instance,
     Interpolation, Law, Lens, Light, LightKey, LightMotion, LoadOptions, LoadedScene, MAX_FRAMES, Material,
-    MaterialKind, MaterialTextures, Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram,
-    Pbr, PixelSampling, Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError,
-    Snippet, Solid, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform, Triangle,
-    UnknownPreset, UnknownSolid, Warning, load, scene_reference, scene_schema,
+    MaterialKind, MaterialTextures, Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note,
+    Parallelogram, Pbr, PixelSampling, Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene,
+    SceneData, SceneError, Snippet, Solid, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer,
+    Transform, Triangle, UnknownPreset, UnknownSolid, Warning, load, scene_reference, scene_schema,
 };
 
 /// Animations as numbered files.

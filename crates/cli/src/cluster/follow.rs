@@ -1,8 +1,8 @@
 //! What other ranks than 0 do: render for it.
 
+use super::RankOptions;
 use super::processors;
 use super::wire::{self, Order, Ready, Unit};
-use super::RankOptions;
 use crate::arguments::BackendChoice;
 use crate::backend::{asks_for_cpu, backend_for};
 use crate::failure::Failure;
@@ -91,13 +91,16 @@ fn local_backend(
     processors: (u32, u32),
 ) -> Result<(Box<dyn Backend>, u32), Failure> {
     let mut device = options.device.clone();
-    let mine = |list: &[usize]| list.get(world.local_rank() as usize % list.len().max(1)).map(|&gpu| vec![gpu]);
+    let mine =
+        |list: &[usize]| list.get(world.local_rank() as usize % list.len().max(1)).map(|&gpu| vec![gpu]);
     let wants_cpu = options.count_work || asks_for_cpu(&device, options.accel);
     device.backend = match &device.backend {
         BackendChoice::Auto if wants_cpu => BackendChoice::Cpu,
         BackendChoice::Auto => mine(&gpus()).map_or(BackendChoice::Cpu, BackendChoice::Cuda),
         // Where there is none, the backend says so.
-        BackendChoice::Cuda(list) if list.is_empty() => BackendChoice::Cuda(mine(&gpus()).unwrap_or_default()),
+        BackendChoice::Cuda(list) if list.is_empty() => {
+            BackendChoice::Cuda(mine(&gpus()).unwrap_or_default())
+        }
         BackendChoice::Cuda(list) => BackendChoice::Cuda(mine(list).unwrap_or_default()),
         BackendChoice::Cpu => BackendChoice::Cpu,
     };

@@ -1,9 +1,9 @@
 //! What rank 0 does: a thread runs the command, and this one has MPI.
 
+use super::RankOptions;
 use super::backend::{ClusterBackend, Crew, Request, Submission};
 use super::follow::{agree, in_flight, prepare, render};
 use super::wire::{self, Order, Ready};
-use super::RankOptions;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::streams::Verbosity;
@@ -100,8 +100,12 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
     let compute = |_: u64, unit: &[u8]| render(&*local, unit);
     // What was handed out is rendered to its end, or given up by the ranks themselves.
     let cancel = AtomicBool::new(false);
-    let coordinator =
-        Coordinator { describe: &mut describe, collect: &mut collect, progress: &mut progress, cancel: &cancel };
+    let coordinator = Coordinator {
+        describe: &mut describe,
+        collect: &mut collect,
+        progress: &mut progress,
+        cancel: &cancel,
+    };
     let report = world.run(Job {
         units: None,
         in_flight: in_flight(&ready),

@@ -26,7 +26,8 @@ pub(super) fn threads((mine, all): (u32, u32), ranks_on_host: u32) -> u32 {
 /// pixels of all ranks would not be the same.
 pub(super) fn check_rounding() -> Result<(), String> {
     let least = black_box(f32::MIN_POSITIVE);
-    let keeps_small_numbers = black_box(least * 0.5) > 0.0 && black_box(black_box(f32::from_bits(1)) * 8388608.0) > 0.0;
+    let keeps_small_numbers =
+        black_box(least * 0.5) > 0.0 && black_box(black_box(f32::from_bits(1)) * 8388608.0) > 0.0;
     // Half an ulp more and less than 1: to the even one, neither up nor down.
     let rounds = black_box(black_box(1.0f32) + 2f32.powi(-24)) == 1.0
         && black_box(black_box(1.0f32) - 2f32.powi(-25)) == 1.0

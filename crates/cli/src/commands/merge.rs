@@ -23,9 +23,7 @@ fn shares_beside(output: &Path) -> Result<Vec<PathBuf>, Failure> {
         let numbers = numbers.and_then(|numbers| numbers.split_once("-of-"));
         numbers.is_some_and(|(k, n)| k.parse::<u32>().is_ok() && n.parse::<u32>().is_ok())
     };
-    let cannot = |error| {
-        Failure::Failed(format!("cannot look for shares in {}: {error}", folder.display()))
-    };
+    let cannot = |error| Failure::Failed(format!("cannot look for shares in {}: {error}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(cannot)?;
     let mut shares: Vec<PathBuf> =
         entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_share).collect();

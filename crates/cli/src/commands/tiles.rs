@@ -64,8 +64,7 @@ pub(super) fn render_share(
     for some in bands.chunks(AT_A_TIME) {
         let done: Vec<_> = std::thread::scope(|scope| {
             let render = &render;
-            let running: Vec<_> =
-                some.iter().map(|rows| scope.spawn(move || render(rows.clone()))).collect();
+            let running: Vec<_> = some.iter().map(|rows| scope.spawn(move || render(rows.clone()))).collect();
             let end = |panic| std::panic::resume_unwind(panic);
             running.into_iter().map(|band| band.join().unwrap_or_else(end)).collect()
         });

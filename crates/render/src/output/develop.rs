@@ -1,12 +1,12 @@
 //! Developing: linear film to display bytes.
 
-use serde::{Deserialize, Serialize};
 use crate::Film;
 use eosphor_accel::SimdLevel;
 use eosphor_core::math::elementary::{exp2, linear_to_srgb};
 use eosphor_core::math::{Vec3, min};
 use eosphor_scene::{RenderSettings, Transfer};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// How linear colours become bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

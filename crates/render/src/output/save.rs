@@ -1,9 +1,9 @@
 //! Saving a film under a name.
 
-use serde::{Deserialize, Serialize};
 use super::{DevelopSettings, Developed, Format, Layer, Metadata, OutputError, PictureWriter, atomic};
 use crate::Film;
 use eosphor_scene::RenderSettings;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// How a picture is saved.

@@ -23,8 +23,8 @@ use crate::error::SceneError;
 use crate::model::Scene;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::texture::Texture;
-use serde::{Deserialize, Serialize};
 use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3, settings::Settings};
+use serde::{Deserialize, Serialize};
 
 pub use moment::{Moment, Moments, Places};
 pub use note::Note;

@@ -1,11 +1,11 @@
 //! The channels of a file, and what each takes from a pixel.
 
-use serde::{Deserialize, Serialize};
 use crate::CameraWork;
 use eosphor_core::math::Vec3;
 use eosphor_core::whitted::PixelFeatures;
 use exr::meta::attribute::SampleType;
 use exr::prelude::f16;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 

@@ -52,7 +52,10 @@ impl ShareHeader {
     pub fn bands(&self) -> impl Iterator<Item = Range<u32>> + use<> {
         let (number, count) = (u64::from(self.share.0), u64::from(self.share.1.max(1)));
         let (height, rows) = (u64::from(self.size.1), u64::from(BAND_ROWS));
-        (number.saturating_sub(1)..).step_by(count as usize).map(move |band| band * rows).take_while(move |row| *row < height)
+        (number.saturating_sub(1)..)
+            .step_by(count as usize)
+            .map(move |band| band * rows)
+            .take_while(move |row| *row < height)
             .map(move |row| row as u32..(row + rows).min(height) as u32)
     }
 

@@ -93,9 +93,7 @@ impl ShareReader {
             reason: format!("{error}; it has changed"),
         })?;
         let (colors, features) = bytes.split_at(pixels * 12);
-        let vector = |words: &[[u8; 4]]| {
-            Vec3::from([words[0], words[1], words[2]].map(f32::from_le_bytes))
-        };
+        let vector = |words: &[[u8; 4]]| Vec3::from([words[0], words[1], words[2]].map(f32::from_le_bytes));
         let colors = colors.as_chunks::<12>().0.iter().map(|color| vector(color.as_chunks().0)).collect();
         let film = Film { width, height, pixels: colors };
         if features.is_empty() {
@@ -138,7 +136,10 @@ fn read_header(from: &mut BufReader<File>) -> Result<ShareHeader, Error> {
         .map_err(|_| wrong("another version of the program made it; render it again"))?;
     let sides = 1..=MAX_SIDE;
     let (number_of_share, count) = header.share;
-    if !sides.contains(&header.size.0) || !sides.contains(&header.size.1) || !(1..=count).contains(&number_of_share) {
+    if !sides.contains(&header.size.0)
+        || !sides.contains(&header.size.1)
+        || !(1..=count).contains(&number_of_share)
+    {
         return Err(wrong("its numbers are out of range; render it again"));
     }
     let begin = from.stream_position()?;
@@ -177,7 +178,8 @@ pub fn merge(shares: &[PathBuf], output: &Path) -> Result<(), ShareError> {
     let header = first.header.clone();
     for (number, reader) in (1..).zip(&readers) {
         let other = &reader.header;
-        let differ = |what| ShareError::Differ { first: first.path.clone(), second: reader.path.clone(), what };
+        let differ =
+            |what| ShareError::Differ { first: first.path.clone(), second: reader.path.clone(), what };
         match () {
             _ if other.share.1 != header.share.1 => return Err(differ("the number of shares")),
             _ if other.program != header.program => return Err(differ("the program that made them")),
