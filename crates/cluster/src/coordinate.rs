@@ -128,6 +128,10 @@ impl Farm<'_, '_> {
             let of_rank = &mut self.progress.ranks[rank as usize];
             match Kind::of(&letter) {
                 Kind::Hello => of_rank.threads = letter.number as u32,
+                Kind::Computed => {
+                    moved = true;
+                    of_rank.in_flight -= 1;
+                }
                 Kind::Result => {
                     moved = true;
                     take_result(&mut self.progress, rank, letter.bytes.len(), letter.seconds);
@@ -138,6 +142,7 @@ impl Farm<'_, '_> {
         }
         for done in self.crew.take_done() {
             moved = true;
+            self.progress.ranks[0].in_flight -= 1;
             take_result(&mut self.progress, 0, done.result.len(), done.seconds);
             self.waiting.insert(done.unit, done.result);
         }
@@ -236,7 +241,6 @@ impl Farm<'_, '_> {
 
 fn take_result(progress: &mut Progress, rank: u32, bytes: usize, seconds: f64) {
     let rank = &mut progress.ranks[rank as usize];
-    rank.in_flight -= 1;
     rank.units_done += 1;
     rank.seconds_computing += seconds;
     rank.result_bytes += bytes as u64;

@@ -18,6 +18,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub(crate) enum Kind {
     /// To rank 0: here I am, with as many threads.
     Hello = 1,
+    /// To rank 0: a unit is computed, so that another may come; its result follows, which takes longer.
+    Computed,
     /// To rank 0: a unit's result and the seconds it took.
     Result,
     /// To rank 0: a sign of life.
@@ -35,7 +37,7 @@ pub(crate) enum Kind {
 impl Kind {
     pub(crate) fn of(letter: &Letter) -> Kind {
         use Kind::*;
-        [Hello, Result, Pong, Bye, Unit, Ping, Stop][usize::from(letter.kind) - 1]
+        [Hello, Computed, Result, Pong, Bye, Unit, Ping, Stop][usize::from(letter.kind) - 1]
     }
 }
 
@@ -76,6 +78,7 @@ pub(crate) fn work(world: &World, job: &Job) -> Result<Report, ClusterError> {
             for done in crew.take_done() {
                 moved = true;
                 let (number, seconds, bytes) = (done.unit, done.seconds, done.result);
+                send(Kind::Computed, Letter { number, ..Letter::default() });
                 send(Kind::Result, Letter { number, seconds, bytes, ..Letter::default() });
             }
             if let Some((_, quiet)) = watch.silent(0..1, patience, now) {
