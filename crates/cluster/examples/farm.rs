@@ -25,11 +25,12 @@ fn main() {
 }
 
 fn sleep(world: &World, seconds: f64, units_a_rank: u64) -> Result<(), ClusterError> {
-    let (mut describe, mut collect, mut progress) = (|_| Ok(Vec::new()), |_, _| Ok(()), |_: &_| ());
+    let (mut describe, mut collect, mut progress) = (|_| Ok(Some(Vec::new())), |_, _| Ok(()), |_: &_| ());
     let cancel = AtomicBool::new(false);
     let coordinator = Coordinator {
         describe: &mut describe,
         collect: &mut collect,
+        in_order: true,
         progress: &mut progress,
         cancel: &cancel,
     };

@@ -10,7 +10,7 @@ use crate::work::{Kind, or_abort};
 use crate::world::World;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel, sync_channel};
 use std::time::{Duration, Instant};
 
 /// How many times the units in flight may be ahead of the first that is not collected, so that memory is bounded.
@@ -21,7 +21,7 @@ const PROGRESS_EVERY: Duration = Duration::from_millis(100);
 
 /// Runs a job from rank 0 to its end.
 pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> Result<Report, ClusterError> {
-    let Coordinator { describe, collect, progress, cancel } = coordinator;
+    let Coordinator { describe, collect, in_order, progress, cancel } = coordinator;
     let abort = world.abort_handle();
     let crew = Crew::new(job.compute, abort.clone());
     let collected = AtomicU64::new(0);
@@ -37,12 +37,17 @@ pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> 
         scope.spawn(move || {
             for unit in 0..units {
                 let doing = format!("describing unit {unit}");
-                let description = run_or_abort(&describe_abort, &doing, || describe(unit));
+                let Some(description) = run_or_abort(&describe_abort, &doing, || describe(unit)) else {
+                    break;
+                };
                 if described.send((unit, description)).is_err() {
                     return; // cancelled
                 }
                 describe_messenger.unpark();
             }
+            // There are no more: the messenger sees that the sender is gone.
+            drop(described);
+            describe_messenger.unpark();
         });
         let (collect_abort, collected) = (abort.clone(), &collected);
         scope.spawn(move || {
@@ -63,6 +68,7 @@ pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> 
             descriptions: Some(descriptions),
             results,
             collected,
+            in_order,
             waiting: BTreeMap::new(),
             passed_on: 0,
             handed_out: 0,
@@ -102,6 +108,7 @@ struct Farm<'f, 'j> {
     results: Sender<(u64, Vec<u8>)>,
     /// How many the collecting thread has taken.
     collected: &'f AtomicU64,
+    in_order: bool,
     /// Results whose turn has not come.
     waiting: BTreeMap<u64, Vec<u8>>,
     /// Results that were given to the collecting thread.
@@ -146,9 +153,12 @@ impl Farm<'_, '_> {
             take_result(&mut self.progress, 0, done.result.len(), done.seconds);
             self.waiting.insert(done.unit, done.result);
         }
-        while let Some(result) = self.waiting.remove(&self.passed_on) {
+        while let Some(result) = match self.in_order {
+            true => self.waiting.remove(&self.passed_on).map(|result| (self.passed_on, result)),
+            false => self.waiting.pop_first(),
+        } {
             // The collecting thread ends after this sender only, or with the process.
-            let _ = self.results.send((self.passed_on, result));
+            let _ = self.results.send(result);
             self.passed_on += 1;
         }
         moved
@@ -174,7 +184,16 @@ impl Farm<'_, '_> {
             let Some(rank) = ranks.min_by_key(|(_, rank)| load(rank)).map(|(number, _)| number) else {
                 break;
             };
-            let Some(Ok((unit, bytes))) = self.descriptions.as_ref().map(Receiver::try_recv) else { break };
+            let (unit, bytes) = match self.descriptions.as_ref().map(Receiver::try_recv) {
+                Some(Ok(described)) => described,
+                Some(Err(TryRecvError::Disconnected)) => {
+                    self.descriptions = None;
+                    self.progress.units_total = self.handed_out;
+                    moved = true;
+                    break;
+                }
+                _ => break,
+            };
             self.progress.ranks[rank].in_flight += 1;
             self.handed_out += 1;
             moved = true;

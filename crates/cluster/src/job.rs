@@ -10,7 +10,7 @@ pub type Compute<'a> = &'a (dyn Fn(u64, &[u8]) -> Result<Vec<u8>, String> + Sync
 ///
 /// An `Err` or a panic of any of these functions ends the job on all ranks at once, with one line that says where.
 pub struct Job<'a> {
-    /// Number of units; rank 0's counts.
+    /// Number of units, or the most that there may be; rank 0's counts.
     pub units: u64,
     /// Units that a rank has at a time, those in work and the next ones, so that it never waits for a message; rank 0's
     /// counts. At least 2 usually. Towards the end a rank has no more than it computes at a time.
@@ -28,10 +28,13 @@ pub struct Job<'a> {
 
 /// Rank 0's side of a job.
 pub struct Coordinator<'a> {
-    /// What a unit is. In the order of units, a few ahead of those that are handed out, on a thread of its own.
-    pub describe: &'a mut (dyn FnMut(u64) -> Result<Vec<u8>, String> + Send),
-    /// Takes a result. In the order of units, each once, on a thread of its own.
+    /// What a unit is. In the order of units, a few ahead of those that are handed out, on a thread of its own, so it may
+    /// wait. `None`: there are no more, whatever [`Job::units`] says.
+    pub describe: &'a mut (dyn FnMut(u64) -> Result<Option<Vec<u8>>, String> + Send),
+    /// Takes a result, each once, on a thread of its own.
     pub collect: &'a mut (dyn FnMut(u64, Vec<u8>) -> Result<(), String> + Send),
+    /// Whether results are collected in the order of units, and not as they come.
+    pub in_order: bool,
     /// Now and then, at most ten times a second, and at the end.
     pub progress: &'a mut dyn FnMut(&Progress),
     /// When raised, nothing more is handed out; what was is computed and collected, and [`Report::complete`] is false.

@@ -35,6 +35,21 @@ const SIGNS: [&str; 7] = [
     "PMIX_RANK",
 ];
 
+/// The rank of this process, as its launcher says it, before MPI is opened; `None` without a launcher, or where it says
+/// nothing.
+pub fn launched_rank() -> Option<u32> {
+    Launcher::of_this_process()?;
+    let names = ["OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", "PALS_RANKID", "SLURM_PROCID"];
+    names.iter().find_map(|name| std::env::var(name).ok()?.parse().ok())
+}
+
+/// Its number among the processes of its host; likewise.
+pub fn launched_local_rank() -> Option<u32> {
+    Launcher::of_this_process()?;
+    let names = ["OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID", "PALS_LOCAL_RANKID", "SLURM_LOCALID"];
+    names.iter().find_map(|name| std::env::var(name).ok()?.parse().ok())
+}
+
 impl Launcher {
     /// The launcher that started this process, if one did.
     pub(crate) fn of_this_process() -> Option<Launcher> {

@@ -15,7 +15,7 @@
 //! let scene = world.broadcast(if world.rank() == 0 { vec![1, 2, 3] } else { Vec::new() })?;
 //!
 //! let (mut sum, cancel) = (0, AtomicBool::new(false));
-//! let (mut describe, mut progress) = (|unit: u64| Ok(vec![unit as u8]), |_: &_| ());
+//! let (mut describe, mut progress) = (|unit: u64| Ok(Some(vec![unit as u8])), |_: &_| ());
 //! let mut collect = |_, result: Vec<u8>| {
 //!     sum += u64::from(result[0]);
 //!     Ok(())
@@ -23,6 +23,7 @@
 //! let coordinator = Coordinator {
 //!     describe: &mut describe,
 //!     collect: &mut collect,
+//!     in_order: true,
 //!     progress: &mut progress,
 //!     cancel: &cancel,
 //! };
@@ -59,4 +60,5 @@ mod world;
 pub use abort::Abort;
 pub use error::ClusterError;
 pub use job::{Compute, Coordinator, Job, Progress, RankProgress, Report};
+pub use launcher::{launched_local_rank, launched_rank};
 pub use world::World;

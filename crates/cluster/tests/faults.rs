@@ -21,12 +21,13 @@ fn rank_of_a_job() {
     let coordinator = Coordinator {
         describe: &mut |unit| match case.as_str() {
             "describe" if unit == 5 => Err("frame 5 cannot be".into()),
-            _ => Ok(vec![0; 2000]),
+            _ => Ok(Some(vec![0; 2000])),
         },
         collect: &mut |unit, _| match case.as_str() {
             "collect" if unit == 5 => Err("/tmp/frame5.png: no space left on the disk".into()),
             _ => Ok(()),
         },
+        in_order: true,
         progress: &mut |_| {},
         cancel: &cancel,
     };

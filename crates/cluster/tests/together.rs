@@ -143,8 +143,9 @@ fn farm(world: &World, job: (u64, u32, u32), cancel_at: Option<u64>) -> Result<(
         shown += 1;
     };
     let coordinator = Coordinator {
-        describe: &mut |unit| Ok(description(unit)),
+        describe: &mut |unit| Ok(Some(description(unit))),
         collect: &mut collect,
+        in_order: true,
         progress: &mut progress,
         cancel: &cancel,
     };
@@ -172,6 +173,43 @@ fn run(world: &World) -> Result<(), ClusterError> {
         // All ranks have the same report.
         world.agree("report", &format!("{report:?}"))?;
     }
+    open_ended(world)
+}
+
+/// A job of which nobody knows beforehand how many units it has, and whose results are taken as they come.
+fn open_ended(world: &World) -> Result<(), ClusterError> {
+    const UNITS: u64 = 43;
+    let (mut seen, cancel) = (vec![false; UNITS as usize], AtomicBool::new(false));
+    let mut describe = |unit: u64| {
+        std::thread::sleep(Duration::from_millis(unit % 3));
+        Ok((unit < UNITS).then(|| description(unit)))
+    };
+    let mut collect = |unit: u64, bytes: Vec<u8>| {
+        assert_same(&bytes, &result(unit, &description(unit)), &format!("unit {unit}"));
+        assert!(!std::mem::replace(&mut seen[unit as usize], true), "each once");
+        Ok(())
+    };
+    let coordinator = Coordinator {
+        describe: &mut describe,
+        collect: &mut collect,
+        in_order: false,
+        progress: &mut |_| (),
+        cancel: &cancel,
+    };
+    let report = world.run(Job {
+        units: u64::MAX,
+        in_flight: 2,
+        coordinator: (world.rank() == 0).then_some(coordinator),
+        compute: &|unit, bytes| {
+            // The first ones last.
+            std::thread::sleep(Duration::from_millis(if unit < 3 { 60 } else { 1 }));
+            Ok(result(unit, bytes))
+        },
+        threads: 1,
+        silence: Some(Duration::from_secs(60)),
+    })?;
+    assert!(report.complete && report.units_done == UNITS && report.units_total == UNITS, "{report:?}");
+    assert!(world.rank() != 0 || seen.iter().all(|&seen| seen));
     Ok(())
 }
 

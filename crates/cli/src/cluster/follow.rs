@@ -31,7 +31,7 @@ pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure
                 let Some((scene, ready)) = &prepared else { continue };
                 let compute = |_: u64, unit: &[u8]| render(&**scene, unit);
                 let job = Job {
-                    units: None,
+                    units: u64::MAX,
                     in_flight: in_flight(ready),
                     coordinator: None,
                     compute: &compute,

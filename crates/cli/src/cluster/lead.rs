@@ -9,7 +9,7 @@ use crate::interrupt;
 use crate::streams::Verbosity;
 use crate::text::{bytes, duration};
 use eosphor::{Backend, BackendError};
-use eosphor_cluster::{Coordinator, Job, Progress, World};
+use eosphor_cluster::{Coordinator, Job, Progress, RankProgress, Report, World};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -76,8 +76,9 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
     let _ = reply.send(Ok(crew));
 
     let slots = Mutex::new(HashMap::new());
+    let slots = &slots;
     let lock = || slots.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut describe = |unit: u64| {
+    let mut describe = move |unit: u64| {
         Ok(next(&units).map(|Submission { unit: bytes, reply, first_row }| {
             lock().insert(unit, (reply, first_row));
             bytes
@@ -94,7 +95,8 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
     let mut progress = |progress: &Progress| {
         if progress.elapsed >= shown + LINE_INTERVAL {
             shown = progress.elapsed;
-            verbosity.say(Verbosity::Normal, &summary(progress));
+            let &Progress { units_done, bytes_moved, elapsed, ref ranks, .. } = progress;
+            verbosity.say(Verbosity::Normal, &summary(units_done, bytes_moved, elapsed, ranks));
         }
     };
     let compute = |_: u64, unit: &[u8]| render(&*local, unit);
@@ -103,19 +105,22 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
     let coordinator = Coordinator {
         describe: &mut describe,
         collect: &mut collect,
+        in_order: false,
         progress: &mut progress,
         cancel: &cancel,
     };
-    let report = world.run(Job {
-        units: None,
-        in_flight: in_flight(&ready),
-        coordinator: Some(coordinator),
-        compute: &compute,
-        threads: ready.units,
-        silence: options.silence(),
-    });
-    let report = report.map_err(Failure::because)?;
-    verbosity.say(Verbosity::Normal, &summary(&report.progress()));
+    let report: Report = world
+        .run(Job {
+            units: u64::MAX,
+            in_flight: in_flight(&ready),
+            coordinator: Some(coordinator),
+            compute: &compute,
+            threads: ready.units,
+            silence: options.silence(),
+        })
+        .map_err(Failure::because)?;
+    let Report { units_done, bytes_moved, elapsed, ref ranks, .. } = report;
+    verbosity.say(Verbosity::Normal, &summary(units_done, bytes_moved, elapsed, ranks));
     Ok(())
 }
 
@@ -164,19 +169,17 @@ fn warn_of_few_processors(world: &World, verbosity: Verbosity, all: &[Ready]) {
 }
 
 /// `ranks: 120 units, 45.1 MB moved in 12 s; units a second: 0: 2.5, 1: 2.4`
-fn summary(progress: &Progress) -> String {
+fn summary(units: u64, bytes_moved: u64, elapsed: Duration, ranks: &[RankProgress]) -> String {
     const SHOWN: usize = 16;
-    let seconds = progress.elapsed.as_secs_f64();
+    let seconds = elapsed.as_secs_f64();
     let rate = |units: u64| if seconds > 0.0 { units as f64 / seconds } else { 0.0 };
-    let ranks = progress.ranks.iter().enumerate().take(SHOWN);
-    let ranks: Vec<String> =
-        ranks.map(|(rank, of_rank)| format!("{rank}: {:.2}", rate(of_rank.units_done))).collect();
-    let more = if progress.ranks.len() > SHOWN { ", ..." } else { "" };
+    let each = ranks.iter().enumerate().take(SHOWN);
+    let each: Vec<String> = each.map(|(rank, of)| format!("{rank}: {:.2}", rate(of.units_done))).collect();
+    let more = if ranks.len() > SHOWN { ", ..." } else { "" };
     format!(
-        "ranks: {} units and {} moved in {}; units a second: {}{more}",
-        progress.units_done,
-        bytes(progress.bytes_moved),
+        "ranks: {units} units and {} moved in {}; units a second: {}{more}",
+        bytes(bytes_moved),
         duration(seconds),
-        ranks.join(", ")
+        each.join(", ")
     )
 }
