@@ -1,5 +1,6 @@
 //! Known answers of small files that are made here.
 
+mod animations;
 mod fuzz;
 mod geometry;
 mod materials;
