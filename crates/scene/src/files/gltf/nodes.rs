@@ -76,8 +76,7 @@ impl Pose {
 
 /// The nodes of the default scene, else of the first, else of the whole file.
 pub(super) fn placed(root: &Root, animations: &mut Animations<'_>) -> Result<Nodes, String> {
-    // A stack of its own: files may nest nodes deeper than the machine's stack.
-    // Nodes, and where the pose of the parent is.
+    // A stack of its own: files may nest nodes deeper than the machine's stack. Nodes, and the place of the parent's pose.
     let mut waiting: Vec<(usize, usize)> = roots(root)?.into_iter().rev().map(|node| (node, 0)).collect();
     let mut poses = vec![Pose::ROOT];
     let mut seen = vec![false; root.nodes.len()];
