@@ -33,8 +33,11 @@ impl Loader {
         }
     }
 
-    /// The finished scene, validated.
-    pub(super) fn finish(self, path: &Path) -> Result<LoadedScene, SceneError> {
+    /// The finished scene, validated. What moves has an animation.
+    pub(super) fn finish(mut self, path: &Path) -> Result<LoadedScene, SceneError> {
+        if self.scene.animation.is_none() {
+            self.scene.animate(None, Vec::new());
+        }
         let invalid = |problem: Problem| SceneError::invalid(Place::file(path), problem.to_string());
         self.scene.validate().map_err(invalid)?;
         let files_read = if matches!(self.source, Source::Disk) { self.files_read } else { Vec::new() };

@@ -280,6 +280,24 @@ impl Scene {
 }
 
 impl Scene {
+    /// An animation that lasts until the last key of what moves: these, and the instances. None where nothing does.
+    pub(crate) fn animate(&mut self, camera: Option<CameraMotion>, lights: Vec<LightMotion>) {
+        let of_camera = match &camera {
+            Some(CameraMotion::Moves(moves)) => moves.as_slice(),
+            _ => &[],
+        };
+        let of_instances = self.instances.iter().flat_map(|instance| &instance.moves).map(|motion| &**motion);
+        let all = of_instances.chain(of_camera).chain(lights.iter().flat_map(|motion| &motion.moves));
+        let last = all.filter_map(|motion| motion.keys.last()).map(|key| key.seconds).reduce(f32::max);
+        self.animation = last.map(|seconds| {
+            let animation = Animation::of_frames(1);
+            // Times in single precision are not quite those that were meant: 25 frames are not 26.
+            let frames = (f64::from(seconds) * f64::from(animation.fps) - 1e-3).ceil();
+            let frames = frames.clamp(1.0, f64::from(MAX_FRAMES)) as u32;
+            Animation { frames, camera, lights, ..animation }
+        });
+    }
+
     /// Whether an object moves. (One that moves by keys that say nothing moves, too.)
     pub fn has_moving_instances(&self) -> bool {
         self.instances.iter().any(|instance| !instance.moves.is_empty())
@@ -383,6 +401,20 @@ mod tests {
         assert!(near(camera.position, vec3(0.0, 1.0, -2.0)) && near(camera.direction, vec3(0.0, 0.0, -1.0)));
         let [Light::Directional { direction, .. }] = scene.lights_at(2)[..] else { panic!() };
         assert!(near(direction, vec3(0.0, 0.0, -1.0)));
+    }
+
+    #[test]
+    fn animations_last_until_the_last_key() {
+        let frames = |seconds: &[f32]| {
+            let keys = seconds.iter().map(|&seconds| MoveKey { seconds, ..MoveKey::default() }).collect();
+            let mut scene = Scene::default();
+            scene.animate(Some(CameraMotion::Moves(vec![Move { keys, ..Move::default() }])), Vec::new());
+            scene.animation.map(|animation| animation.frames)
+        };
+        assert_eq!(frames(&[]), None);
+        for (last, expected) in [(0.0, 1), (1.0, 24), (1.01, 25), (25.0 / 24.0, 25), (1e9, MAX_FRAMES)] {
+            assert_eq!(frames(&[0.0, last]), Some(expected), "{last}");
+        }
     }
 
     #[test]

@@ -1,5 +1,10 @@
 //! What the schema of scene files says of types that JSON writes in another way than Rust keeps them.
 
+#![allow(
+    clippy::approx_constant,
+    reason = "an example shows people a rotation in the digits that files have"
+)]
+
 use super::INDICES_OF_REFRACTION;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;

@@ -17,9 +17,22 @@ const ELEMENTS_A_BYTE: u64 = 16;
 pub(super) struct Accessors<'a> {
     pub(super) root: &'a Root,
     buffers: &'a Buffers<'a>,
-    /// Elements that may still be taken. Accessors without bytes, and ones that are used again and again, would
-    /// otherwise make a small file fill the memory.
-    left: Cell<u64>,
+    pub(super) budget: Budget,
+}
+
+/// Elements that may still be taken. Accessors without bytes, and ones that are used again and again, would otherwise
+/// make a small file fill the memory.
+pub(super) struct Budget(Cell<u64>);
+
+impl Budget {
+    /// Counts elements that are about to be stored.
+    pub(super) fn spend(&self, elements: u64) -> Result<(), String> {
+        let left = self.0.get().checked_sub(elements).ok_or(
+            "its accessors hold, or are used for, far more elements than its buffers have bytes; mend the file",
+        )?;
+        self.0.set(left);
+        Ok(())
+    }
 }
 
 /// Elements in a buffer, checked to lie within: one every `stride` bytes, the last one whole.
@@ -31,17 +44,8 @@ struct Elements<'a> {
 
 impl<'a> Accessors<'a> {
     pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>) -> Accessors<'a> {
-        let left = Cell::new(FREE_ELEMENTS.saturating_add(buffers.total().saturating_mul(ELEMENTS_A_BYTE)));
-        Accessors { root, buffers, left }
-    }
-
-    /// Counts elements that are about to be stored.
-    pub(super) fn spend(&self, elements: u64) -> Result<(), String> {
-        let left = self.left.get().checked_sub(elements).ok_or(
-            "its accessors hold, or are used for, far more elements than its buffers have bytes; mend the file",
-        )?;
-        self.left.set(left);
-        Ok(())
+        let elements = FREE_ELEMENTS.saturating_add(buffers.total().saturating_mul(ELEMENTS_A_BYTE));
+        Accessors { root, buffers, budget: Budget(Cell::new(elements)) }
     }
 
     /// The elements of an accessor with `N` components each, as numbers: normalised ones from -1 or 0 to 1, others as
@@ -113,7 +117,7 @@ impl<'a> Accessors<'a> {
 
     /// How many elements an accessor has; they are counted as taken.
     fn count(&self, accessor: &Accessor) -> Result<usize, String> {
-        self.spend(accessor.count.0)?;
+        self.budget.spend(accessor.count.0)?;
         usize::try_from(accessor.count.0).map_err(|_| "it has too many elements".to_string())
     }
 

@@ -1,19 +1,23 @@
 //! Cameras of the scene, in the order of its nodes.
 
-use super::nodes::PlacedNode;
+use super::accessors::Budget;
+use super::nodes::Nodes;
 use super::{Part, quoted};
 use crate::files::warnings::Warnings;
-use crate::model::Camera;
+use crate::model::{Camera, Move};
 use gltf::json::Root;
 use gltf::json::camera::{Camera as FileCamera, Type};
 use gltf::json::validation::Checked;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A camera and what it is called.
 pub(super) struct NamedCamera {
     /// The camera's own name and that of its node.
     names: [Option<String>; 2],
+    /// Before it moves.
     pub(super) camera: Camera,
+    pub(super) moves: Vec<Arc<Move>>,
 }
 
 /// All cameras of the placed nodes. What cannot look has warned and is left out.
@@ -21,10 +25,11 @@ pub(super) fn placed(
     warnings: &mut Warnings,
     path: &Path,
     root: &Root,
-    nodes: &[PlacedNode],
-) -> Vec<NamedCamera> {
+    nodes: &Nodes,
+    budget: &Budget,
+) -> Result<Vec<NamedCamera>, String> {
     let mut cameras = Vec::new();
-    for placed in nodes {
+    for placed in &nodes.placed {
         let Some(index) = root.nodes[placed.node].camera else { continue };
         let number = index.value();
         let Some(file) = root.cameras.get(number) else {
@@ -44,7 +49,7 @@ pub(super) fn placed(
         };
         if is_right {
             let names = [file.name.clone(), root.nodes[placed.node].name.clone()];
-            cameras.push(NamedCamera { names, camera });
+            cameras.push(NamedCamera { names, camera, moves: nodes.moves(placed, budget)? });
         } else {
             let name = Part::new("camera", number, file.name.as_deref());
             let message = format!(
@@ -54,7 +59,7 @@ pub(super) fn placed(
             warnings.add(path, None, message);
         }
     }
-    cameras
+    Ok(cameras)
 }
 
 /// The field of view; whether there is one.
@@ -76,25 +81,25 @@ fn open(camera: &mut Camera, file: &FileCamera) -> bool {
 }
 
 /// The camera of this name or number, the first without; several, of which none was chosen, warn.
-pub(super) fn choose(
+pub(super) fn choose<'a>(
     warnings: &mut Warnings,
     path: &Path,
-    cameras: &[NamedCamera],
+    cameras: &'a [NamedCamera],
     choice: Option<&str>,
-) -> Result<Option<Camera>, String> {
+) -> Result<Option<&'a NamedCamera>, String> {
     let Some(choice) = choice else {
         if cameras.len() > 1 {
             let message =
                 format!("there are {} cameras: {}; the first is taken", cameras.len(), list(cameras));
             warnings.add(path, None, message);
         }
-        return Ok(cameras.first().map(|c| c.camera));
+        return Ok(cameras.first());
     };
     // Names come first: a camera may be called "1".
     let named = (0..2).find_map(|k| cameras.iter().find(|c| c.names[k].as_deref() == Some(choice)));
     let numbered = || choice.parse::<usize>().ok().and_then(|number| cameras.get(number));
     match named.or_else(numbered) {
-        Some(found) => Ok(Some(found.camera)),
+        Some(found) => Ok(Some(found)),
         None if cameras.is_empty() => {
             Err(format!("there is no camera {}; the file has none", quoted(choice)))
         }

@@ -37,11 +37,15 @@ const NOT_RENDERED: [(&str, &str); 10] = [
 const PICTURES: [&str; 4] =
     ["KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"];
 
+/// Not read; the channels that need it say so themselves.
+const POINTERS: &str = "KHR_animation_pointer";
+
 /// Refuses what the file cannot be shown without.
 pub(super) fn check(root: &Root) -> Result<(), String> {
     let is_known = |name: &str| {
         READ.contains(&name)
             || PICTURES.contains(&name)
+            || name == POINTERS
             || NOT_RENDERED.iter().any(|(known, _)| *known == name)
     };
     match root.extensions_required.iter().find(|name| !is_known(name)) {

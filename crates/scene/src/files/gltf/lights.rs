@@ -1,12 +1,14 @@
 //! KHR_lights_punctual.
 
-use super::nodes::PlacedNode;
+use super::accessors::Budget;
+use super::nodes::{Nodes, PlacedNode};
 use super::{Part, named};
-use crate::model::Light;
+use crate::model::{Light, Move};
 use eosphor_core::math::Vec3;
 use gltf::json::Root;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as FileLight, Type};
 use gltf::json::validation::Checked;
+use std::sync::Arc;
 
 /// Our matte surfaces return irradiance · colour, without the 1/π of a Lambertian; the lights bring it along.
 const FRAC_1_PI: f64 = std::f64::consts::FRAC_1_PI;
@@ -14,18 +16,27 @@ const FRAC_1_PI: f64 = std::f64::consts::FRAC_1_PI;
 /// Brighter lights are cut to this.
 const MAX_INTENSITY: f64 = 1e12;
 
+/// A light of a node.
+pub(super) struct PlacedLight {
+    /// Before it moves.
+    pub(super) light: Light,
+    pub(super) moves: Vec<Arc<Move>>,
+}
+
 /// The lights of the placed nodes. Ranges, which are no physics, are ignored.
-pub(super) fn placed(root: &Root, nodes: &[PlacedNode]) -> Result<Vec<Light>, String> {
+pub(super) fn placed(root: &Root, nodes: &Nodes, budget: &Budget) -> Result<Vec<PlacedLight>, String> {
     let known = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
     let known = known.map_or(&[][..], |lights| &lights.lights);
     let mut lights = Vec::new();
-    for placed in nodes {
+    for placed in &nodes.placed {
         let extensions = root.nodes[placed.node].extensions.as_ref();
         let Some(index) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) else { continue };
         let number = index.light.value();
         let file = named(known, number, "light")?;
-        let light = light(file, placed);
-        lights.push(light.map_err(|e| format!("{}: {e}", Part::new("light", number, file.name.as_deref())))?);
+        let placed = light(file, placed)
+            .and_then(|light| Ok(PlacedLight { light, moves: nodes.moves(placed, budget)? }));
+        let name = || Part::new("light", number, file.name.as_deref());
+        lights.push(placed.map_err(|e| format!("{}: {e}", name()))?);
     }
     Ok(lights)
 }

@@ -191,7 +191,7 @@ impl<'a> Meshes<'a> {
         let mut indices = match surface.primitive.indices {
             Some(accessor) => self.accessors.indices(accessor.value())?,
             None => {
-                self.accessors.spend(count as u64)?;
+                self.accessors.budget.spend(count as u64)?;
                 (0..u32::try_from(count).map_err(|_| "it has too many vertices")?).collect()
             }
         };
@@ -212,7 +212,7 @@ impl<'a> Meshes<'a> {
             Source::Read(vertices) => assembly.add_block(key, vertices)?,
         };
         // Flat normals are one a triangle.
-        self.accessors.spend(triangle_count(surface.mode, indices.len()) as u64)?;
+        self.accessors.budget.spend(triangle_count(surface.mode, indices.len()) as u64)?;
         assembly.add_triangles(surface.mode, &indices, block, surface.material)
     }
 

@@ -4,9 +4,11 @@
 //! (1.4.1). So every index, size and enumeration is checked here, where it is used.
 
 mod accessors;
+mod animations;
 mod assembly;
 mod buffers;
 mod cameras;
+mod channels;
 mod container;
 mod described;
 mod extensions;
@@ -26,14 +28,18 @@ mod tests;
 
 use super::loader::Loader;
 use crate::error::{Place, SceneError};
-use crate::model::{AlphaMode, Instance, Light, Material, MaterialKind, Transform};
-use accessors::Accessors;
+use crate::model::{
+    AlphaMode, CameraMotion, Instance, Interpolation, LightMotion, Material, MaterialKind, Transform,
+};
+use accessors::{Accessors, Budget};
+use animations::Animations;
 use buffers::Buffers;
 use cameras::NamedCamera;
 use container::Container;
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::ShadowMode;
 use gltf::json::Root;
+use lights::PlacedLight;
 use meshes::Meshes;
 use std::fmt;
 use std::path::Path;
@@ -41,7 +47,7 @@ use std::path::Path;
 /// Radiance of the surroundings of files that bring no light: metal shows nothing where there is nothing to reflect.
 const STUDIO: f32 = 0.25;
 
-/// Adds the meshes and materials of a file, placed as it says; its cameras and lights are left out.
+/// Adds the meshes and materials of a file, placed and moved as it says; its cameras and lights are left out.
 pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
     Ok(read(loader, path)?.instances)
 }
@@ -51,9 +57,12 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
 pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>) -> Result<(), SceneError> {
     let file = read(loader, path)?;
     let chosen = cameras::choose(&mut loader.warnings, path, &file.cameras, camera);
-    loader.scene.camera = chosen.map_err(|message| invalid(path, message))?;
+    let chosen = chosen.map_err(|message| invalid(path, message))?;
+    let (camera_motion, light_motions) = motions(&file, chosen).map_err(|message| invalid(path, message))?;
+    loader.scene.camera = chosen.map(|chosen| chosen.camera);
+    loader.scene.lights.extend(file.lights.iter().map(|placed| placed.light));
     loader.scene.instances.extend(file.instances);
-    loader.scene.lights.extend(file.lights);
+    loader.scene.animate(camera_motion, light_motions);
 
     let first = file.first_material as usize;
     let used = loader.scene.materials[first..].iter().zip(&file.used_materials).filter(|(_, used)| **used);
@@ -71,6 +80,22 @@ pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>)
     Ok(())
 }
 
+/// How the camera and the lights move.
+fn motions(
+    file: &Contents,
+    camera: Option<&NamedCamera>,
+) -> Result<(Option<CameraMotion>, Vec<LightMotion>), String> {
+    let own = |moves| animations::own(moves, &file.budget);
+    let camera = camera.filter(|camera| !camera.moves.is_empty());
+    let camera = camera.map(|camera| own(&camera.moves)).transpose()?.map(CameraMotion::Moves);
+    let moving = file.lights.iter().enumerate().filter(|(_, placed)| !placed.moves.is_empty());
+    let lights = moving.map(|(i, placed)| {
+        let (light, interpolation) = (i as u32, Interpolation::default());
+        Ok(LightMotion { light, keys: Vec::new(), interpolation, moves: own(&placed.moves)? })
+    });
+    Ok((camera, lights.collect::<Result<_, String>>()?))
+}
+
 fn lets_light_through(material: &Material) -> bool {
     material.alpha != AlphaMode::Opaque
         || matches!(material.kind, MaterialKind::Pbr(pbr) if pbr.transmission > 0.0)
@@ -80,7 +105,9 @@ fn lets_light_through(material: &Material) -> bool {
 struct Contents {
     instances: Vec<Instance>,
     cameras: Vec<NamedCamera>,
-    lights: Vec<Light>,
+    lights: Vec<PlacedLight>,
+    /// What may still be stored.
+    budget: Budget,
     /// Where in the scene the file's materials begin, and which of them something has.
     first_material: u32,
     used_materials: Vec<bool>,
@@ -102,16 +129,17 @@ fn contents(
     extensions::check(root)?;
     extensions::warn(&mut loader.warnings, path, root);
     let buffers = Buffers::read(loader, path, root, binary);
-    let nodes = nodes::placed(root)?;
+    let accessors = Accessors::new(root, &buffers);
+    let played = channels::played(&mut loader.warnings, path, root)?;
+    let nodes = nodes::placed(root, &mut Animations::new(&accessors, played))?;
 
     let first_material = loader.scene.materials.len() as u32;
-    let accessors = Accessors::new(root, &buffers);
     let (warnings, built) = (&mut loader.warnings, &mut loader.scene.meshes);
     let mut meshes = Meshes::new(&accessors, path, warnings, built, first_material);
     let mut instances = Vec::new();
     let mut flat = Vec::new();
     let mut has_skin = false;
-    for placed in &nodes {
+    for placed in &nodes.placed {
         let node = &root.nodes[placed.node];
         let Some(mesh) = node.mesh else { continue };
         let Some(shown) = meshes.show(mesh.value(), node.weights.as_deref())? else { continue };
@@ -126,8 +154,9 @@ fn contents(
                 continue;
             }
             let world_from_object = Transform::from_affine(&affine);
-            instances
-                .push(Instance { material: shown.material, ..Instance::new(shown.mesh, world_from_object) });
+            let moves = nodes.moves(placed, &accessors.budget);
+            let moves = moves.map_err(|problem| format!("{}: {problem}", name()))?;
+            instances.push(Instance { mesh: shown.mesh, material: shown.material, world_from_object, moves });
         }
     }
     let used_materials = meshes.finish();
@@ -145,16 +174,14 @@ fn contents(
                 .into(),
         );
     }
-    if !root.animations.is_empty() {
-        warn("animations are not played: the pose of the nodes at rest is shown".into());
-    }
-    let cameras = cameras::placed(&mut loader.warnings, path, root, &nodes);
-    let lights = lights::placed(root, &nodes)?;
+    let budget = accessors.budget;
+    let cameras = cameras::placed(&mut loader.warnings, path, root, &nodes, &budget)?;
+    let lights = lights::placed(root, &nodes, &budget)?;
     materials::add(loader, path, root, &buffers, &used_materials);
     if instances.is_empty() {
         loader.warnings.add(path, None, "there is nothing to see: the scene of the file has no triangles");
     }
-    Ok(Contents { instances, cameras, lights, first_material, used_materials })
+    Ok(Contents { instances, cameras, lights, budget, first_material, used_materials })
 }
 
 /// The JSON, as the types of the crate.
@@ -169,6 +196,12 @@ fn parse(path: &Path, container: &Container<'_>) -> Result<Root, SceneError> {
         return Err(invalid(path, wrong_version(&version)));
     }
     let text = error.to_string();
+    if text.starts_with("missing field `node`")
+        && let Some(root) = channels::root_with_nodes(container.json)
+        && root.asset.version.starts_with("2.")
+    {
+        return Ok(root);
+    }
     let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason);
     let reason: String = reason.chars().filter(|c| !c.is_control()).take(200).collect();
     let (line, column) = (error.line() as u32, error.column() as u32);

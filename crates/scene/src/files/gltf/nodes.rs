@@ -1,25 +1,86 @@
 //! The tree of nodes, laid out: every node of the scene with its place in the world.
 
+use super::accessors::Budget;
+use super::animations::Animations;
+use super::channels::Target;
 use super::{Part, named};
-use crate::model::Matrix;
+use crate::model::{Matrix, Move, Transform};
 use gltf::json::Root;
 use gltf::json::scene::Node;
+use std::sync::Arc;
 
 /// A node of the scene.
 pub(super) struct PlacedNode {
     /// Into the file's nodes.
     pub(super) node: usize,
+    /// Takes it into the world; where it moves, before it does.
     pub(super) world: Matrix,
+    /// The first of the motions that follow; `None` where it stays.
+    motion: Option<usize>,
 }
 
-/// The nodes of the default scene, else of the first, else of the whole file; parents before children, in the
-/// file's order.
-pub(super) fn placed(root: &Root) -> Result<Vec<PlacedNode>, String> {
-    // A stack of its own: files may nest nodes deeper than the machine's stack.
-    let mut waiting: Vec<(usize, Matrix)> =
-        roots(root)?.into_iter().rev().map(|node| (node, Matrix::IDENTITY)).collect();
+/// A motion of the nodes below. Those below share it.
+struct Link {
+    motion: Arc<Move>,
+    /// What follows it and stays, up to the next motion.
+    fixed: Option<Arc<Move>>,
+    /// The motion that follows then.
+    next: Option<usize>,
+}
+
+/// The nodes of a scene, and how they move.
+#[derive(Default)]
+pub(super) struct Nodes {
+    /// Parents before children, in the file's order.
+    pub(super) placed: Vec<PlacedNode>,
+    links: Vec<Link>,
+}
+
+impl Nodes {
+    /// How a node moves: the motions one after the other.
+    pub(super) fn moves(&self, placed: &PlacedNode, budget: &Budget) -> Result<Vec<Arc<Move>>, String> {
+        let mut moves = Vec::new();
+        let mut next = placed.motion;
+        while let Some(number) = next {
+            let link = &self.links[number];
+            budget.spend(1 + u64::from(link.fixed.is_some()))?;
+            moves.push(Arc::clone(&link.motion));
+            moves.extend(link.fixed.clone());
+            next = link.next;
+        }
+        Ok(moves)
+    }
+}
+
+/// Where a node is.
+#[derive(Clone, Copy)]
+struct Pose {
+    rest: Matrix,
+    /// Its matrix up to the first motion.
+    fixed: Matrix,
+    motion: Option<usize>,
+    /// Whether something that stays squashes it flat between motions: it is as good as hidden, and stays at rest.
+    is_flat: bool,
+}
+
+impl Pose {
+    const ROOT: Pose = Pose { rest: Matrix::IDENTITY, fixed: Matrix::IDENTITY, motion: None, is_flat: false };
+
+    fn placed(&self, node: usize) -> PlacedNode {
+        match self.motion.filter(|_| !self.is_flat) {
+            Some(motion) => PlacedNode { node, world: self.fixed, motion: Some(motion) },
+            None => PlacedNode { node, world: self.rest, motion: None },
+        }
+    }
+}
+
+/// The nodes of the default scene, else of the first, else of the whole file.
+pub(super) fn placed(root: &Root, animations: &mut Animations<'_>) -> Result<Nodes, String> {
+    // A stack of its own: files may nest nodes deeper than the machine's stack. Nodes, and the place of the parent's pose.
+    let mut waiting: Vec<(usize, usize)> = roots(root)?.into_iter().rev().map(|node| (node, 0)).collect();
+    let mut poses = vec![Pose::ROOT];
     let mut seen = vec![false; root.nodes.len()];
-    let mut placed = Vec::new();
+    let mut nodes = Nodes::default();
     while let Some((number, parent)) = waiting.pop() {
         let Some(node) = root.nodes.get(number) else {
             return Err(format!("node {number} does not exist; there are {}", root.nodes.len()));
@@ -31,12 +92,47 @@ pub(super) fn placed(root: &Root) -> Result<Vec<PlacedNode>, String> {
                 "{name} is reached twice: nodes must be a tree, without cycles and with one parent each; mend the file"
             ));
         }
-        let world = parent.after(&local(node));
-        placed.push(PlacedNode { node: number, world });
-        let children = node.children.as_deref().unwrap_or_default();
-        waiting.extend(children.iter().rev().map(|child| (child.value(), world)));
+        let pose = nodes.pose(&poses[parent], number, node, animations)?;
+        nodes.placed.push(pose.placed(number));
+        poses.push(pose);
+        let (children, parent) = (node.children.as_deref().unwrap_or_default(), poses.len() - 1);
+        waiting.extend(children.iter().rev().map(|child| (child.value(), parent)));
     }
-    Ok(placed)
+    Ok(nodes)
+}
+
+impl Nodes {
+    /// A node below its parent.
+    fn pose(
+        &mut self,
+        parent: &Pose,
+        number: usize,
+        node: &Node,
+        animations: &mut Animations<'_>,
+    ) -> Result<Pose, String> {
+        let rest = parent.rest.after(&local(node));
+        let mut moving = false;
+        let mut pose = Pose { rest, ..*parent };
+        for target in Target::ALL {
+            let still = part(node, target);
+            let Some(motion) = animations.motion(number, target)? else {
+                pose.fixed = pose.fixed.after(&still);
+                continue;
+            };
+            moving = true;
+            let affine = pose.fixed.affine();
+            pose.is_flat |= affine.is_finite() && affine.inverse().is_none();
+            let fixed = (pose.fixed != Matrix::IDENTITY)
+                .then(|| Arc::new(Move { transform: Transform::from_affine(&affine), ..Move::default() }));
+            self.links.push(Link { motion, fixed, next: pose.motion });
+            (pose.motion, pose.fixed) = (Some(self.links.len() - 1), Matrix::IDENTITY);
+        }
+        if !moving {
+            // In one step, for matrices have no parts.
+            pose.fixed = parent.fixed.after(&local(node));
+        }
+        Ok(pose)
+    }
 }
 
 /// The nodes that have no parent in the scene that is shown.
@@ -66,6 +162,16 @@ fn local(node: &Node) -> Matrix {
     let rotation = node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0);
     let (translation, scale) = (node.translation.unwrap_or([0.0; 3]), node.scale.unwrap_or([1.0; 3]));
     Matrix::of_parts(translation.map(f64::from), rotation.map(f64::from), scale.map(f64::from))
+}
+
+/// A part of it, of a node without a matrix.
+fn part(node: &Node, target: Target) -> Matrix {
+    let parts = match target {
+        Target::Translation => Node { translation: node.translation, ..Node::default() },
+        Target::Rotation => Node { rotation: node.rotation, ..Node::default() },
+        Target::Scale => Node { scale: node.scale, ..Node::default() },
+    };
+    local(&parts)
 }
 
 #[cfg(test)]

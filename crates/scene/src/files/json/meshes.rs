@@ -135,12 +135,23 @@ impl Builder<'_> {
             let message = "the transform squashes the mesh flat; no scale may be 0";
             return Err(self.document.error_in(&way![origin.0, origin.1, "transform"], message));
         }
+        // What moves within the model does so before all that is said of the model.
+        let outside: Vec<Arc<Move>> = (outer != Transform::default())
+            .then(|| Arc::new(Move { transform: outer, ..Move::default() }))
+            .into_iter()
+            .chain(all.iter().cloned())
+            .collect();
         for placed in group.placed.iter() {
+            let (world_from_object, moves) = match placed.moves.is_empty() {
+                true => (after(&outer, &placed.world_from_object), all.clone()),
+                false => (placed.world_from_object, [&placed.moves[..], &outside].concat()),
+            };
+            let material = material.or(group.material).or(placed.material);
             self.loader.scene.instances.push(Instance {
                 mesh: placed.mesh,
-                material: material.or(group.material).or(placed.material),
-                world_from_object: after(&outer, &placed.world_from_object),
-                moves: all.clone(),
+                material,
+                world_from_object,
+                moves,
             });
             origins.push(origin);
         }

@@ -1,7 +1,7 @@
 //! No bytes make the reader panic; what loads also passes flattening or fails with an error.
 
 use super::{CORNERS, F32, File, U16, bytes, read};
-use crate::SceneData;
+use crate::{Moments, SceneData};
 use proptest::prelude::*;
 use serde_json::json;
 use std::sync::LazyLock;
@@ -13,6 +13,12 @@ static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
         "scene": 0, "scenes": [{"nodes": [0, 2]}], "cameras": [
             {"type": "perspective", "perspective": {"yfov": 0.6, "znear": 1}},
             {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 2, "znear": 1}}],
+        "animations": [{"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}},
+                {"sampler": 1, "target": {"node": 0, "path": "scale"}},
+                {"sampler": 2, "target": {"node": 2, "path": "rotation"}},
+                {"sampler": 2, "target": {"node": 1, "path": "weights"}}],
+            "samplers": [{"input": 4, "output": 0}, {"input": 4, "interpolation": "STEP", "output": 0},
+                {"input": 5, "interpolation": "CUBICSPLINE", "output": 6}]}],
         "nodes": [{"children": [1], "scale": [1, 2, 3]}, {"mesh": 0, "rotation": [0, 0, 1, 0], "weights": [0.5]},
             {"mesh": 1, "camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0},
                 "EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}],
@@ -36,12 +42,22 @@ static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
     file.raw_accessor(
         json!({"bufferView": view, "componentType": F32, "type": "VEC3", "count": 3, "sparse": sparse}),
     );
+    file.floats(&[[0.0], [1.0], [2.5]]);
+    file.floats(&[[1.0], [2.0]]);
+    file.floats(&[[0.0, 1.0, 0.0, 1.0]; 6]);
     file.glb()
 });
 
 fn run(bytes: &[u8]) -> bool {
     match read(&[("a.glb", bytes)]) {
-        Ok(loaded) => SceneData::flatten(&loaded.scene).is_ok(),
+        Ok(loaded) => {
+            let scene = &loaded.scene;
+            let frames = scene.animation.as_ref().map_or(1, |animation| animation.frames);
+            SceneData::flatten(scene).is_ok_and(|(data, _)| {
+                let moments = Moments::new(scene, &data);
+                [0, frames / 2, frames - 1].into_iter().all(|frame| moments.at(frame).is_ok())
+            })
+        }
         Err(error) => {
             let message = error.to_string();
             assert!(!message.is_empty() && !message.contains('\n'), "{message}");
@@ -57,7 +73,9 @@ fn the_unchanged_file_loads() {
         (loaded.scene.instances.len(), loaded.scene.lights.len(), loaded.scene.images.len()),
         (4, 1, 2)
     );
-    assert!(SceneData::flatten(&loaded.scene).is_ok());
+    let animation = loaded.scene.animation.as_ref().unwrap();
+    assert_eq!((animation.frames, animation.lights.len()), (60, 1));
+    assert!(animation.camera.is_some() && run(&WHOLE));
 }
 
 proptest! {

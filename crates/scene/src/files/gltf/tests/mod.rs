@@ -1,8 +1,10 @@
 //! Known answers of small files that are made here.
 
+mod animations;
 mod fuzz;
 mod geometry;
 mod materials;
+mod samplers;
 mod scenes;
 mod wrong;
 

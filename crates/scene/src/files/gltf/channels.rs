@@ -1,0 +1,121 @@
+//! Which channels of which animation are played.
+
+use super::{Part, named, quoted};
+use crate::files::warnings::Warnings;
+use gltf::json::animation::{Animation, Channel, Property};
+use gltf::json::validation::Checked;
+use gltf::json::{Root, Value, deserialize};
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Parts of a node's transform that a channel can animate, the first applied last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Target {
+    Translation,
+    Rotation,
+    Scale,
+}
+
+impl Target {
+    pub(super) const ALL: [Target; 3] = [Target::Translation, Target::Rotation, Target::Scale];
+}
+
+/// The number of a node that stands for none: the crate wants one.
+const NO_NODE: u32 = u32::MAX;
+
+/// The animation that is played.
+pub(super) struct Played<'a> {
+    pub(super) number: usize,
+    pub(super) animation: &'a Animation,
+    /// Samplers by node and target.
+    pub(super) samplers: HashMap<(usize, Target), usize>,
+}
+
+impl Played<'_> {
+    /// For messages.
+    pub(super) fn name(&self) -> Part {
+        name(self.number, self.animation)
+    }
+}
+
+fn name(number: usize, animation: &Animation) -> Part {
+    Part::new("animation", number, animation.name.as_deref())
+}
+
+/// The first animation, if there is one. What of it is left out, and which others there are, is warned of.
+pub(super) fn played<'a>(
+    warnings: &mut Warnings,
+    path: &Path,
+    root: &'a Root,
+) -> Result<Option<Played<'a>>, String> {
+    let Some(animation) = root.animations.first() else { return Ok(None) };
+    if root.animations.len() > 1 {
+        let message =
+            format!("there are {} animations: {}; the first is played", root.animations.len(), list(root));
+        warnings.add(path, None, message);
+    }
+    let mut played = Played { number: 0, animation, samplers: HashMap::new() };
+    let mut left_out = 0;
+    for (i, channel) in animation.channels.iter().enumerate() {
+        let target = target(root, channel).map_err(|e| format!("{}, channel {i}: {e}", played.name()))?;
+        let Some(target) = target else {
+            left_out += 1;
+            continue;
+        };
+        let sampler = channel.sampler.value();
+        named(&animation.samplers, sampler, "sampler")
+            .map_err(|e| format!("{}, channel {i}: {e}; mend the file", played.name()))?;
+        played.samplers.insert(target, sampler);
+    }
+    if left_out > 0 {
+        let channels = if left_out == 1 { "1 channel is" } else { &format!("{left_out} channels are") };
+        let message = format!(
+            "{}: {channels} left out: weights of morph targets, pointers, and nodes that have a matrix are not \
+             animated, only translation, rotation and scale of nodes",
+            played.name()
+        );
+        warnings.add(path, None, message);
+    }
+    Ok(Some(played))
+}
+
+/// What a channel animates; `None` where that is left out.
+fn target(root: &Root, channel: &Channel) -> Result<Option<(usize, Target)>, String> {
+    let target = match channel.target.path {
+        Checked::Valid(Property::Translation) => Target::Translation,
+        Checked::Valid(Property::Rotation) => Target::Rotation,
+        Checked::Valid(Property::Scale) => Target::Scale,
+        Checked::Valid(Property::MorphTargetWeights) | Checked::Invalid => return Ok(None),
+    };
+    let number = channel.target.node.value();
+    if number == NO_NODE as usize {
+        return Ok(None);
+    }
+    let node = named(&root.nodes, number, "node").map_err(|e| format!("{e}; mend the file"))?;
+    Ok(node.matrix.is_none().then_some((number, target)))
+}
+
+/// The first ones, by number and name.
+fn list(root: &Root) -> String {
+    const LISTED: usize = 20;
+    let entry = |(number, animation): (usize, &Animation)| match &animation.name {
+        Some(name) => format!("{number} {}", quoted(name)),
+        None => number.to_string(),
+    };
+    let more = if root.animations.len() > LISTED { ", ..." } else { "" };
+    root.animations.iter().enumerate().take(LISTED).map(entry).collect::<Vec<_>>().join(", ") + more
+}
+
+/// The file, of which channels have no node, as the specification allows and the crate does not. `None` where it is wrong
+/// otherwise.
+pub(super) fn root_with_nodes(json: &[u8]) -> Option<Root> {
+    let mut root: Value = deserialize::from_slice(json).ok()?;
+    for animation in root.get_mut("animations")?.as_array_mut()? {
+        for channel in animation.get_mut("channels").and_then(Value::as_array_mut).into_iter().flatten() {
+            if let Some(target) = channel.get_mut("target").and_then(Value::as_object_mut) {
+                target.entry("node").or_insert(NO_NODE.into());
+            }
+        }
+    }
+    deserialize::from_value(root).ok()
+}
