@@ -81,7 +81,7 @@ mod tests {
         ];
         for (accel, traversal, name) in kernels() {
             let hierarchy = Hierarchy::build(accel, Builder::Binned, &data);
-            let structure = Structure::new(&hierarchy, traversal).unwrap();
+            let structure = Structure::new(&hierarchy, traversal, 0).unwrap();
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
             assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
         }
@@ -99,7 +99,7 @@ mod tests {
         let answers = Kind::Array { align: 1 };
         let launch = [rays, Kind::Number, answers, answers];
         for (traversal, name) in query_kernels() {
-            let trees = Trees::new(&bvh, traversal).unwrap();
+            let trees = Trees::new(&bvh, traversal, 0).unwrap();
             let parameters = bvh_parameters(&bvh, &trees);
             assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
         }

@@ -22,7 +22,7 @@ pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure
         match Order::from_bytes(&bytes).map_err(Failure::Failed)? {
             Order::Prepare(scene) => {
                 drop(bytes);
-                let (ready, scene) = prepare(world, options, Arc::new(scene));
+                let (ready, scene) = prepare(world, options, Arc::new(*scene));
                 prepared = scene;
                 let ready = wire::encode(&ready).map_err(Failure::Failed)?;
                 world.gather(&ready).map_err(Failure::because)?;

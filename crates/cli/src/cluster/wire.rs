@@ -9,7 +9,7 @@ use std::ops::Range;
 /// What rank 0 tells all others to do next.
 pub(super) enum Order {
     /// Get ready to render this scene.
-    Prepare(SceneData),
+    Prepare(Box<SceneData>),
     /// Everyone is ready: work.
     Work,
     /// Someone is not: wait for the next order.
@@ -41,7 +41,7 @@ impl Order {
 
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Order, String> {
         match bytes.split_first() {
-            Some((&PREPARE, scene)) => decode(scene).map(Order::Prepare),
+            Some((&PREPARE, scene)) => decode(scene).map(|scene| Order::Prepare(Box::new(scene))),
             Some((&WORK, [])) => Ok(Order::Work),
             Some((&WAIT, [])) => Ok(Order::Wait),
             Some((&LEAVE, [])) => Ok(Order::Leave),

@@ -8,9 +8,11 @@ use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use eosphor::frames::{FramePattern, FramesIdentity, Manifest};
 use eosphor::{
-    Backend, Film, Format, Moments, SaveOptions, Scene, SceneData, check_writable, save_within, scene_hash,
+    Backend, Film, Format, Moments, Move, SaveOptions, Scene, SceneData, check_writable, save_within,
+    scene_hash,
 };
 use serde::Serialize;
+use std::collections::HashMap;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -126,7 +128,7 @@ pub(super) struct Outcome {
 impl Sequence<'_> {
     /// What the frames are made of. `which` says what else they depend on besides scene and motion.
     pub(super) fn identity(&self, which: &str, file: &str) -> FramesIdentity {
-        let moves: Vec<_> = self.scene.instances.iter().map(|instance| &instance.moves).collect();
+        let moves = motions(self.scene);
         FramesIdentity {
             scene: scene_hash(self.data, &self.options.develop),
             animation: FramesIdentity::hash(&format!("{:?} {moves:?} {which}", self.scene.animation)),
@@ -197,6 +199,23 @@ impl Outcome {
         flags.report.verbosity().say(Verbosity::Normal, &text);
         if flags.report.json { streams::json(&report) } else { Ok(()) }
     }
+}
+
+/// How objects move: each motion once, as many may share one, and then the numbers of those that each instance has.
+fn motions(scene: &Scene) -> (Vec<&Move>, Vec<Vec<usize>>) {
+    let (mut all, mut numbers): (Vec<&Move>, _) = (Vec::new(), HashMap::new());
+    let mut of_instances = Vec::with_capacity(scene.instances.len());
+    for instance in &scene.instances {
+        let mut own = Vec::with_capacity(instance.moves.len());
+        for motion in &instance.moves {
+            own.push(*numbers.entry(Arc::as_ptr(motion)).or_insert_with(|| {
+                all.push(motion);
+                all.len() - 1
+            }));
+        }
+        of_instances.push(own);
+    }
+    (all, of_instances)
 }
 
 /// The frames that are asked for; all where no range is given.

@@ -74,7 +74,12 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     }
 
     seconds.total = start.elapsed().as_secs_f64();
-    seconds.total_cpu = ProcessTime::try_now().ok().map(|time| time.as_duration().as_secs_f64());
+    if ranks.is_some() {
+        // Others have worked, too.
+        seconds.render_cpu = None;
+    }
+    let cpu = ProcessTime::try_now().ok().filter(|_| ranks.is_none());
+    seconds.total_cpu = cpu.map(|time| time.as_duration().as_secs_f64());
     let report = report(flags, scene.settings.size, &done, hierarchy, backend.describe(), seconds, notes);
     verbosity.say(Verbosity::Normal, &report.table());
     if flags.report.json {

@@ -117,7 +117,9 @@ fn about(axis: usize, degrees: f64) -> Matrix {
 }
 
 fn one_or_three_or_none<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec3>, D::Error> {
-    one_or_three(deserializer).map(Some)
+    #[derive(Deserialize)]
+    struct Factors(#[serde(deserialize_with = "one_or_three")] Vec3);
+    Ok(Option::<Factors>::deserialize(deserializer)?.map(|Factors(scale)| scale))
 }
 
 #[cfg(test)]
