@@ -82,6 +82,8 @@ pub(crate) unsafe fn write<T: Copy>(
     let bytes =
         unsafe { std::slice::from_raw_parts(items.as_ptr().cast::<MaybeUninit<u8>>(), size_of_val(items)) };
     let at = array + u64::from(first) * size_of::<T>() as u64;
+    // Allocating does that by itself, copying to an address does not.
+    stream.context().bind_to_thread()?;
     // SAFETY: the caller's; the source lives until the stream is waited for.
     unsafe { result::memcpy_htod_async(at, bytes, stream.cu_stream()) }?;
     stream.synchronize()

@@ -85,11 +85,13 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
     let format = Format::of(&flags.output)?;
     let SaveOptions { develop: _, jpeg_quality, exr_half, layers: _, metadata } = options;
     let identity = sequence.identity("", &format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}"));
-    let manifest = Manifest::open(&pattern.manifest_path(), &identity, flags.animation.resume)
+    // Jobs of some frames each may work beside each other.
+    let some = flags.animation.frames.is_some().then_some(&sequence.range);
+    let manifest = Manifest::open(&pattern.manifest_path(some), &identity, flags.animation.resume)
         .map_err(Failure::because)?;
     let is_missing = |frame: &u32| !manifest.is_done(*frame, &pattern.path(*frame));
     let missing: Vec<u32> = sequence.range.clone().filter(is_missing).collect();
-    let part = PartFolder::new(pattern.part_path())?;
+    let part = PartFolder::new(pattern.part_path(some))?;
     let sink = Files { pattern: &pattern, part: &part.0, manifest: &manifest, options };
     let done = sequence.render(backend, &missing, &sink, None)?;
     done.report(sequence, backend)

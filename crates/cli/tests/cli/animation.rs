@@ -58,6 +58,53 @@ fn what_is_done_is_kept_and_what_is_stale_is_refused() {
     assert!((0..6).all(|k| bytes(&frame(k)) == all[k as usize]), "nothing was touched");
 }
 
+/// Jobs that know nothing of each other render some frames each, at the same time and into one folder.
+#[test]
+fn jobs_of_some_frames_each_do_not_disturb_each_other() {
+    let place = Place::new();
+    frames(&place, "whole_%d.ppm", &[]).succeeded();
+    std::thread::scope(|scope| {
+        for range in ["0..2", "2..3", "3..6"] {
+            let place = &place;
+            scope.spawn(move || frames(place, "part_%d.ppm", &["--frames", range]).succeeded());
+        }
+    });
+    for k in 0..6 {
+        let [whole, part] = ["whole", "part"].map(|name| bytes(&place.path(&format!("{name}_{k}.ppm"))));
+        assert!(whole == part, "frame {k}");
+    }
+    fs::remove_file(place.path("part_4.ppm")).unwrap();
+    let run = frames(&place, "part_%d.ppm", &["--frames", "3..6", "--resume"]).succeeded();
+    assert!(run.stderr.contains("2 of 3 frames are done already"), "{}", run.stderr);
+    assert!(place.names().iter().all(|name| !name.ends_with(".part")), "{:?}", place.names());
+}
+
+/// The same for shares of a picture.
+#[test]
+fn shares_make_the_picture() {
+    let place = Place::new();
+    let share = |output: &str, more: &[&str]| {
+        let flags = ["render", "builtin:cornell", "-o", output, "--size", "33x41", "--samples", "2"];
+        place.run(&[&flags[..], &["--light-samples", "1"], more].concat())
+    };
+    for (output, layers) in [("a.png", &[][..]), ("a.exr", &["--layers", "all"])] {
+        share(output, layers).succeeded();
+        let whole = bytes(&place.path(output));
+        fs::remove_file(place.path(output)).unwrap();
+        for number in ["1/3", "2/3", "3/3"] {
+            share(output, &[layers, &["--tiles", number]].concat()).succeeded();
+        }
+        place.run(&["merge", "-o", output]).succeeded();
+        assert!(bytes(&place.path(output)) == whole, "{output}, byte for byte");
+        fs::remove_file(place.path(&format!("{output}.2-of-3.share"))).unwrap();
+        place.run(&["merge", "-o", output]).failed_with(&["shares are missing: 2 of 3"]);
+    }
+    place.run(&["merge", "-o", "none.png"]).failed_with(&["there are no shares of none.png"]);
+    for wrong in ["0/3", "4/3", "3", "a/b"] {
+        assert_eq!(share("a.png", &["--tiles", wrong]).code, Some(2), "{wrong}");
+    }
+}
+
 #[cfg(feature = "video")]
 #[test]
 fn videos_are_the_same_however_they_were_made() {

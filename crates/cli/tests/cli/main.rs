@@ -2,6 +2,7 @@
 
 mod animation;
 mod bench;
+mod cluster;
 mod compare;
 mod course;
 #[cfg(unix)]
