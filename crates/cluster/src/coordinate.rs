@@ -85,6 +85,7 @@ pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> 
                 farm.descriptions = None;
             }
             let mut moved = farm.take_in(now);
+            or_abort(world, world.live(false));
             moved |= farm.hand_out();
             farm.keep_watch(now);
             if now - shown >= PROGRESS_EVERY {
@@ -99,9 +100,9 @@ pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> 
 }
 
 /// What rank 0 knows of a job.
-struct Farm<'f, 'j> {
+struct Farm<'f, 'j, 'c> {
     world: &'f World,
-    job: &'f Job<'j>,
+    job: &'f Job<'j, 'c>,
     crew: &'f Crew<'j>,
     /// Units that can be handed out; `None` when nothing more is.
     descriptions: Option<Receiver<(u64, Vec<u8>)>>,
@@ -120,7 +121,7 @@ struct Farm<'f, 'j> {
     bytes_before: u64,
 }
 
-impl Farm<'_, '_> {
+impl Farm<'_, '_, '_> {
     fn is_finished(&self) -> bool {
         let is_all_handed_out = self.descriptions.is_none() || self.handed_out == self.job.units;
         is_all_handed_out && self.collected.load(Ordering::Acquire) == self.handed_out
@@ -251,6 +252,7 @@ impl Farm<'_, '_> {
             }
             let is_moving = mail.is_moving();
             drop(mail);
+            or_abort(self.world, self.world.live(false));
             self.keep_watch(now);
             idle.rest(moved, is_moving);
         }

@@ -9,14 +9,14 @@ pub type Compute<'a> = &'a (dyn Fn(u64, &[u8]) -> Result<Vec<u8>, String> + Sync
 /// Work that all ranks do together, in units that are numbered from 0.
 ///
 /// An `Err` or a panic of any of these functions ends the job on all ranks at once, with one line that says where.
-pub struct Job<'a> {
+pub struct Job<'a, 'c> {
     /// Number of units, or the most that there may be; rank 0's counts.
     pub units: u64,
     /// Units that a rank has at a time, those in work and the next ones, so that it never waits for a message; rank 0's
     /// counts. At least 2 usually. Towards the end a rank has no more than it computes at a time.
     pub in_flight: u32,
     /// Rank 0 only (`None` elsewhere): says what the units are and takes results.
-    pub coordinator: Option<Coordinator<'a>>,
+    pub coordinator: Option<Coordinator<'c>>,
     /// All ranks, also rank 0: computes a unit from its number and description. Called on threads of its own.
     pub compute: Compute<'a>,
     /// How many units of this rank are computed at the same time, usually 1 or 2.

@@ -1,7 +1,7 @@
 //! Messages between ranks, of any length, sent and received while the program goes on.
 //!
 //! A message is a head, which has its bytes with it where they are few, and else is followed by them in pieces. Heads
-//! overtake pieces. Within a job short messages do so too, so that a sign of life does not wait for a large picture; else
+//! overtake pieces. Within a job, and as signs of life, short messages do so too, so that a sign of life does not wait for a large picture; else
 //! messages from one rank to another stay in order.
 
 use crate::error::ClusterError;
@@ -26,12 +26,14 @@ pub(crate) enum Channel {
     Announce = 2,
     /// Within a job.
     Job = 3,
+    /// Signs of life between jobs.
+    Life = 4,
 }
 
 impl Channel {
     /// Whether messages arrive in the order in which they were sent, also short ones after long ones.
     fn is_ordered(self) -> bool {
-        self != Channel::Job
+        matches!(self, Channel::Gather | Channel::Announce)
     }
 }
 
@@ -202,7 +204,7 @@ fn encode(channel: Channel, letter: &Letter, length: usize, piece: usize) -> Vec
 /// Whose message it is, the message with the bytes that came with its head, how many it has, and how long pieces are.
 fn decode(head: &[u8]) -> (Channel, Letter, usize, usize) {
     let number = |at: usize| u64::from_le_bytes(head[at..at + 8].try_into().unwrap());
-    let channel = [Channel::Gather, Channel::Announce, Channel::Job][usize::from(head[0]) - 1];
+    let channel = [Channel::Gather, Channel::Announce, Channel::Job, Channel::Life][usize::from(head[0]) - 1];
     let bytes = head[HEAD_LENGTH..].to_vec();
     let letter = Letter { kind: head[1], number: number(8), seconds: f64::from_bits(number(16)), bytes };
     (channel, letter, number(24) as usize, number(32) as usize)

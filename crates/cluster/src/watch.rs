@@ -22,6 +22,11 @@ impl Watch {
         self.heard[rank as usize] = (now, true);
     }
 
+    /// Everyone is there.
+    pub(crate) fn hear_all(&mut self, now: Instant) {
+        self.heard.iter_mut().for_each(|heard| *heard = (now, true));
+    }
+
     /// Whether it is time to give a sign of life, or to ask for one.
     pub(crate) fn is_time_to_speak(&mut self, now: Instant) -> bool {
         let is_time = self.silence.is_some_and(|silence| now - self.spoke >= silence / 4);

@@ -66,6 +66,7 @@ pub(crate) fn work(world: &World, job: &Job) -> Result<Report, ClusterError> {
         while report.is_none() {
             let now = Instant::now();
             let mut moved = or_abort(world, world.mail.borrow_mut().poll(&world.mpi));
+            or_abort(world, world.live(false));
             while let Some(letter) = world.take(Channel::Job, 0) {
                 watch.hear(0, now);
                 match Kind::of(&letter) {

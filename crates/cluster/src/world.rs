@@ -9,9 +9,11 @@ use crate::launcher::Launcher;
 use crate::library::MpiLibrary;
 use crate::mail::{Channel, Letter, Mail};
 use crate::mpi::Mpi;
+use crate::watch::Watch;
 use crate::work::work;
 use std::cell::RefCell;
 use std::marker::PhantomData;
+use std::time::{Duration, Instant};
 
 /// Pieces of long messages: so short that signs of life pass between them, so long that they cost nothing.
 const PIECE: usize = 8 << 20;
@@ -26,6 +28,8 @@ pub struct World {
     hosts: Vec<String>,
     local_rank: u32,
     local_size: u32,
+    /// Who has been heard between jobs.
+    life: RefCell<Watch>,
     /// MPI belongs to one thread.
     _of_this_thread: PhantomData<*const ()>,
 }
@@ -48,6 +52,7 @@ impl World {
             mail: RefCell::new(Mail::new(PIECE)),
             local_rank,
             local_size,
+            life: RefCell::new(Watch::new(None, mpi.size, Instant::now())),
             mpi,
             _of_this_thread: PhantomData,
         };
@@ -97,6 +102,58 @@ impl World {
         self.abort.clone()
     }
 
+    /// How long another rank may say nothing while this one waits for it between jobs (from now on; at first, for ever): in
+    /// [`World::broadcast`], [`World::gather`], [`World::agree`], [`World::finish`] and [`World::attend`]. A rank speaks where it
+    /// waits itself, so it must be far longer than anything that ranks do beside that.
+    pub fn set_silence(&self, silence: Option<Duration>) {
+        *self.life.borrow_mut() = Watch::new(silence, self.size(), Instant::now());
+    }
+
+    /// Gives signs of life, and looks for those of others. For ranks that wait for something else than other ranks: to be called
+    /// often.
+    ///
+    /// # Errors
+    ///
+    /// MPI failed.
+    pub fn attend(&self) -> Result<(), ClusterError> {
+        self.mail.borrow_mut().poll(&self.mpi)?;
+        self.live(true)
+    }
+
+    /// Answers who asks whether this rank lives; where `watching`, asks others, and ends the job where one does not answer.
+    pub(crate) fn live(&self, watching: bool) -> Result<(), ClusterError> {
+        let (now, mut life) = (Instant::now(), self.life.borrow_mut());
+        let mut mail = self.mail.borrow_mut();
+        let sign = |question: bool| Letter { kind: question.into(), ..Letter::default() };
+        while let Some((rank, letter)) = mail.take_any(Channel::Life) {
+            life.hear(rank, now);
+            if letter == sign(true) {
+                mail.send(&self.mpi, Channel::Life, rank, sign(false))?;
+            }
+        }
+        if !watching {
+            // Who is heard in a job is not silent after it.
+            life.hear_all(now);
+            return Ok(());
+        }
+        let others = if self.rank() == 0 { 1..self.size() } else { 0..1 };
+        if life.is_time_to_speak(now) {
+            for rank in others.clone() {
+                mail.send(&self.mpi, Channel::Life, rank, sign(true))?;
+            }
+        }
+        // When rank 0 falls silent rank 1 says so; the others only where rank 1 has not ended the job by then.
+        let patience = if self.rank() < 2 { Duration::ZERO } else { Duration::from_secs(1) };
+        if let Some((rank, quiet)) = life.silent(others, patience, now) {
+            let (host, quiet) =
+                (self.hosts.get(rank as usize).map_or("", String::as_str), quiet.as_secs_f64());
+            self.abort_handle().now(&format!(
+                "rank {rank} on {host} has said nothing for {quiet:.1} s: is it stopped, or its host gone?"
+            ));
+        }
+        Ok(())
+    }
+
     /// Runs a job to its end. All ranks call it, each with the role that it has, and all leave it together with the same
     /// report; then they may run another.
     ///
@@ -106,7 +163,7 @@ impl World {
     /// # Errors
     ///
     /// The job makes no sense: it has no threads, or a coordinator elsewhere than on rank 0.
-    pub fn run(&self, mut job: Job<'_>) -> Result<Report, ClusterError> {
+    pub fn run(&self, mut job: Job<'_, '_>) -> Result<Report, ClusterError> {
         let misuse = |reason: &str| ClusterError::Misuse { rank: self.rank(), reason: reason.into() };
         if job.threads == 0 {
             return Err(misuse("a job needs at least one thread on every rank"));
@@ -162,6 +219,7 @@ impl World {
             let mut mail = self.mail.borrow_mut();
             (mail.poll(&self.mpi)?, mail.is_moving())
         };
+        self.live(true)?;
         idle.rest(moved, is_moving);
         Ok(())
     }

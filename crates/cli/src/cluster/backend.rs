@@ -3,6 +3,7 @@
 //! The command runs on a thread of its own, and knows nothing of ranks. Its calls go to the thread that has MPI
 //! ([`super::lead`]) and come back as pixels.
 
+use super::follow::Prepared;
 use super::wire::{self, Unit};
 use eosphor::{
     Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress, RayStatistics,
@@ -36,8 +37,9 @@ pub(super) struct Submission {
 
 /// All ranks, when they are ready.
 pub(super) struct Crew {
-    /// Rank 0's own.
-    pub(super) local: Arc<dyn PreparedScene>,
+    /// Rank 0's own, when it is there.
+    pub(super) local: Arc<Prepared>,
+    pub(super) size: (u32, u32),
     pub(super) description: String,
     pub(super) ranks: u32,
     pub(super) are_gpus: bool,
@@ -90,15 +92,19 @@ struct PreparedCluster {
 
 impl PreparedScene for PreparedCluster {
     fn hierarchy_statistics(&self) -> HierarchyStatistics {
-        self.crew.local.hierarchy_statistics()
+        match self.crew.local.wait() {
+            Ok(scene) => scene.hierarchy_statistics(),
+            // All ranks end for that.
+            Err(_) => HierarchyStatistics::default(),
+        }
     }
 
     fn hierarchy(&self) -> Option<Arc<Hierarchy>> {
-        self.crew.local.hierarchy()
+        self.crew.local.wait().as_ref().ok()?.hierarchy()
     }
 
     fn size(&self) -> (u32, u32) {
-        self.crew.local.size()
+        self.crew.size
     }
 
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {

@@ -9,38 +9,31 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::streams::Verbosity;
 use eosphor::{Backend, PreparedScene, RenderControl, SceneData, cuda_devices};
-use eosphor_cluster::{Job, World};
-use std::sync::Arc;
+use eosphor_cluster::{Coordinator, Job, Report, World};
+use std::sync::{Arc, OnceLock};
 
 /// Works until rank 0's command has ended.
 pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure> {
     interrupt::watch(Verbosity::Quiet)?;
     agree(world)?;
-    let mut prepared = None;
+    world.set_silence(options.silence());
+    let mut next = None;
     loop {
         let bytes = world.broadcast(Vec::new()).map_err(Failure::because)?;
         match Order::from_bytes(&bytes).map_err(Failure::Failed)? {
             Order::Prepare(scene) => {
                 drop(bytes);
-                let (ready, scene) = prepare(world, options, Arc::new(*scene));
-                prepared = scene;
+                let device = Local::open(world, options);
+                let ready = device.as_ref().map(|device| device.ready.clone()).map_err(String::clone);
                 let ready = wire::encode(&ready).map_err(Failure::Failed)?;
                 world.gather(&ready).map_err(Failure::because)?;
+                next = device.ok().map(|device| (device, Arc::new(*scene)));
             }
             Order::Work => {
-                let Some((scene, ready)) = &prepared else { continue };
-                let compute = |_: u64, unit: &[u8]| render(&**scene, unit);
-                let job = Job {
-                    units: u64::MAX,
-                    in_flight: in_flight(ready),
-                    coordinator: None,
-                    compute: &compute,
-                    threads: ready.units,
-                    silence: options.silence(),
-                };
-                world.run(job).map_err(Failure::because)?;
+                let Some((device, scene)) = next.take() else { continue };
+                device.work(world, options, scene, None, &Prepared::new())?;
             }
-            Order::Wait => {}
+            Order::Wait => next = None,
             Order::Leave => return Ok(()),
         }
     }
@@ -52,34 +45,59 @@ pub(super) fn agree(world: &World) -> Result<(), Failure> {
     world.agree("version of eosphor", &version).map_err(Failure::because)
 }
 
-/// Units that a rank has: one lies ready.
-pub(super) fn in_flight(ready: &Ready) -> u32 {
-    ready.units + 1
+/// What a rank renders on.
+pub(super) struct Local {
+    backend: Box<dyn Backend>,
+    pub(super) ready: Ready,
 }
 
-/// What a rank prepares, and says of itself.
-type Prepared = (Arc<dyn PreparedScene>, Ready);
+/// A scene that is being prepared, and the reason where it cannot be.
+pub(super) type Prepared = OnceLock<Result<Box<dyn PreparedScene>, String>>;
 
-/// Gets a scene ready on what this rank has of its host.
-pub(super) fn prepare(
-    world: &World,
-    options: &RankOptions,
-    scene: Arc<SceneData>,
-) -> (Result<Ready, String>, Option<Prepared>) {
-    let prepare = || -> Result<Prepared, String> {
+impl Local {
+    pub(super) fn open(world: &World, options: &RankOptions) -> Result<Local, String> {
         processors::check_rounding()?;
         let processors = processors::processors();
         let (backend, units) = local_backend(world, options, processors)
             .map_err(|failure| failure.line().unwrap_or_default())?;
-        let prepared = backend.prepare(scene).map_err(|error| error.to_string())?;
         let description = backend.describe();
         let is_gpu = description.starts_with("CUDA");
+        // While one is copied back another is rendered.
         let units = if is_gpu { 3 } else { units };
-        Ok((prepared.into(), Ready { backend: description, is_gpu, units, processors }))
-    };
-    match prepare() {
-        Ok((prepared, ready)) => (Ok(ready.clone()), Some((prepared, ready))),
-        Err(reason) => (Err(reason), None),
+        Ok(Local { backend, ready: Ready { backend: description, is_gpu, units, processors } })
+    }
+
+    /// Renders units until rank 0 has no more. The scene is prepared meanwhile, so that the thread with MPI gives signs of
+    /// life.
+    pub(super) fn work(
+        &self,
+        world: &World,
+        options: &RankOptions,
+        scene: Arc<SceneData>,
+        coordinator: Option<Coordinator>,
+        prepared: &Prepared,
+    ) -> Result<Report, Failure> {
+        let compute = |_: u64, unit: &[u8]| match prepared.wait() {
+            Ok(scene) => render(&**scene, unit),
+            Err(reason) => Err(reason.clone()),
+        };
+        let job = Job {
+            units: u64::MAX,
+            // One lies ready.
+            in_flight: self.ready.units + 1,
+            coordinator,
+            compute: &compute,
+            threads: self.ready.units,
+            silence: options.silence(),
+        };
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                let scene = self.backend.prepare(scene).map_err(|error| error.to_string());
+                // Nobody else sets it.
+                let _ = prepared.set(scene);
+            });
+            world.run(job).map_err(Failure::because)
+        })
     }
 }
 

@@ -2,19 +2,22 @@
 
 use super::RankOptions;
 use super::backend::{ClusterBackend, Crew, Request, Submission};
-use super::follow::{agree, in_flight, prepare, render};
+use super::follow::{Local, Prepared, agree};
 use super::wire::{self, Order, Ready};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::streams::Verbosity;
 use crate::text::{bytes, duration};
 use eosphor::{Backend, BackendError};
-use eosphor_cluster::{Coordinator, Job, Progress, RankProgress, Report, World};
+use eosphor_cluster::{Coordinator, Progress, RankProgress, Report, World};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+
+/// Between two looks for signs of life while nothing is rendered.
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Between two lines about the ranks.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
@@ -26,14 +29,20 @@ pub(super) fn lead(
     command: impl FnOnce(Option<&dyn Backend>) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
     agree(world)?;
+    world.set_silence(options.silence());
     let (requests, receiver) = channel();
     let backend = ClusterBackend::new(requests, world.size());
     let abort = world.abort_handle();
     std::thread::scope(|scope| {
         let running = scope.spawn(move || command(Some(&backend)));
         // Until the command, which has the backend, has ended.
-        for request in receiver {
-            if let Err(failure) = serve(world, options, request) {
+        loop {
+            let served = match receiver.recv_timeout(LOOK_INTERVAL) {
+                Ok(request) => serve(world, options, request),
+                Err(RecvTimeoutError::Timeout) => world.attend().map_err(Failure::because),
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            if let Err(failure) = served {
                 abort.now(&failure.line().unwrap_or_default());
             }
         }
@@ -48,7 +57,8 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
     let Request { scene, units, reply } = request;
     let order = Order::prepare(&scene)?;
     world.broadcast(order).map_err(Failure::because)?;
-    let (mine, local) = prepare(world, options, scene);
+    let local = Local::open(world, options);
+    let mine = local.as_ref().map(|local| local.ready.clone()).map_err(String::clone);
     let gathered = world.gather(&wire::encode(&mine).map_err(Failure::Failed)?).map_err(Failure::because)?;
     let gathered: Vec<Result<Ready, String>> = gathered
         .unwrap_or_default()
@@ -56,7 +66,7 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
         .map(|ready| wire::decode(ready).and_then(|ready| ready))
         .collect();
     let wrong = gathered.iter().zip(0..).find_map(|(ready, rank)| Some((rank, ready.as_ref().err()?)));
-    let (Some((local, ready)), None) = (local, wrong) else {
+    let (Ok(local), None) = (local, wrong) else {
         world.broadcast(Order::Wait.to_bytes()).map_err(Failure::because)?;
         let (rank, reason) = wrong.map_or((0, "not ready"), |(rank, reason)| (rank, reason));
         let host = &world.hosts()[rank as usize];
@@ -66,8 +76,10 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
     let all: Vec<Ready> = gathered.into_iter().flatten().collect();
     warn_of_few_processors(world, options.verbosity, &all);
     world.broadcast(Order::Work.to_bytes()).map_err(Failure::because)?;
+    let prepared = Arc::new(Prepared::new());
     let crew = Crew {
-        local: Arc::clone(&local),
+        local: Arc::clone(&prepared),
+        size: (scene.settings.width, scene.settings.height),
         description: describe(world, &all),
         ranks: world.size(),
         are_gpus: all.iter().all(|ready| ready.is_gpu),
@@ -99,7 +111,6 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
             verbosity.say(Verbosity::Normal, &summary(units_done, bytes_moved, elapsed, ranks));
         }
     };
-    let compute = |_: u64, unit: &[u8]| render(&*local, unit);
     // What was handed out is rendered to its end, or given up by the ranks themselves.
     let cancel = AtomicBool::new(false);
     let coordinator = Coordinator {
@@ -109,16 +120,7 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
         progress: &mut progress,
         cancel: &cancel,
     };
-    let report: Report = world
-        .run(Job {
-            units: u64::MAX,
-            in_flight: in_flight(&ready),
-            coordinator: Some(coordinator),
-            compute: &compute,
-            threads: ready.units,
-            silence: options.silence(),
-        })
-        .map_err(Failure::because)?;
+    let report = local.work(world, options, scene, Some(coordinator), &prepared)?;
     let Report { units_done, bytes_moved, elapsed, ref ranks, .. } = report;
     verbosity.say(Verbosity::Normal, &summary(units_done, bytes_moved, elapsed, ranks));
     Ok(())
