@@ -14,11 +14,13 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Units a rank for a picture that nothing else is rendered beside: the last ones are small then.
-const UNITS_A_RANK: u32 = 16;
+/// Units a rank of a picture that nothing comes after: the last ones are small then.
+const UNITS_A_RANK: u32 = 32;
 
-/// Units have at least so many pixels, on CPUs and on GPUs, which are idle with fewer.
-const LEAST_PIXELS: [u32; 2] = [1 << 12, 1 << 18];
+/// Units have at least so many samples, on CPUs and on GPUs, which are idle with fewer,
+const LEAST_SAMPLES: [u32; 2] = [1 << 13, 1 << 20];
+/// and at least so many pixels.
+const LEAST_PIXELS: [u32; 2] = [1 << 10, 1 << 13];
 
 /// Asks the thread with MPI to get all ranks ready for a scene.
 pub(super) struct Request {
@@ -40,6 +42,8 @@ pub(super) struct Crew {
     /// Rank 0's own, when it is there.
     pub(super) local: Arc<Prepared>,
     pub(super) size: (u32, u32),
+    /// Of a pixel.
+    pub(super) samples: u32,
     pub(super) description: String,
     pub(super) ranks: u32,
     pub(super) are_gpus: bool,
@@ -79,15 +83,15 @@ impl Backend for ClusterBackend {
         drop(requests);
         let crew = answer.recv().map_err(|_| gone())??;
         let _ = self.description.set(crew.description.clone());
-        Ok(Box::new(PreparedCluster { crew, submit: Mutex::new(submit), calls: AtomicU32::new(0) }))
+        Ok(Box::new(PreparedCluster { crew, submit: Mutex::new(submit), frames_left: AtomicU32::new(0) }))
     }
 }
 
 struct PreparedCluster {
     crew: Crew,
     submit: Mutex<Sender<Submission>>,
-    /// Calls of [`PreparedScene::render_rows`] that are on their way.
-    calls: AtomicU32,
+    /// Frames that are still to be begun.
+    frames_left: AtomicU32,
 }
 
 impl PreparedScene for PreparedCluster {
@@ -110,10 +114,11 @@ impl PreparedScene for PreparedCluster {
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
         let (width, height) = self.size();
         check_rows(&rows, height)?;
-        let calls = self.calls.fetch_add(1, Ordering::Relaxed) + 1;
-        let rendered = self.render_units(width, rows, calls, control);
-        self.calls.fetch_sub(1, Ordering::Relaxed);
-        rendered
+        self.render_units(width, rows, control)
+    }
+
+    fn frames_left(&self, frames: usize) {
+        self.frames_left.store(frames.try_into().unwrap_or(u32::MAX), Ordering::Relaxed);
     }
 }
 
@@ -122,11 +127,10 @@ impl PreparedCluster {
         &self,
         width: u32,
         rows: Range<u32>,
-        calls: u32,
         control: &RenderControl,
     ) -> Result<Rendered, BackendError> {
         let (reply, results) = channel();
-        let step = self.rows_of_unit(width, rows.end - rows.start, calls);
+        let step = self.rows_of_unit(width, rows.end - rows.start);
         for first_row in rows.clone().step_by(step as usize) {
             let unit = Unit {
                 rows: first_row..rows.end.min(first_row.saturating_add(step)),
@@ -159,14 +163,16 @@ impl PreparedCluster {
         Ok(Rendered { film, complete: complete_pixels == pixels_total, statistics })
     }
 
-    /// Where many frames are in work, a unit is a whole one; of the last ones, and of a picture alone, all ranks have a
-    /// share.
-    fn rows_of_unit(&self, width: u32, rows: u32, calls: u32) -> u32 {
-        if calls > self.crew.ranks {
+    /// While many frames are to come, a unit is a whole one; of the last ones, and of a picture alone, all ranks have shares,
+    /// the smaller the less there is after them.
+    fn rows_of_unit(&self, width: u32, rows: u32) -> u32 {
+        let (ranks, left) = (self.crew.ranks, self.frames_left.load(Ordering::Relaxed));
+        if left >= 2 * ranks {
             return rows;
         }
-        let units = (self.crew.ranks * UNITS_A_RANK).div_ceil(calls);
-        let least = LEAST_PIXELS[usize::from(self.crew.are_gpus)].div_ceil(width);
-        rows.div_ceil(units).max(least).max(1)
+        let units = ranks * (UNITS_A_RANK / (left + 1)).max(1);
+        let kind = usize::from(self.crew.are_gpus);
+        let least = LEAST_PIXELS[kind].max(LEAST_SAMPLES[kind] / self.crew.samples.max(1));
+        rows.div_ceil(units).max(least.div_ceil(width)).max(1)
     }
 }

@@ -17,20 +17,21 @@ pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure
     interrupt::watch(Verbosity::Quiet)?;
     agree(world)?;
     world.set_silence(options.silence());
+    // Devices take a while to open, and so do scenes to load.
+    let device = Local::open(world, options);
     let mut next = None;
     loop {
         let bytes = world.broadcast(Vec::new()).map_err(Failure::because)?;
         match Order::from_bytes(&bytes).map_err(Failure::Failed)? {
             Order::Prepare(scene) => {
                 drop(bytes);
-                let device = Local::open(world, options);
                 let ready = device.as_ref().map(|device| device.ready.clone()).map_err(String::clone);
                 let ready = wire::encode(&ready).map_err(Failure::Failed)?;
                 world.gather(&ready).map_err(Failure::because)?;
-                next = device.ok().map(|device| (device, Arc::new(*scene)));
+                next = Some(Arc::new(*scene));
             }
             Order::Work => {
-                let Some((device, scene)) = next.take() else { continue };
+                let (Some(scene), Ok(device)) = (next.take(), &device) else { continue };
                 device.work(world, options, scene, None, &Prepared::new())?;
             }
             Order::Wait => next = None,

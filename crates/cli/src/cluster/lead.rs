@@ -35,10 +35,12 @@ pub(super) fn lead(
     let abort = world.abort_handle();
     std::thread::scope(|scope| {
         let running = scope.spawn(move || command(Some(&backend)));
+        // Devices take a while to open, and so do scenes to load.
+        let local = Local::open(world, options);
         // Until the command, which has the backend, has ended.
         loop {
             let served = match receiver.recv_timeout(LOOK_INTERVAL) {
-                Ok(request) => serve(world, options, request),
+                Ok(request) => serve(world, options, &local, request),
                 Err(RecvTimeoutError::Timeout) => world.attend().map_err(Failure::because),
                 Err(RecvTimeoutError::Disconnected) => break,
             };
@@ -53,11 +55,15 @@ pub(super) fn lead(
 }
 
 /// Gets all ranks ready for a scene, and lets them render it.
-fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), Failure> {
+fn serve(
+    world: &World,
+    options: &RankOptions,
+    local: &Result<Local, String>,
+    request: Request,
+) -> Result<(), Failure> {
     let Request { scene, units, reply } = request;
     let order = Order::prepare(&scene)?;
     world.broadcast(order).map_err(Failure::because)?;
-    let local = Local::open(world, options);
     let mine = local.as_ref().map(|local| local.ready.clone()).map_err(String::clone);
     let gathered = world.gather(&wire::encode(&mine).map_err(Failure::Failed)?).map_err(Failure::because)?;
     let gathered: Vec<Result<Ready, String>> = gathered
@@ -80,6 +86,7 @@ fn serve(world: &World, options: &RankOptions, request: Request) -> Result<(), F
     let crew = Crew {
         local: Arc::clone(&prepared),
         size: (scene.settings.width, scene.settings.height),
+        samples: scene.settings.samples,
         description: describe(world, &all),
         ranks: world.size(),
         are_gpus: all.iter().all(|ready| ready.is_gpu),

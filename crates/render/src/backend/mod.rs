@@ -37,6 +37,9 @@ pub trait PreparedScene: Send + Sync {
     /// Width and height of the picture in pixels.
     fn size(&self) -> (u32, u32);
 
+    /// Told before a frame of an animation how many will be begun after it. Who shares out work can make the last shares small.
+    fn frames_left(&self, _frames: usize) {}
+
     /// Renders some rows of the picture: the film has their number as its height, and the bits of these rows of the
     /// whole picture. Where [`RenderControl::cancel`] is raised, returns soon with what is done.
     ///
