@@ -153,7 +153,7 @@ fn failures_end_all_ranks_with_one_line() {
             assert!(run.code != Some(0) && (code.is_none() || run.code == code), "{shown}");
             assert!(ours.len() == 1 && words.iter().all(|word| ours[0].contains(word)), "{shown}");
         };
-        fails(&["render", "nothing.obj", "-o", "a.png"], None, &["nothing.obj", "no such file"]);
+        fails(&["render", "nothing.obj", "-o", "a.png"], None, &["nothing.obj", "No such file"]);
         fails(&["render", "builtin:cornell", "-o", "none/a.png"], None, &["none/a.png"]);
         fails(&["render", "builtin:cornell", "-o", "a.png", "--backend", "cuda:9"], None, &["rank 0"]);
 
