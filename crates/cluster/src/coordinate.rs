@@ -73,7 +73,7 @@ pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> 
             passed_on: 0,
             handed_out: 0,
             progress: Progress { units_total: job.units, ranks, ..Progress::default() },
-            watch: Watch::new(job.silence, world.size(), now),
+            watch: world.watch(job.silence, world.size()),
             start: now,
             bytes_before: world.mail.borrow().bytes_moved,
         };

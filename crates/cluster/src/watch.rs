@@ -22,6 +22,11 @@ impl Watch {
         self.heard[rank as usize] = (now, true);
     }
 
+    /// Whether ranks may not be silent for ever.
+    pub(crate) fn has_limit(&self) -> bool {
+        self.silence.is_some()
+    }
+
     /// Everyone is there.
     pub(crate) fn hear_all(&mut self, now: Instant) {
         self.heard.iter_mut().for_each(|heard| *heard = (now, true));

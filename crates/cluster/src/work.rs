@@ -5,7 +5,6 @@ use crate::error::ClusterError;
 use crate::idle::Idle;
 use crate::job::{Job, Report};
 use crate::mail::{Channel, Letter};
-use crate::watch::Watch;
 use crate::world::World;
 use std::time::{Duration, Instant};
 
@@ -58,7 +57,7 @@ pub(crate) fn work(world: &World, job: &Job) -> Result<Report, ClusterError> {
             let letter = Letter { kind: kind as u8, ..letter };
             or_abort(world, world.mail.borrow_mut().send(&world.mpi, Channel::Job, 0, letter));
         };
-        let mut watch = Watch::new(job.silence, 1, Instant::now());
+        let mut watch = world.watch(job.silence, 1);
         let patience = if world.rank() == 1 { Duration::ZERO } else { PATIENCE };
         let (mut idle, mut report) = (Idle::new(), None);
         send(Kind::Hello, Letter { number: job.threads.into(), ..Letter::default() });

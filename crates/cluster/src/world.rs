@@ -103,10 +103,24 @@ impl World {
     }
 
     /// How long another rank may say nothing while this one waits for it between jobs (from now on; at first, for ever): in
-    /// [`World::broadcast`], [`World::gather`], [`World::agree`], [`World::finish`] and [`World::attend`]. A rank speaks where it
-    /// waits itself, so it must be far longer than anything that ranks do beside that.
+    /// [`World::broadcast`], [`World::gather`], [`World::agree`], [`World::finish`] and [`World::attend`], and until it comes to a
+    /// job. All ranks have been heard when this is called, so after an [`World::agree`]. A rank speaks where it waits itself, so it
+    /// must be far longer than anything that ranks do beside that.
     pub fn set_silence(&self, silence: Option<Duration>) {
-        *self.life.borrow_mut() = Watch::new(silence, self.size(), Instant::now());
+        let now = Instant::now();
+        let mut life = Watch::new(silence, self.size(), now);
+        life.hear_all(now);
+        *self.life.borrow_mut() = life;
+    }
+
+    /// For a job. Ranks that are watched between jobs come to one in time.
+    pub(crate) fn watch(&self, silence: Option<Duration>, ranks: u32) -> Watch {
+        let now = Instant::now();
+        let mut watch = Watch::new(silence, ranks, now);
+        if self.life.borrow().has_limit() {
+            watch.hear_all(now);
+        }
+        watch
     }
 
     /// Gives signs of life, and looks for those of others. For ranks that wait for something else than other ranks: to be called
