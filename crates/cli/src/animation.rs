@@ -72,7 +72,9 @@ impl FramesJob<'_> {
             while !stop.load(Ordering::Relaxed) && !interrupt::flag().load(Ordering::Relaxed) {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 let Some(&frame) = self.frames.get(number) else { break };
-                self.prepared.frames_left(self.frames.len() - number - 1);
+                // No more than so many can be in work beside this one.
+                let left = self.frames.len() - number - 1;
+                self.prepared.frames_left(left.min(self.in_flight.saturating_sub(1)));
                 let done = self.render(frame, sink, view, (&pixels, &rays));
                 let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
                 let result = match done {

@@ -51,6 +51,17 @@ pub(crate) fn backend_for(
     count_work: bool,
     verbosity: Verbosity,
 ) -> Result<Box<dyn Backend>, Failure> {
+    backend_with(flags, accel, count_work, verbosity, first_gpu)
+}
+
+/// The same where `auto` is the GPU that `gpu` names.
+pub(crate) fn backend_with(
+    flags: &DeviceFlags,
+    accel: Option<Accel>,
+    count_work: bool,
+    verbosity: Verbosity,
+    gpu: impl FnOnce() -> Option<usize>,
+) -> Result<Box<dyn Backend>, Failure> {
     match &flags.backend {
         BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
         BackendChoice::Cuda(devices) => {
@@ -63,7 +74,7 @@ pub(crate) fn backend_for(
             let tell = move |error: &BackendError| {
                 verbosity.say(Verbosity::Normal, &format!("eosphor: note: {error}; the CPU goes on"));
             };
-            let device = if count_work || asks_for_cpu(flags, accel) { None } else { first_gpu() };
+            let device = if count_work || asks_for_cpu(flags, accel) { None } else { gpu() };
             let cuda = device.and_then(|device| {
                 CudaBackend::new(cuda_options(flags, accel, vec![device])).map_err(|error| tell(&error)).ok()
             });

@@ -53,6 +53,10 @@ pub fn launched_local_rank() -> Option<u32> {
 impl Launcher {
     /// The launcher that started this process, if one did.
     pub(crate) fn of_this_process() -> Option<Launcher> {
+        // A way to say that the variables are not meant for this process.
+        if std::env::var("EOSPHOR_MPI").as_deref() == Ok("none") {
+            return None;
+        }
         Launcher::from_variables(&|name| std::env::var_os(name)?.into_string().ok())
     }
 

@@ -29,6 +29,7 @@ impl Watch {
 
     /// Everyone is there.
     pub(crate) fn hear_all(&mut self, now: Instant) {
+        self.looked = now;
         self.heard.iter_mut().for_each(|heard| *heard = (now, true));
     }
 
@@ -53,7 +54,7 @@ impl Watch {
         let gap = now - self.looked;
         self.looked = now;
         if gap > silence / 4 {
-            self.heard.iter_mut().for_each(|(heard, _)| *heard += gap);
+            self.heard.iter_mut().for_each(|(heard, _)| *heard = (*heard + gap).min(now));
         }
         ranks.into_iter().find_map(|rank| {
             let (heard, was_here) = self.heard[rank as usize];
@@ -94,6 +95,16 @@ mod tests {
         let mut watch = Watch::new(Some(Duration::from_secs(4)), 2, start);
         assert!((1..=40).all(|second| watch.silent(1..2, Duration::ZERO, at(second)).is_none()));
         assert!(watch.silent(1..2, Duration::ZERO, at(41)).is_some());
+    }
+
+    #[test]
+    fn who_was_heard_without_a_look_is_not_heard_for_ever() {
+        let start = Instant::now();
+        let at = |seconds: u64| start + Duration::from_secs(seconds);
+        let mut watch = Watch::new(Some(Duration::from_secs(4)), 2, start);
+        watch.hear_all(at(1000));
+        let silent = (1001..1010).find(|&second| watch.silent(1..2, Duration::ZERO, at(second)).is_some());
+        assert_eq!(silent, Some(1005));
     }
 
     #[test]

@@ -97,11 +97,9 @@ pub(crate) struct Share(pub(crate) (u32, u32));
 fn share(text: &str) -> Result<Share, String> {
     let numbers = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
     match numbers {
-        Some((number, count)) if number >= 1 && number <= count && count <= 65_535 => {
-            Ok(Share((number, count)))
-        }
+        Some((number, count)) if number >= 1 && number <= count && count <= 500 => Ok(Share((number, count))),
         _ => {
-            Err("it must be the number of the share, from 1, a stroke and how many there are, as in 3/8"
+            Err("it must be the number of the share, from 1, a stroke and how many there are, at most 500, as in 3/8"
                 .into())
         }
     }

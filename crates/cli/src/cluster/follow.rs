@@ -4,21 +4,31 @@ use super::RankOptions;
 use super::processors;
 use super::wire::{self, Order, Ready, Unit};
 use crate::arguments::BackendChoice;
-use crate::backend::{asks_for_cpu, backend_for};
+use crate::backend::{asks_for_cpu, backend_with};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::streams::Verbosity;
-use eosphor::{Backend, PreparedScene, RenderControl, SceneData, cuda_devices};
+use eosphor::{Backend, PICTURE_VERSION, PreparedScene, RenderControl, SceneData, cuda_devices};
 use eosphor_cluster::{Coordinator, Job, Report, World};
 use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+/// Between two looks for signs of life while there is nothing else to do.
+pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Works until rank 0's command has ended.
 pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure> {
     interrupt::watch(Verbosity::Quiet)?;
-    agree(world)?;
+    let sharers = meet(world)?;
     world.set_silence(options.silence());
+    // An error of this rank alone would leave the others waiting.
+    serve(world, options, sharers)
+        .map_err(|failure| world.abort_handle().now(&failure.line().unwrap_or_default()))
+}
+
+fn serve(world: &World, options: &RankOptions, sharers: u32) -> Result<(), Failure> {
     // Devices take a while to open, and so do scenes to load.
-    let device = Local::open(world, options);
+    let device = Local::open(world, options, sharers);
     let mut next = None;
     loop {
         let bytes = world.broadcast(Vec::new()).map_err(Failure::because)?;
@@ -40,10 +50,17 @@ pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure
     }
 }
 
-/// That all ranks run the same program.
-pub(super) fn agree(world: &World) -> Result<(), Failure> {
-    let version = format!("{} ({})", env!("CARGO_PKG_VERSION"), std::env::consts::ARCH);
-    world.agree("version of eosphor", &version).map_err(Failure::because)
+/// Sees to it that all ranks run the same program, and finds out how many of them share this one's processors.
+pub(super) fn meet(world: &World) -> Result<u32, Failure> {
+    let (number, arch) = (env!("CARGO_PKG_VERSION"), std::env::consts::ARCH);
+    let file = std::env::current_exe().and_then(std::fs::metadata);
+    // Two builds of one version seldom have one length.
+    let bytes = file.map_or(0, |file| file.len());
+    let version = format!("{number} ({arch}, pictures {PICTURE_VERSION}, {bytes} bytes)");
+    world.agree("version of eosphor", &version).map_err(Failure::because)?;
+    let masks = world.gather(&processors::mask()).map_err(Failure::because)?.unwrap_or_default();
+    let masks = world.broadcast(masks.concat()).map_err(Failure::because)?;
+    Ok(processors::sharers(world.rank() as usize, world.hosts(), masks.as_chunks().0))
 }
 
 /// What a rank renders on.
@@ -56,10 +73,10 @@ pub(super) struct Local {
 pub(super) type Prepared = OnceLock<Result<Box<dyn PreparedScene>, String>>;
 
 impl Local {
-    pub(super) fn open(world: &World, options: &RankOptions) -> Result<Local, String> {
+    pub(super) fn open(world: &World, options: &RankOptions, sharers: u32) -> Result<Local, String> {
         processors::check_rounding()?;
         let processors = processors::processors();
-        let (backend, units) = local_backend(world, options, processors)
+        let (backend, units) = local_backend(world, options, processors.0 / sharers)
             .map_err(|failure| failure.line().unwrap_or_default())?;
         let description = backend.describe();
         let is_gpu = description.starts_with("CUDA");
@@ -97,7 +114,13 @@ impl Local {
                 // Nobody else sets it.
                 let _ = prepared.set(scene);
             });
-            world.run(job).map_err(Failure::because)
+            let report = world.run(job).map_err(Failure::because)?;
+            // Others may be ready to go on long before this one.
+            while prepared.get().is_none() {
+                world.attend().map_err(Failure::because)?;
+                std::thread::sleep(LOOK_INTERVAL);
+            }
+            Ok(report)
         })
     }
 }
@@ -107,15 +130,16 @@ impl Local {
 fn local_backend(
     world: &World,
     options: &RankOptions,
-    processors: (u32, u32),
+    processors: u32,
 ) -> Result<(Box<dyn Backend>, u32), Failure> {
     let mut device = options.device.clone();
     let mine =
         |list: &[usize]| list.get(world.local_rank() as usize % list.len().max(1)).map(|&gpu| vec![gpu]);
     let wants_cpu = options.count_work || asks_for_cpu(&device, options.accel);
+    let auto = if wants_cpu { None } else { mine(&gpus()) };
     device.backend = match &device.backend {
-        BackendChoice::Auto if wants_cpu => BackendChoice::Cpu,
-        BackendChoice::Auto => mine(&gpus()).map_or(BackendChoice::Cpu, BackendChoice::Cuda),
+        BackendChoice::Auto if auto.is_none() => BackendChoice::Cpu,
+        BackendChoice::Auto => BackendChoice::Auto,
         // Where there is none, the backend says so.
         BackendChoice::Cuda(list) if list.is_empty() => {
             BackendChoice::Cuda(mine(&gpus()).unwrap_or_default())
@@ -125,13 +149,14 @@ fn local_backend(
     };
     let threads = match device.threads {
         Some(threads) => threads,
-        None => processors::threads(processors, world.local_size()).min(1024) as u16,
+        None => processors.clamp(1, 1024) as u16,
     };
     // A flag about threads would rule out GPUs.
     if device.backend == BackendChoice::Cpu {
         device.threads = Some(threads);
     }
-    let backend = backend_for(&device, options.accel, options.count_work, options.verbosity)?;
+    let gpu = || auto.and_then(|gpus| gpus.first().copied());
+    let backend = backend_with(&device, options.accel, options.count_work, options.verbosity, gpu)?;
     Ok((backend, if threads > 1 { 2 } else { 1 }))
 }
 

@@ -2,7 +2,7 @@
 
 use super::RankOptions;
 use super::backend::{ClusterBackend, Crew, Request, Submission};
-use super::follow::{Local, Prepared, agree};
+use super::follow::{LOOK_INTERVAL, Local, Prepared, meet};
 use super::wire::{self, Order, Ready};
 use crate::failure::Failure;
 use crate::interrupt;
@@ -16,9 +16,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Between two looks for signs of life while nothing is rendered.
-const LOOK_INTERVAL: Duration = Duration::from_millis(20);
-
 /// Between two lines about the ranks.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
 
@@ -28,7 +25,7 @@ pub(super) fn lead(
     options: &RankOptions,
     command: impl FnOnce(Option<&dyn Backend>) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
-    agree(world)?;
+    let sharers = meet(world)?;
     world.set_silence(options.silence());
     let (requests, receiver) = channel();
     let backend = ClusterBackend::new(requests, world.size());
@@ -36,7 +33,7 @@ pub(super) fn lead(
     std::thread::scope(|scope| {
         let running = scope.spawn(move || command(Some(&backend)));
         // Devices take a while to open, and so do scenes to load.
-        let local = Local::open(world, options);
+        let local = Local::open(world, options, sharers);
         // Until the command, which has the backend, has ended.
         loop {
             let served = match receiver.recv_timeout(LOOK_INTERVAL) {

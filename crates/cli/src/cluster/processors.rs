@@ -14,12 +14,26 @@ pub(super) fn processors() -> (u32, u32) {
     (mine, u32::try_from(all).unwrap_or(0).max(mine))
 }
 
-/// Threads for a rank, of so many on its host: launchers give each the whole host, or a part of it, which others may have,
-/// too.
-pub(super) fn threads((mine, all): (u32, u32), ranks_on_host: u32) -> u32 {
-    // Where each has a part, so many ranks have the same one.
-    let sharers = (u64::from(ranks_on_host) * u64::from(mine)).div_ceil(u64::from(all.max(1)));
-    (mine / sharers.max(1) as u32).max(1)
+/// Bytes of [`mask`].
+pub(super) const MASK_BYTES: usize = 128;
+
+/// The processors that this process may use, a bit each. Launchers give each rank all of its host, or a part of it, which others
+/// may have, too.
+pub(super) fn mask() -> [u8; MASK_BYTES] {
+    #[allow(unused_mut, reason = "only Linux says it")]
+    let mut bits = [0; MASK_BYTES];
+    #[cfg(target_os = "linux")]
+    // SAFETY: it writes at most as many bytes as it is told; where it fails, no bit is set in anybody's.
+    unsafe {
+        libc::sched_getaffinity(0, MASK_BYTES, bits.as_mut_ptr().cast());
+    }
+    bits
+}
+
+/// How many ranks have the processors of this one: those of its host with the same mask.
+pub(super) fn sharers(rank: usize, hosts: &[String], masks: &[[u8; MASK_BYTES]]) -> u32 {
+    let same = hosts.iter().zip(masks).filter(|(host, mask)| **host == hosts[rank] && **mask == masks[rank]);
+    same.count().max(1) as u32
 }
 
 /// Whether this process rounds as processors do unless told otherwise; some libraries change that for a whole process. The
@@ -45,14 +59,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn processors_are_shared_out() {
-        // The whole host to each.
-        assert_eq!([1, 2, 3, 8].map(|ranks| threads((8, 8), ranks)), [8, 4, 2, 1]);
-        // A socket of two to each.
-        assert_eq!([1, 2, 4].map(|ranks| threads((16, 32), ranks)), [16, 16, 8]);
-        // One of its own to each; and more ranks than there are.
-        assert_eq!([1, 4, 8, 16].map(|ranks| threads((1, 8), ranks)), [1, 1, 1, 1]);
-        assert_eq!(threads((2, 2), 64), 1);
+    fn ranks_with_the_same_processors_share_them() {
+        let hosts = ["a", "a", "b", "a"].map(String::from);
+        let masks = [1, 1, 1, 2].map(|bits| [bits; MASK_BYTES]);
+        assert_eq!([0, 1, 2, 3].map(|rank| sharers(rank, &hosts, &masks)), [2, 2, 1, 1]);
+        assert!(!cfg!(target_os = "linux") || mask() != [0; MASK_BYTES]);
     }
 
     #[test]

@@ -8,8 +8,8 @@ use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use eosphor::frames::{FramePattern, FramesIdentity, Manifest};
 use eosphor::{
-    Backend, Film, Format, Moments, Move, SaveOptions, Scene, SceneData, check_writable, save_within,
-    scene_hash,
+    Backend, Film, Format, Moments, Move, RayStatistics, SaveOptions, Scene, SceneData, check_writable,
+    save_within, scene_hash,
 };
 use serde::Serialize;
 use std::collections::HashMap;
@@ -152,6 +152,10 @@ impl Sequence<'_> {
         if kept > 0 {
             let note = format!("eosphor: note: {kept} of {all} frames are done already");
             verbosity.say(Verbosity::Normal, &note);
+        }
+        if missing.is_empty() {
+            let done = FramesDone { count: 0, statistics: RayStatistics::default() };
+            return Ok(Outcome { kept, done, seconds: start.elapsed().as_secs_f64() });
         }
         let prepared = backend.prepare(Arc::clone(self.data))?;
         let in_flight = in_flight.or(self.flags.animation.in_flight).map(usize::from);

@@ -14,7 +14,7 @@ use crate::streams::{self, Verbosity};
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
-use eosphor::{Animation, CameraMotion, Scene, SceneData, Transform, check_writable, load, scene_hash};
+use eosphor::{Animation, CameraMotion, Move, Scene, SceneData, Transform, check_writable, load, scene_hash};
 use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
 use std::sync::Arc;
 use std::time::Instant;
@@ -162,7 +162,13 @@ fn settle_orbit(scene: &mut Scene) -> Result<(), Failure> {
 
 /// Moves all geometry.
 fn move_all(scene: &mut Scene, offset: Vec3) {
+    let motion = Arc::new(Move { transform: Transform::translation(offset), ..Move::default() });
     for instance in &mut scene.instances {
+        if !instance.moves.is_empty() {
+            // What moves is moved as it comes out of its motions.
+            instance.moves.push(Arc::clone(&motion));
+            continue;
+        }
         let Transform { translate, matrix, .. } = &mut instance.world_from_object;
         match matrix {
             // The matrix comes after the translation.

@@ -171,6 +171,16 @@ fn objects_move() {
     fs::remove_file(place.path("a_2.ppm")).unwrap();
     render("a_%d.ppm", &["--resume"]).succeeded();
     assert!(bytes(&place.path("a_2.ppm")) == all[2]);
+    // --translate moves what comes out of the motions.
+    render("moved_%d.ppm", &["--translate", "0.5,0.25,0"]).succeeded();
+    let text = fs::read_to_string(place.path("scene.json")).unwrap();
+    let last = r#", {"transform": {"translate": [0.5, 0.25, 0]}}]}]"#;
+    fs::write(place.path("scene.json"), text.replace("]}]}]", &format!("]}}{last}"))).unwrap();
+    render("said_%d.ppm", &[]).succeeded();
+    for k in 0..4 {
+        let [moved, said] = ["moved", "said"].map(|name| bytes(&place.path(&format!("{name}_{k}.ppm"))));
+        assert!(moved == said && moved != all[k as usize], "frame {k}");
+    }
     // Where it goes differently, nothing is kept.
     scene(1.5);
     let run = render("a_%d.ppm", &["--resume"]);

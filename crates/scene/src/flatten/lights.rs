@@ -63,6 +63,10 @@ impl Emitters {
         Emitters { shining: geometries.iter().map(shining).collect() }
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.shining.iter().all(Vec::is_empty)
+    }
+
     /// One light for each placed triangle that shines and has an area: those of the world first, then those of each
     /// instance. Spheres that shine are only seen.
     pub(super) fn lights(&self, samples: u32, data: &SceneData, instances: &[Instance]) -> Vec<Light> {

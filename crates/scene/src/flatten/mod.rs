@@ -111,10 +111,13 @@ impl SceneData {
             settings,
         };
         let samples = scene.settings.light_samples;
-        let shining = data.emitters().lights(samples, &data, &data.instances);
+        let emitters = data.emitters();
+        let shining = emitters.lights(samples, &data, &data.instances);
         lights::notes(&shining, samples, &data, &mut notes);
         data.lights.extend(shining);
-        let is_dark = data.lights.is_empty() && settings::needs_light(&scene.settings);
+        // What moves may shine in another frame, though it has no area in this one.
+        let may_shine = data.instances_move && !emitters.is_empty();
+        let is_dark = data.lights.is_empty() && !may_shine && settings::needs_light(&scene.settings);
         if let Some(light) = headlight.filter(|_| is_dark) {
             notes.push(Note::Headlight { position: camera.eye.into() });
             data.lights.push(light);

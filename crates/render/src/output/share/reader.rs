@@ -1,6 +1,6 @@
 //! Reading shares, and making the whole of them.
 
-use super::super::{MAX_SIDE, OutputError, PictureWriter};
+use super::super::{MAX_SIDE, OutputError, PictureWriter, SaveOptions};
 use super::{MAGIC, ShareHeader};
 use crate::{CameraWork, FeatureRows, Film, PixelFeatures};
 use eosphor_core::math::Vec3;
@@ -165,6 +165,14 @@ fn read_header(from: &mut BufReader<File>) -> Result<ShareHeader, Error> {
     Ok(header)
 }
 
+/// What must be the same: how the program was called may have differed in what changes no pixel. The whole has the first
+/// share's.
+fn without_command_line(header: &ShareHeader) -> SaveOptions {
+    let mut options = header.options.clone();
+    options.metadata.command_line = None;
+    options
+}
+
 /// Writes the picture that shares make, as one run would have.
 ///
 /// # Errors
@@ -185,7 +193,9 @@ pub fn merge(shares: &[PathBuf], output: &Path) -> Result<(), ShareError> {
             _ if other.program != header.program => return Err(differ("the program that made them")),
             _ if other.size != header.size => return Err(differ("their size")),
             _ if other.scene != header.scene => return Err(differ("scene or settings")),
-            _ if other.options != header.options => return Err(differ("the settings of the file")),
+            _ if without_command_line(other) != without_command_line(&header) => {
+                return Err(differ("the settings of the file"));
+            }
             _ if other.share.0 > number => {
                 return Err(ShareError::Missing { missing: number, count: header.share.1 });
             }
