@@ -158,3 +158,14 @@ proptest! {
         check_world(&world, Frame::UNIT, 100, Wildness::Wild, &mut random);
     }
 }
+
+/// Found by chance by `all_agree_at_any_scale_and_far_away`: of rays that start in one point, packets multiplied in an order in
+/// which products overflow and cancel to no number, where core's do not.
+#[test]
+fn products_that_overflow_in_another_order() {
+    let mut random = Random(2098012749815399653);
+    let center = random.in_cube() * 10f32.powf(14.558019);
+    let frame = Frame { size: 10f32.powf(11.989734), center };
+    let world = scenes::world([Kind::Mesh, Kind::Soup], [30, 20], 0, &frame, &mut random);
+    check_world(&world, frame, 120, Wildness::Wild, &mut random);
+}

@@ -13,7 +13,7 @@ pub(super) struct Interval<S: Simd> {
     pub(super) far_scale: Vec3V<S::F8>,
     pub(super) far_offset: Vec3V<S::F8>,
     pub(super) t_min: S::F8,
-    /// Where all rays start.
+    /// Where all rays start, if their numbers are usual.
     pub(super) one_origin: Option<[f32; 3]>,
 }
 
@@ -66,7 +66,8 @@ impl<S: Simd> Interval<S> {
             interval.far_offset[k] = S::F8::splat(slack - far * far_origin);
             k += 1;
         }
-        if one_origin {
+        // What triangles share then multiplies in another order, which for unusual numbers overflows where core's does not.
+        if one_origin && ray.t_slack.largest(group) < f32::INFINITY {
             interval.one_origin = Some(low);
         }
         interval
