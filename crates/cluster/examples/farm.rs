@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |at: usize| arguments.get(at).and_then(|text| text.parse::<f64>().ok());
-    let Some(world) = World::open().unwrap_or_else(|error| panic!("{error}")) else {
+    let Some(world) = World::open(Some(Duration::from_secs(30))).unwrap_or_else(|error| panic!("{error}"))
+    else {
         println!("no launcher: start me with mpirun");
         return;
     };
@@ -44,7 +45,6 @@ fn sleep(world: &World, seconds: f64, units_a_rank: u64) -> Result<(), ClusterEr
             Ok(vec![0; 100_000])
         },
         threads: 1,
-        silence: Some(Duration::from_secs(30)),
     })?;
     let used = world.gather(&(processor_seconds() - processor).to_le_bytes())?;
     if let Some(used) = used {

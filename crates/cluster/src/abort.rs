@@ -28,6 +28,13 @@ struct Job {
     is_over: AtomicBool,
 }
 
+impl Job {
+    fn who(&self) -> String {
+        let Job { rank, size, host, .. } = self;
+        format!("rank {rank} of {size} on {host}")
+    }
+}
+
 impl Abort {
     pub(crate) fn new(mpi: &Mpi) -> Abort {
         Abort(Arc::new(Job {
@@ -47,29 +54,18 @@ impl Abort {
     /// Prints one line to stderr, with this rank, its host and the reason, and ends all processes of the job. Of several
     /// threads that call it the first does so.
     pub fn now(&self, reason: &str) -> ! {
-        static IS_ENDING: AtomicBool = AtomicBool::new(false);
-        if IS_ENDING.swap(true, Ordering::SeqCst) {
-            loop {
-                std::thread::park();
+        end(&self.0.who(), reason, || {
+            if !self.0.is_over.load(Ordering::SeqCst) {
+                // SAFETY: MPI has started and not ended; the call is made once, and the process ends whether it returns
+                // or not.
+                unsafe { (self.0.abort)(self.0.world, 1) };
             }
-        }
-        // MPI promises nothing for a thread that is not its own: it may wait for a lock for ever.
-        let _ = std::thread::Builder::new().spawn(|| {
-            std::thread::sleep(TIME_TO_READ + TIME_TO_ABORT);
-            exit();
-        });
-        let Job { rank, size, host, .. } = &*self.0;
-        let reason = reason.trim_end();
-        // One write, so that lines of several ranks do not mix.
-        let _ = std::io::stderr()
-            .write_all(format!("error: rank {rank} of {size} on {host}: {reason}\n").as_bytes());
-        std::thread::sleep(TIME_TO_READ);
-        if !self.0.is_over.load(Ordering::SeqCst) {
-            // SAFETY: MPI has started and not ended; the call is made once, and the process ends whether it returns or
-            // not.
-            unsafe { (self.0.abort)(self.0.world, 1) };
-        }
-        exit();
+        })
+    }
+
+    /// This rank and its host, in words.
+    pub(crate) fn who(&self) -> String {
+        self.0.who()
     }
 
     /// From now on a panic, in any thread, ends the job with its message and place. Also with its backtrace where
@@ -89,6 +85,27 @@ fn panic_text(panic: &PanicHookInfo) -> String {
         text.push_str(&format!("\n{backtrace}"));
     }
     text
+}
+
+/// Prints one line to stderr, gives `abort` a while to end all processes, and ends this one, which ends the others, too. Of
+/// several threads that call it the first does so.
+pub(crate) fn end(who: &str, reason: &str, abort: impl FnOnce()) -> ! {
+    static IS_ENDING: AtomicBool = AtomicBool::new(false);
+    if IS_ENDING.swap(true, Ordering::SeqCst) {
+        loop {
+            std::thread::park();
+        }
+    }
+    // MPI promises nothing for a thread that is not its own: it may wait for a lock for ever.
+    let _ = std::thread::Builder::new().spawn(|| {
+        std::thread::sleep(TIME_TO_READ + TIME_TO_ABORT);
+        exit();
+    });
+    // One write, so that lines of several ranks do not mix.
+    let _ = std::io::stderr().write_all(format!("error: {who}: {}\n", reason.trim_end()).as_bytes());
+    std::thread::sleep(TIME_TO_READ);
+    abort();
+    exit();
 }
 
 /// Ends this process at once, without the code that runs at a usual end and might wait for another thread.

@@ -1,12 +1,19 @@
 //! What all ranks do together. While some are late the others wait without spinning.
 
+use crate::chain::Chain;
 use crate::error::ClusterError;
+use crate::idle::Idle;
 use crate::mail::{Channel, Letter};
 use crate::transfer::zeros;
 use crate::world::World;
+use std::time::{Duration, Instant};
 
+/// So long that a piece costs far more than a message, so short that the last of many ranks begins soon.
+const PIECE: usize = 1 << 20;
 /// The most bytes that go in one call: MPI counts in 31 bits.
 const LONGEST_PIECE: usize = 1 << 30;
+/// Between two looks for signs of life in a broadcast.
+const ATTEND_EVERY: Duration = Duration::from_millis(10);
 
 impl World {
     /// Gives rank 0's bytes to all. What other ranks pass does not matter.
@@ -18,7 +25,7 @@ impl World {
     ///
     /// A rank has not enough memory, or got other bytes: the same error on all ranks. MPI failed.
     pub fn broadcast(&self, bytes: Vec<u8>) -> Result<Vec<u8>, ClusterError> {
-        self.broadcast_with(bytes, LONGEST_PIECE, None)
+        self.broadcast_with(bytes, PIECE, None)
     }
 
     /// For tests: in pieces of this length, and the bytes of one rank damaged before they are checked.
@@ -42,10 +49,7 @@ impl World {
         let memory = if self.rank() == 0 { Some(bytes) } else { zeros(length as usize) };
         let lacking = if memory.is_some() { "" } else { "not enough memory" };
         self.consent(lacking).map_err(|reason| broadcast_error(length, reason))?;
-        let mut bytes = memory.unwrap_or_default();
-        for piece in bytes.chunks_mut(piece.clamp(1, LONGEST_PIECE)) {
-            self.mpi.broadcast(piece)?;
-        }
+        let mut bytes = self.pass_on(memory.unwrap_or_default(), piece)?;
 
         if let (true, Some(first)) = (damaged == Some(self.rank()), bytes.first_mut()) {
             *first ^= 1;
@@ -55,6 +59,21 @@ impl World {
             if own == sum { String::new() } else { format!("check sum {own:08x} instead of {sum:08x}") };
         self.consent(&differing).map_err(|reason| broadcast_error(length, reason))?;
         Ok(bytes)
+    }
+
+    /// Rank 0's bytes, at all, who have the memory for them.
+    fn pass_on(&self, bytes: Vec<u8>, piece: usize) -> Result<Vec<u8>, ClusterError> {
+        let mut chain = Chain::new(bytes, piece.max(1), self.rank(), self.hosts());
+        let (mut idle, mut attended) = (Idle::new(), Instant::now());
+        while !chain.is_over() {
+            let moved = chain.advance(&self.mpi)?;
+            if attended.elapsed() > ATTEND_EVERY {
+                self.attend()?;
+                attended = Instant::now();
+            }
+            idle.rest(moved, true);
+        }
+        Ok(chain.into_bytes())
     }
 
     /// For measurements: as many bytes of rank 0, by MPI_Bcast and nothing else.

@@ -5,7 +5,6 @@ use crate::error::ClusterError;
 use crate::idle::Idle;
 use crate::job::{Coordinator, Job, Progress, RankProgress, Report};
 use crate::mail::{Channel, Letter};
-use crate::watch::Watch;
 use crate::work::{Kind, or_abort};
 use crate::world::World;
 use std::collections::BTreeMap;
@@ -73,7 +72,6 @@ pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> 
             passed_on: 0,
             handed_out: 0,
             progress: Progress { units_total: job.units, ranks, ..Progress::default() },
-            watch: world.watch(job.silence, world.size()),
             start: now,
             bytes_before: world.mail.borrow().bytes_moved,
         };
@@ -84,10 +82,9 @@ pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> 
             if cancel.load(Ordering::Relaxed) {
                 farm.descriptions = None;
             }
-            let mut moved = farm.take_in(now);
-            or_abort(world, world.live(false));
+            let mut moved = farm.take_in();
+            or_abort(world, world.live());
             moved |= farm.hand_out();
-            farm.keep_watch(now);
             if now - shown >= PROGRESS_EVERY {
                 shown = now;
                 progress(farm.progress_now());
@@ -116,7 +113,6 @@ struct Farm<'f, 'j, 'c> {
     passed_on: u64,
     handed_out: u64,
     progress: Progress,
-    watch: Watch,
     start: Instant,
     bytes_before: u64,
 }
@@ -128,11 +124,10 @@ impl Farm<'_, '_, '_> {
     }
 
     /// Takes messages and results: whether there were any.
-    fn take_in(&mut self, now: Instant) -> bool {
+    fn take_in(&mut self) -> bool {
         let mut mail = self.world.mail.borrow_mut();
         let mut moved = or_abort(self.world, mail.poll(&self.world.mpi));
         while let Some((rank, letter)) = mail.take_any(Channel::Job) {
-            self.watch.hear(rank, now);
             let of_rank = &mut self.progress.ranks[rank as usize];
             match Kind::of(&letter) {
                 Kind::Hello => of_rank.threads = letter.number as u32,
@@ -145,7 +140,7 @@ impl Farm<'_, '_, '_> {
                     take_result(&mut self.progress, rank, letter.bytes.len(), letter.seconds);
                     self.waiting.insert(letter.number, letter.bytes);
                 }
-                _ => {} // a sign of life
+                _ => {}
             }
         }
         for done in self.crew.take_done() {
@@ -213,21 +208,6 @@ impl Farm<'_, '_, '_> {
         or_abort(self.world, mail.send(&self.world.mpi, Channel::Job, rank, letter));
     }
 
-    /// Asks others for signs of life, and ends the job where there have been none.
-    fn keep_watch(&mut self, now: Instant) {
-        if self.watch.is_time_to_speak(now) {
-            for rank in 1..self.world.size() {
-                self.send(rank, Kind::Ping, Letter::default());
-            }
-        }
-        if let Some((rank, quiet)) = self.watch.silent(1..self.world.size(), Duration::ZERO, now) {
-            let (host, quiet) = (&self.world.hosts()[rank as usize], quiet.as_secs_f64());
-            self.world.abort_handle().now(&format!(
-                "rank {rank} on {host} has said nothing for {quiet:.1} s: is it stopped, or its host gone?"
-            ));
-        }
-    }
-
     fn progress_now(&mut self) -> &Progress {
         self.progress.units_collected = self.collected.load(Ordering::Acquire);
         self.progress.elapsed = self.start.elapsed();
@@ -243,17 +223,14 @@ impl Farm<'_, '_, '_> {
         }
         let (mut left, mut idle) = (0, Idle::new());
         while left + 1 < self.world.size() || !self.world.mail.borrow().is_sent() {
-            let now = Instant::now();
             let mut mail = self.world.mail.borrow_mut();
             let moved = or_abort(self.world, mail.poll(&self.world.mpi));
-            while let Some((rank, letter)) = mail.take_any(Channel::Job) {
-                self.watch.hear(rank, now);
+            while let Some((_, letter)) = mail.take_any(Channel::Job) {
                 left += u32::from(Kind::of(&letter) == Kind::Bye);
             }
             let is_moving = mail.is_moving();
             drop(mail);
-            or_abort(self.world, self.world.live(false));
-            self.keep_watch(now);
+            or_abort(self.world, self.world.live());
             idle.rest(moved, is_moving);
         }
         report

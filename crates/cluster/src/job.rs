@@ -21,9 +21,6 @@ pub struct Job<'a, 'c> {
     pub compute: Compute<'a>,
     /// How many units of this rank are computed at the same time, usually 1 or 2.
     pub threads: u32,
-    /// How long a rank may say nothing before the job is ended; ten times as long until it has come to the job at all.
-    /// Ranks answer while they compute, so this is far below the time that a unit takes. `None`: for ever.
-    pub silence: Option<Duration>,
 }
 
 /// Rank 0's side of a job.

@@ -80,6 +80,15 @@ impl Launcher {
         Some(Launcher { name: format!("{name} ({sign}={value})"), vendor, likely, size })
     }
 
+    /// This process's rank, 0 where the launcher does not say it, and the same in words.
+    pub(crate) fn rank_in_words(&self) -> (u32, String) {
+        let of = self.size.map_or_else(String::new, |size| format!(" of {size}"));
+        match launched_rank() {
+            Some(rank) => (rank, format!("rank {rank}{of}")),
+            None => (0, format!("a rank{of}")),
+        }
+    }
+
     /// Packages with a library for it.
     pub(crate) fn install(&self) -> &'static str {
         match self.vendor {

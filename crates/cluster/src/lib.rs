@@ -9,7 +9,7 @@
 //! use eosphor_cluster::{Coordinator, Job, World};
 //! use std::sync::atomic::AtomicBool;
 //!
-//! let Some(world) = World::open()? else { return Ok(()) }; // no launcher: one process, which needs no MPI
+//! let Some(world) = World::open(None)? else { return Ok(()) }; // no launcher: one process, which needs no MPI
 //! world.abort_handle().on_panic();
 //! world.agree("program version", env!("CARGO_PKG_VERSION"))?;
 //! let scene = world.broadcast(if world.rank() == 0 { vec![1, 2, 3] } else { Vec::new() })?;
@@ -33,7 +33,6 @@
 //!     coordinator: (world.rank() == 0).then_some(coordinator),
 //!     compute: &|_, description| Ok(vec![description[0] + scene[0]]),
 //!     threads: 1,
-//!     silence: None,
 //! })?;
 //! assert!(report.complete);
 //! world.finish()?;
@@ -42,6 +41,7 @@
 #![warn(missing_docs)]
 
 mod abort;
+mod chain;
 mod collective;
 mod coordinate;
 mod crew;
@@ -52,6 +52,7 @@ mod launcher;
 mod library;
 mod mail;
 mod mpi;
+mod patience;
 mod transfer;
 mod watch;
 mod work;

@@ -226,6 +226,50 @@ impl Mpi {
         self.check("MPI_Bcast", code)
     }
 
+    /// Begins to send bytes to a rank.
+    ///
+    /// # Safety
+    ///
+    /// The bytes stay where they are, and as they are, until [`Mpi::is_done`] says so of the request.
+    pub(crate) unsafe fn begin_sending(
+        &self,
+        bytes: &[u8],
+        to: u32,
+        tag: c_int,
+    ) -> Result<Handle, ClusterError> {
+        let Constants { world, byte, .. } = self.constants;
+        let (from, count, to, mut request) = (bytes.as_ptr(), bytes.len() as c_int, to as c_int, 0);
+        // SAFETY: the buffer has as many bytes as the call is told, and stays, as the caller promises.
+        let code = unsafe { (self.functions.isend)(from, count, byte, to, tag, world, &mut request) };
+        self.check("MPI_Isend", code).map(|()| request)
+    }
+
+    /// Begins to receive as many bytes from a rank.
+    ///
+    /// # Safety
+    ///
+    /// They stay where they are, and nobody looks at them, until [`Mpi::is_done`] says so of the request.
+    pub(crate) unsafe fn begin_receiving(
+        &self,
+        bytes: &mut [u8],
+        from: u32,
+        tag: c_int,
+    ) -> Result<Handle, ClusterError> {
+        let Constants { world, byte, .. } = self.constants;
+        let (to, count, from, mut request) = (bytes.as_mut_ptr(), bytes.len() as c_int, from as c_int, 0);
+        // SAFETY: the buffer has as many bytes as the call is told, and stays, as the caller promises.
+        let code = unsafe { (self.functions.irecv)(to, count, byte, from, tag, world, &mut request) };
+        self.check("MPI_Irecv", code).map(|()| request)
+    }
+
+    /// Whether a request is complete. It must not be asked for again then.
+    pub(crate) fn is_done(&self, request: &mut Handle) -> Result<bool, ClusterError> {
+        let (mut flag, mut status) = (0, Status::default());
+        // SAFETY: the request is one that the library made, and is not yet complete.
+        let code = unsafe { (self.functions.test)(request, &mut flag, &mut status) };
+        self.check("MPI_Test", code).map(|()| flag != 0)
+    }
+
     /// This process's number among those of its host, and how many these are.
     pub(crate) fn local(&self) -> Result<(u32, u32), ClusterError> {
         let Constants { world, comm_type_shared, info_null, .. } = self.constants;

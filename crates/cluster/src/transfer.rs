@@ -1,7 +1,7 @@
 //! Bytes on their way, in pieces, while the program goes on.
 
 use crate::error::ClusterError;
-use crate::mpi::{Handle, Mpi, Status};
+use crate::mpi::{Handle, Mpi};
 use std::alloc::Layout;
 use std::collections::VecDeque;
 use std::ffi::c_int;
@@ -54,11 +54,7 @@ impl Transfer {
                 self.begin(mpi)?;
             }
             let Some(request) = self.under_way.front_mut() else { return Ok((moved, true)) };
-            let (mut flag, mut status) = (0, Status::default());
-            // SAFETY: the request is one that `begin` made, and is not yet complete.
-            let code = unsafe { (mpi.functions.test)(request, &mut flag, &mut status) };
-            mpi.check("MPI_Test", code)?;
-            if flag == 0 {
+            if !mpi.is_done(request)? {
                 return Ok((moved, false));
             }
             self.under_way.pop_front();
@@ -69,25 +65,14 @@ impl Transfer {
     fn begin(&mut self, mpi: &Mpi) -> Result<(), ClusterError> {
         let count = self.piece.min(self.bytes.len() - self.begun);
         let piece = &mut self.bytes[self.begun..][..count];
-        let (count, rank, mut request) = (piece.len() as c_int, self.rank as c_int, 0);
-        let (world, byte) = (mpi.constants.world, mpi.constants.byte);
         // SAFETY: the bytes are in a vector whose memory stays where it is, and which this transfer keeps unchanged
         // until the request is complete: it gives them away only then, and forgets them when it is dropped before.
-        let (call, code) = unsafe {
+        let request = unsafe {
             match self.way {
-                Way::To => {
-                    let from = piece.as_ptr();
-                    let code = (mpi.functions.isend)(from, count, byte, rank, self.tag, world, &mut request);
-                    ("MPI_Isend", code)
-                }
-                Way::From => {
-                    let to = piece.as_mut_ptr();
-                    let code = (mpi.functions.irecv)(to, count, byte, rank, self.tag, world, &mut request);
-                    ("MPI_Irecv", code)
-                }
+                Way::To => mpi.begin_sending(piece, self.rank, self.tag),
+                Way::From => mpi.begin_receiving(piece, self.rank, self.tag),
             }
-        };
-        mpi.check(call, code)?;
+        }?;
         self.begun += piece.len();
         self.under_way.push_back(request);
         Ok(())

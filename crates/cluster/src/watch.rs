@@ -2,35 +2,21 @@
 
 use std::time::{Duration, Instant};
 
-/// Until a rank has come to the job it may load for long.
-const FACTOR_BEFORE_FIRST: u32 = 10;
-
-/// When the others were last heard.
+/// When the others were last heard. At first, all of them just now.
 pub(crate) struct Watch {
     silence: Option<Duration>,
-    heard: Vec<(Instant, bool)>,
+    heard: Vec<Instant>,
     looked: Instant,
     spoke: Instant,
 }
 
 impl Watch {
     pub(crate) fn new(silence: Option<Duration>, ranks: u32, now: Instant) -> Watch {
-        Watch { silence, heard: vec![(now, false); ranks as usize], looked: now, spoke: now }
+        Watch { silence, heard: vec![now; ranks as usize], looked: now, spoke: now }
     }
 
     pub(crate) fn hear(&mut self, rank: u32, now: Instant) {
-        self.heard[rank as usize] = (now, true);
-    }
-
-    /// Whether ranks may not be silent for ever.
-    pub(crate) fn has_limit(&self) -> bool {
-        self.silence.is_some()
-    }
-
-    /// Everyone is there.
-    pub(crate) fn hear_all(&mut self, now: Instant) {
-        self.looked = now;
-        self.heard.iter_mut().for_each(|heard| *heard = (now, true));
+        self.heard[rank as usize] = now;
     }
 
     /// Whether it is time to give a sign of life, or to ask for one.
@@ -54,13 +40,11 @@ impl Watch {
         let gap = now - self.looked;
         self.looked = now;
         if gap > silence / 4 {
-            self.heard.iter_mut().for_each(|(heard, _)| *heard = (*heard + gap).min(now));
+            self.heard.iter_mut().for_each(|heard| *heard = (*heard + gap).min(now));
         }
         ranks.into_iter().find_map(|rank| {
-            let (heard, was_here) = self.heard[rank as usize];
-            let limit = if was_here { silence } else { silence * FACTOR_BEFORE_FIRST };
-            let quiet = now.saturating_duration_since(heard);
-            (quiet > limit + patience).then_some((rank, quiet))
+            let quiet = now.saturating_duration_since(self.heard[rank as usize]);
+            (quiet > silence + patience).then_some((rank, quiet))
         })
     }
 }
@@ -86,25 +70,14 @@ mod tests {
     }
 
     #[test]
-    fn own_stops_and_late_beginnings_are_nobodys_silence() {
+    fn own_stops_are_nobodys_silence() {
         let start = Instant::now();
         let at = |seconds: u64| start + Duration::from_secs(seconds);
         let mut watch = Watch::new(Some(Duration::from_secs(4)), 2, start);
         watch.hear(1, start);
         assert_eq!(watch.silent(1..2, Duration::ZERO, at(60)), None);
-        let mut watch = Watch::new(Some(Duration::from_secs(4)), 2, start);
-        assert!((1..=40).all(|second| watch.silent(1..2, Duration::ZERO, at(second)).is_none()));
-        assert!(watch.silent(1..2, Duration::ZERO, at(41)).is_some());
-    }
-
-    #[test]
-    fn who_was_heard_without_a_look_is_not_heard_for_ever() {
-        let start = Instant::now();
-        let at = |seconds: u64| start + Duration::from_secs(seconds);
-        let mut watch = Watch::new(Some(Duration::from_secs(4)), 2, start);
-        watch.hear_all(at(1000));
-        let silent = (1001..1010).find(|&second| watch.silent(1..2, Duration::ZERO, at(second)).is_some());
-        assert_eq!(silent, Some(1005));
+        assert!((61..=64).all(|second| watch.silent(1..2, Duration::ZERO, at(second)).is_none()));
+        assert!(watch.silent(1..2, Duration::ZERO, at(65)).is_some());
     }
 
     #[test]

@@ -6,10 +6,6 @@ use crate::idle::Idle;
 use crate::job::{Job, Report};
 use crate::mail::{Channel, Letter};
 use crate::world::World;
-use std::time::{Duration, Instant};
-
-/// When rank 0 falls silent rank 1 says so; the others only where rank 1 has not ended the job by then.
-const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Messages of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,14 +17,10 @@ pub(crate) enum Kind {
     Computed,
     /// To rank 0: a unit's result and the seconds it took.
     Result,
-    /// To rank 0: a sign of life.
-    Pong,
     /// To rank 0, the last of a job: nothing more will come.
     Bye,
     /// From rank 0: a unit and its description.
     Unit,
-    /// From rank 0: a sign of life, to be answered.
-    Ping,
     /// From rank 0, the last of a job: its report.
     Stop,
 }
@@ -36,7 +28,7 @@ pub(crate) enum Kind {
 impl Kind {
     pub(crate) fn of(letter: &Letter) -> Kind {
         use Kind::*;
-        [Hello, Computed, Result, Pong, Bye, Unit, Ping, Stop][usize::from(letter.kind) - 1]
+        [Hello, Computed, Result, Bye, Unit, Stop][usize::from(letter.kind) - 1]
     }
 }
 
@@ -57,20 +49,15 @@ pub(crate) fn work(world: &World, job: &Job) -> Result<Report, ClusterError> {
             let letter = Letter { kind: kind as u8, ..letter };
             or_abort(world, world.mail.borrow_mut().send(&world.mpi, Channel::Job, 0, letter));
         };
-        let mut watch = world.watch(job.silence, 1);
-        let patience = if world.rank() == 1 { Duration::ZERO } else { PATIENCE };
         let (mut idle, mut report) = (Idle::new(), None);
         send(Kind::Hello, Letter { number: job.threads.into(), ..Letter::default() });
         // Rank 0 says that the job is over when it has all results, so nothing is on its way then but signs of life.
         while report.is_none() {
-            let now = Instant::now();
             let mut moved = or_abort(world, world.mail.borrow_mut().poll(&world.mpi));
-            or_abort(world, world.live(false));
+            or_abort(world, world.live());
             while let Some(letter) = world.take(Channel::Job, 0) {
-                watch.hear(0, now);
                 match Kind::of(&letter) {
                     Kind::Unit => crew.push(letter.number, letter.bytes),
-                    Kind::Ping => send(Kind::Pong, Letter::default()),
                     Kind::Stop => report = Report::from_bytes(&letter.bytes),
                     _ => {}
                 }
@@ -80,12 +67,6 @@ pub(crate) fn work(world: &World, job: &Job) -> Result<Report, ClusterError> {
                 let (number, seconds, bytes) = (done.unit, done.seconds, done.result);
                 send(Kind::Computed, Letter { number, ..Letter::default() });
                 send(Kind::Result, Letter { number, seconds, bytes, ..Letter::default() });
-            }
-            if let Some((_, quiet)) = watch.silent(0..1, patience, now) {
-                let (host, quiet) = (&world.hosts()[0], quiet.as_secs_f64());
-                world.abort_handle().now(&format!(
-                    "rank 0 on {host} has said nothing for {quiet:.1} s: is it stopped, or its host gone?"
-                ));
             }
             idle.rest(moved, world.mail.borrow().is_moving());
         }

@@ -9,6 +9,7 @@ use crate::launcher::Launcher;
 use crate::library::MpiLibrary;
 use crate::mail::{Channel, Letter, Mail};
 use crate::mpi::Mpi;
+use crate::patience::patiently;
 use crate::watch::Watch;
 use crate::work::work;
 use std::cell::RefCell;
@@ -28,7 +29,8 @@ pub struct World {
     hosts: Vec<String>,
     local_rank: u32,
     local_size: u32,
-    /// Who has been heard between jobs.
+    silence: Option<Duration>,
+    /// Who has been heard.
     life: RefCell<Watch>,
     /// MPI belongs to one thread.
     _of_this_thread: PhantomData<*const ()>,
@@ -39,20 +41,31 @@ impl World {
     /// then. The environment variable EOSPHOR_MPI names the library to open; else it is the first that fits the
     /// launcher, in the launcher's own folder and where the system looks.
     ///
+    /// A rank that says nothing for longer than `silence` while another waits for it ends the job (`None`: never); at the
+    /// start it has twice as long, since launchers start ranks one after the other. Ranks speak within the calls of this type,
+    /// also while they compute a job's units, so `silence` must be far longer than what they do between them.
+    ///
     /// # Errors
     ///
     /// There is no library, or one that does not understand the launcher. Every rank gets such an error by itself.
-    pub fn open() -> Result<Option<World>, ClusterError> {
+    pub fn open(silence: Option<Duration>) -> Result<Option<World>, ClusterError> {
         let Some(launcher) = Launcher::of_this_process() else { return Ok(None) };
-        let mpi = Mpi::start(MpiLibrary::open(&launcher)?, &launcher)?;
-        let (local_rank, local_size) = mpi.local()?;
+        let library = MpiLibrary::open(&launcher)?;
+        let (rank, who) = launcher.rank_in_words();
+        let mpi = patiently("MPI_Init_thread", silence.map(|silence| 2 * silence), rank, who, || {
+            Mpi::start(library, &launcher)
+        })?;
+        let abort = Abort::new(&mpi);
+        let (local_rank, local_size) =
+            patiently("MPI_Comm_split_type", silence, mpi.rank, abort.who(), || mpi.local())?;
         let mut world = World {
-            abort: Abort::new(&mpi),
+            abort,
             hosts: Vec::new(),
             mail: RefCell::new(Mail::new(PIECE)),
             local_rank,
             local_size,
-            life: RefCell::new(Watch::new(None, mpi.size, Instant::now())),
+            silence,
+            life: RefCell::new(Watch::new(silence, mpi.size, Instant::now())),
             mpi,
             _of_this_thread: PhantomData,
         };
@@ -102,27 +115,6 @@ impl World {
         self.abort.clone()
     }
 
-    /// How long another rank may say nothing while this one waits for it between jobs (from now on; at first, for ever): in
-    /// [`World::broadcast`], [`World::gather`], [`World::agree`], [`World::finish`] and [`World::attend`], and until it comes to a
-    /// job. All ranks have been heard when this is called, so after an [`World::agree`]. A rank speaks where it waits itself, so it
-    /// must be far longer than anything that ranks do beside that.
-    pub fn set_silence(&self, silence: Option<Duration>) {
-        let now = Instant::now();
-        let mut life = Watch::new(silence, self.size(), now);
-        life.hear_all(now);
-        *self.life.borrow_mut() = life;
-    }
-
-    /// For a job. Ranks that are watched between jobs come to one in time.
-    pub(crate) fn watch(&self, silence: Option<Duration>, ranks: u32) -> Watch {
-        let now = Instant::now();
-        let mut watch = Watch::new(silence, ranks, now);
-        if self.life.borrow().has_limit() {
-            watch.hear_all(now);
-        }
-        watch
-    }
-
     /// Gives signs of life, and looks for those of others. For ranks that wait for something else than other ranks: to be called
     /// often.
     ///
@@ -131,11 +123,11 @@ impl World {
     /// MPI failed.
     pub fn attend(&self) -> Result<(), ClusterError> {
         self.mail.borrow_mut().poll(&self.mpi)?;
-        self.live(true)
+        self.live()
     }
 
-    /// Answers who asks whether this rank lives; where `watching`, asks others, and ends the job where one does not answer.
-    pub(crate) fn live(&self, watching: bool) -> Result<(), ClusterError> {
+    /// Asks others whether they live, answers who asks that of this rank, and ends the job where one does not answer.
+    pub(crate) fn live(&self) -> Result<(), ClusterError> {
         let (now, mut life) = (Instant::now(), self.life.borrow_mut());
         let mut mail = self.mail.borrow_mut();
         let sign = |question: bool| Letter { kind: question.into(), ..Letter::default() };
@@ -144,11 +136,6 @@ impl World {
             if letter == sign(true) {
                 mail.send(&self.mpi, Channel::Life, rank, sign(false))?;
             }
-        }
-        if !watching {
-            // Who is heard in a job is not silent after it.
-            life.hear_all(now);
-            return Ok(());
         }
         let others = if self.rank() == 0 { 1..self.size() } else { 0..1 };
         if life.is_time_to_speak(now) {
@@ -159,10 +146,11 @@ impl World {
         // When rank 0 falls silent rank 1 says so; the others only where rank 1 has not ended the job by then.
         let patience = if self.rank() < 2 { Duration::ZERO } else { Duration::from_secs(1) };
         if let Some((rank, quiet)) = life.silent(others, patience, now) {
-            let (host, quiet) =
-                (self.hosts.get(rank as usize).map_or("", String::as_str), quiet.as_secs_f64());
+            // At the very start hosts are not known.
+            let on = self.hosts.get(rank as usize).map_or_else(String::new, |host| format!(" on {host}"));
+            let quiet = quiet.as_secs_f64();
             self.abort_handle().now(&format!(
-                "rank {rank} on {host} has said nothing for {quiet:.1} s: is it stopped, or its host gone?"
+                "rank {rank}{on} has said nothing for {quiet:.1} s: is it stopped, or its host gone?"
             ));
         }
         Ok(())
@@ -200,7 +188,7 @@ impl World {
         self.gather(&[])?;
         self.announce(Vec::new())?;
         self.abort.set_over();
-        self.mpi.finalize()
+        patiently("MPI_Finalize", self.silence, self.rank(), self.abort.who(), || self.mpi.finalize())
     }
 
     /// The next message from a rank, if it has come.
@@ -228,12 +216,13 @@ impl World {
         Ok(())
     }
 
+    /// Moves messages, and rests where there are none.
     fn poll(&self, idle: &mut Idle) -> Result<(), ClusterError> {
         let (moved, is_moving) = {
             let mut mail = self.mail.borrow_mut();
             (mail.poll(&self.mpi)?, mail.is_moving())
         };
-        self.live(true)?;
+        self.live()?;
         idle.rest(moved, is_moving);
         Ok(())
     }

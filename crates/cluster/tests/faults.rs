@@ -3,7 +3,7 @@
 mod common;
 
 use common::{KINDS, Outcome, signal, start};
-use eosphor_cluster::{Coordinator, Job, World};
+use eosphor_cluster::{Coordinator, Job, World, launched_rank};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -14,9 +14,36 @@ const SOON: Duration = Duration::from_secs(10);
 #[test]
 fn rank_of_a_job() {
     let Some(case) = common::case() else { return };
-    let world = World::open().unwrap().unwrap();
+    let (stop_at, stopped) = case.split_once(" by rank ").unwrap_or((&case, ""));
+    let stop = |at: &str| {
+        if at == stop_at && launched_rank().unwrap().to_string() == stopped {
+            // SAFETY: it takes a number only. This thread does not go on before the others are stopped.
+            unsafe { libc::raise(libc::SIGSTOP) };
+        }
+    };
+    common::say_process(launched_rank().unwrap());
+    stop("stop before the start");
+    let silence = (case == "silence" || !stopped.is_empty()).then_some(Duration::from_secs(2));
+    let world = World::open(silence).unwrap().unwrap();
     world.abort_handle().on_panic();
-    common::say_process(world.rank());
+    if stop_at == "stop in a broadcast" {
+        std::thread::scope(|scope| {
+            // At any moment of one.
+            scope.spawn(|| {
+                std::thread::sleep(Duration::from_millis(300));
+                stop("stop in a broadcast");
+            });
+            let mut bytes = vec![7; 50_000_000];
+            loop {
+                bytes = world.broadcast(bytes).unwrap();
+            }
+        });
+    }
+    if stop_at == "stop before the end" {
+        stop("stop before the end");
+        world.finish().unwrap();
+        std::process::exit(0);
+    }
     let cancel = AtomicBool::new(false);
     let coordinator = Coordinator {
         describe: &mut |unit| match case.as_str() {
@@ -44,7 +71,6 @@ fn rank_of_a_job() {
             }
         },
         threads: 1,
-        silence: (case == "silence").then_some(Duration::from_secs(2)),
     });
     // All of these cases have to end before.
     println!("went on: {report:?}");
@@ -118,6 +144,36 @@ fn when_rank_0_is_killed_all_end() {
 fn a_worker_that_is_stopped_is_named() {
     struck("silence", 2, libc::SIGSTOP, |outcome| {
         outcome.assert_one_error(&["rank 0 of 3 on ", "rank 2 on ", "has said nothing for "]);
+    });
+}
+
+/// A rank that stops itself at a place.
+fn stops(at: &str, ranks: [u32; 2], check: impl Fn(&str, Outcome)) {
+    for rank in ranks {
+        let case = format!("{at} by rank {rank}");
+        each(&case, |outcome| check(&format!("rank {rank}"), outcome));
+    }
+}
+
+#[test]
+fn a_rank_that_is_stopped_while_mpi_starts_is_not_waited_for() {
+    stops("stop before the start", [0, 2], |rank, outcome| {
+        outcome.assert_one_error(&["rank ", " of 3", "MPI_Init_thread has waited for other ranks for "]);
+        assert!(!outcome.errors.contains(&format!("error: {rank}")), "{}", outcome.errors);
+    });
+}
+
+#[test]
+fn a_rank_that_is_stopped_in_a_broadcast_is_named() {
+    stops("stop in a broadcast", [0, 2], |rank, outcome| {
+        outcome.assert_one_error(&["rank ", " of 3 on ", &format!("{rank} on "), "has said nothing for "]);
+    });
+}
+
+#[test]
+fn a_rank_that_is_stopped_before_mpi_ends_is_named() {
+    stops("stop before the end", [0, 2], |rank, outcome| {
+        outcome.assert_one_error(&["rank ", " of 3 on ", &format!("{rank} on "), "has said nothing for "]);
     });
 }
 

@@ -23,7 +23,7 @@ fn rank_of_a_job() {
 
 /// Errors that all ranks get are printed by rank 0.
 fn be_a_rank(case: &str) -> Result<(), ()> {
-    let Some(world) = World::open().map_err(|error| print(&error))? else {
+    let Some(world) = World::open(Some(Duration::from_secs(60))).map_err(|error| print(&error))? else {
         println!("no launcher");
         assert_no_mpi_is_mapped();
         return Ok(());
@@ -158,7 +158,6 @@ fn farm(world: &World, job: (u64, u32, u32), cancel_at: Option<u64>) -> Result<(
             Ok(result(unit, bytes))
         },
         threads,
-        silence: Some(Duration::from_secs(60)),
     })?;
     assert!(world.rank() != 0 || (collected == report.units_done && shown >= 1));
     assert_eq!((report.units_total, report.ranks.len()), (units, world.size() as usize));
@@ -206,7 +205,6 @@ fn open_ended(world: &World) -> Result<(), ClusterError> {
             Ok(result(unit, bytes))
         },
         threads: 1,
-        silence: Some(Duration::from_secs(60)),
     })?;
     assert!(report.complete && report.units_done == UNITS && report.units_total == UNITS, "{report:?}");
     assert!(world.rank() != 0 || seen.iter().all(|&seen| seen));

@@ -6,8 +6,8 @@ use clap::Args;
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Many processes (under mpirun or srun)")]
 pub(crate) struct ClusterFlags {
-    /// End the job where a rank has said nothing for so many seconds, which must be more than it takes to open a device and to
-    /// send the scene; 0: never
+    /// End the job where a rank has said nothing for so many seconds, since it is stopped or its host gone (while MPI starts:
+    /// for twice as many); 0: never
     #[arg(long, value_name = "SECONDS", default_value_t = 60)]
     pub(crate) rank_timeout: u32,
 }

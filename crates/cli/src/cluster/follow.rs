@@ -10,6 +10,7 @@ use crate::interrupt;
 use crate::streams::Verbosity;
 use eosphor::{Backend, PICTURE_VERSION, PreparedScene, RenderControl, SceneData, cuda_devices};
 use eosphor_cluster::{Coordinator, Job, Report, World};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -20,7 +21,6 @@ pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure> {
     interrupt::watch(Verbosity::Quiet)?;
     let sharers = meet(world)?;
-    world.set_silence(options.silence());
     // An error of this rank alone would leave the others waiting.
     serve(world, options, sharers)
         .map_err(|failure| world.abort_handle().now(&failure.line().unwrap_or_default()))
@@ -28,11 +28,11 @@ pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure
 
 fn serve(world: &World, options: &RankOptions, sharers: u32) -> Result<(), Failure> {
     // Devices take a while to open, and so do scenes to load.
-    let device = Local::open(world, options, sharers);
+    let device = Local::open(world, options, sharers)?;
     let mut next = None;
     loop {
         let bytes = world.broadcast(Vec::new()).map_err(Failure::because)?;
-        match Order::from_bytes(&bytes).map_err(Failure::Failed)? {
+        match meanwhile(world, || Order::from_bytes(&bytes))?.map_err(Failure::Failed)? {
             Order::Prepare(scene) => {
                 drop(bytes);
                 let ready = device.as_ref().map(|device| device.ready.clone()).map_err(String::clone);
@@ -42,7 +42,7 @@ fn serve(world: &World, options: &RankOptions, sharers: u32) -> Result<(), Failu
             }
             Order::Work => {
                 let (Some(scene), Ok(device)) = (next.take(), &device) else { continue };
-                device.work(world, options, scene, None, &Prepared::new())?;
+                device.work(world, scene, None, &Prepared::new())?;
             }
             Order::Wait => next = None,
             Order::Leave => return Ok(()),
@@ -63,6 +63,23 @@ pub(super) fn meet(world: &World) -> Result<u32, Failure> {
     Ok(processors::sharers(world.rank() as usize, world.hosts(), masks.as_chunks().0))
 }
 
+/// Does something that takes long, on a thread of its own, so that the thread with MPI gives signs of life.
+pub(super) fn meanwhile<T: Send>(world: &World, function: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+    std::thread::scope(|scope| {
+        let (result, receiver) = channel();
+        // The receiver waits for it.
+        scope.spawn(move || result.send(function()).is_ok());
+        loop {
+            match receiver.recv_timeout(LOOK_INTERVAL) {
+                Ok(result) => return Ok(result),
+                // A panic, which ends all ranks.
+                Err(RecvTimeoutError::Disconnected) => std::thread::park(),
+                Err(RecvTimeoutError::Timeout) => world.attend().map_err(Failure::because)?,
+            }
+        }
+    })
+}
+
 /// What a rank renders on.
 pub(super) struct Local {
     backend: Box<dyn Backend>,
@@ -73,10 +90,20 @@ pub(super) struct Local {
 pub(super) type Prepared = OnceLock<Result<Box<dyn PreparedScene>, String>>;
 
 impl Local {
-    pub(super) fn open(world: &World, options: &RankOptions, sharers: u32) -> Result<Local, String> {
+    /// The inner error is that there is none, which all ranks hear of.
+    pub(super) fn open(
+        world: &World,
+        options: &RankOptions,
+        sharers: u32,
+    ) -> Result<Result<Local, String>, Failure> {
+        let local_rank = world.local_rank();
+        meanwhile(world, || Local::open_here(local_rank, options, sharers))
+    }
+
+    fn open_here(local_rank: u32, options: &RankOptions, sharers: u32) -> Result<Local, String> {
         processors::check_rounding()?;
         let processors = processors::processors();
-        let (backend, units) = local_backend(world, options, processors.0 / sharers)
+        let (backend, units) = local_backend(local_rank, options, processors.0 / sharers)
             .map_err(|failure| failure.line().unwrap_or_default())?;
         let description = backend.describe();
         let is_gpu = description.starts_with("CUDA");
@@ -90,7 +117,6 @@ impl Local {
     pub(super) fn work(
         &self,
         world: &World,
-        options: &RankOptions,
         scene: Arc<SceneData>,
         coordinator: Option<Coordinator>,
         prepared: &Prepared,
@@ -106,7 +132,6 @@ impl Local {
             coordinator,
             compute: &compute,
             threads: self.ready.units,
-            silence: options.silence(),
         };
         std::thread::scope(|scope| {
             scope.spawn(move || {
@@ -128,13 +153,12 @@ impl Local {
 /// The GPU with the rank's number on its host, as far as there are, or its share of the processors; and how many units are
 /// to be rendered at the same time, so that threads have something to do at the end of each.
 fn local_backend(
-    world: &World,
+    local_rank: u32,
     options: &RankOptions,
     processors: u32,
 ) -> Result<(Box<dyn Backend>, u32), Failure> {
     let mut device = options.device.clone();
-    let mine =
-        |list: &[usize]| list.get(world.local_rank() as usize % list.len().max(1)).map(|&gpu| vec![gpu]);
+    let mine = |list: &[usize]| list.get(local_rank as usize % list.len().max(1)).map(|&gpu| vec![gpu]);
     let wants_cpu = options.count_work || asks_for_cpu(&device, options.accel);
     let auto = if wants_cpu { None } else { mine(&gpus()) };
     device.backend = match &device.backend {

@@ -2,7 +2,7 @@
 
 use super::RankOptions;
 use super::backend::{ClusterBackend, Crew, Request, Submission};
-use super::follow::{LOOK_INTERVAL, Local, Prepared, meet};
+use super::follow::{LOOK_INTERVAL, Local, Prepared, meanwhile, meet};
 use super::wire::{self, Order, Ready};
 use crate::failure::Failure;
 use crate::interrupt;
@@ -26,14 +26,13 @@ pub(super) fn lead(
     command: impl FnOnce(Option<&dyn Backend>) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
     let sharers = meet(world)?;
-    world.set_silence(options.silence());
     let (requests, receiver) = channel();
     let backend = ClusterBackend::new(requests, world.size());
     let abort = world.abort_handle();
     std::thread::scope(|scope| {
         let running = scope.spawn(move || command(Some(&backend)));
         // Devices take a while to open, and so do scenes to load.
-        let local = Local::open(world, options, sharers);
+        let local = Local::open(world, options, sharers)?;
         // Until the command, which has the backend, has ended.
         loop {
             let served = match receiver.recv_timeout(LOOK_INTERVAL) {
@@ -59,7 +58,7 @@ fn serve(
     request: Request,
 ) -> Result<(), Failure> {
     let Request { scene, units, reply } = request;
-    let order = Order::prepare(&scene)?;
+    let order = meanwhile(world, || Order::prepare(&scene))??;
     world.broadcast(order).map_err(Failure::because)?;
     let mine = local.as_ref().map(|local| local.ready.clone()).map_err(String::clone);
     let gathered = world.gather(&wire::encode(&mine).map_err(Failure::Failed)?).map_err(Failure::because)?;
@@ -124,7 +123,7 @@ fn serve(
         progress: &mut progress,
         cancel: &cancel,
     };
-    let report = local.work(world, options, scene, Some(coordinator), &prepared)?;
+    let report = local.work(world, scene, Some(coordinator), &prepared)?;
     let Report { units_done, bytes_moved, elapsed, ref ranks, .. } = report;
     verbosity.say(Verbosity::Normal, &summary(units_done, bytes_moved, elapsed, ranks));
     Ok(())

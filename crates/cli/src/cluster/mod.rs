@@ -62,7 +62,7 @@ pub(crate) fn run(
     options: &RankOptions,
     command: impl FnOnce(Option<&dyn Backend>) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
-    let Some(world) = World::open().map_err(complain)? else { return command(None) };
+    let Some(world) = World::open(options.silence()).map_err(complain)? else { return command(None) };
     world.abort_handle().on_panic();
     let done = match (world.rank(), world.size()) {
         (_, 1) => command(None),
