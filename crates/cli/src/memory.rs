@@ -9,6 +9,9 @@ use std::fs;
 /// Linear film and developed bytes of a pixel; JPEG has these twice.
 const BYTES_A_PIXEL: u64 = 12 + 3 + 3;
 
+/// Frames come from other ranks as bytes first.
+const BYTES_A_FRAME_PIXEL: u64 = BYTES_A_PIXEL + 12;
+
 /// What layers add to that.
 const LAYER_BYTES_A_PIXEL: u64 = (size_of::<PixelFeatures>() + size_of::<CameraWork>()) as u64;
 
@@ -28,13 +31,28 @@ pub(crate) fn bands([width, height]: [u32; 2], layers: bool, rows: Option<u32>) 
     }
 }
 
+/// How many frames are in work at a time: as many as wanted, as far as half of the memory that is free holds them. Fails where
+/// it is too small for one.
+pub(crate) fn frames((width, height): (u32, u32), wanted: usize) -> Result<usize, Failure> {
+    match available() {
+        Some(free) => frames_in(free, (width, height), wanted),
+        None => Ok(wanted),
+    }
+}
+
+fn frames_in(free: u64, (width, height): (u32, u32), wanted: usize) -> Result<usize, Failure> {
+    let frame = u64::from(width) * u64::from(height) * BYTES_A_FRAME_PIXEL;
+    check_fits_in(free, frame)?;
+    Ok((free / 2 / frame.max(1)).clamp(1, wanted.max(1) as u64) as usize)
+}
+
 fn check_fits_in(free: u64, needed: u64) -> Result<(), Failure> {
     if needed <= free {
         return Ok(());
     }
     let (needed, free) = (bytes(needed), bytes(free));
     Err(Failure::Failed(format!(
-        "not enough memory: the rows that are rendered at a time need {needed}, and {free} are free: \
+        "not enough memory: what is rendered at a time needs {needed}, and {free} are free: \
          end other programs, or choose a smaller --size",
     )))
 }
@@ -69,8 +87,17 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_one_line() {
         let line = check_fits_in(1 << 20, 1 << 27).unwrap_err().line().unwrap();
-        assert!(line.contains("need 134.2 MB, and 1.0 MB are free"), "{line}");
+        assert!(line.contains("needs 134.2 MB, and 1.0 MB are free"), "{line}");
         assert!(check_fits_in(1 << 27, 1 << 27).is_ok());
+    }
+
+    #[test]
+    fn no_more_frames_are_in_work_than_half_of_the_memory_holds() {
+        let frame = 1920 * 1080 * 30;
+        assert_eq!(frames_in(100 * frame, (1920, 1080), 27).unwrap(), 27);
+        assert_eq!(frames_in(20 * frame, (1920, 1080), 27).unwrap(), 10);
+        assert_eq!(frames_in(frame, (1920, 1080), 27).unwrap(), 1);
+        assert!(frames_in(frame - 1, (1920, 1080), 27).is_err());
     }
 
     #[cfg(target_os = "linux")]

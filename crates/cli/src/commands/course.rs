@@ -5,6 +5,7 @@ use crate::arguments::CourseFlags;
 use crate::backend::ranks_or_own;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::memory;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use eosphor::{Backend, CourseInput, CourseOptions, Film, Moments, SaveOptions, SceneData, save};
@@ -44,7 +45,7 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
         prepared: &*prepared,
         moments: &Moments::new(&scene, &data),
         frames: &frames,
-        in_flight: backend.frames_in_flight(),
+        in_flight: memory::frames(prepared.size(), backend.frames_in_flight())?,
         log: &|done| streams::result(&format!("{}\t{:.3}\t{}\n", done.frame, done.milliseconds, done.rays)),
     };
     let view = ProgressView::new(Verbosity::Quiet);

@@ -3,6 +3,7 @@
 use crate::animation::{FrameSink, FramesDone, FramesJob};
 use crate::arguments::RenderFlags;
 use crate::failure::Failure;
+use crate::memory;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
@@ -159,11 +160,13 @@ impl Sequence<'_> {
         }
         let prepared = backend.prepare(Arc::clone(self.data))?;
         let in_flight = in_flight.or(self.flags.animation.in_flight).map(usize::from);
+        let in_flight =
+            memory::frames(prepared.size(), in_flight.unwrap_or_else(|| backend.frames_in_flight()))?;
         let job = FramesJob {
             prepared: &*prepared,
             moments: &Moments::new(self.scene, self.data),
             frames: missing,
-            in_flight: in_flight.unwrap_or_else(|| backend.frames_in_flight()),
+            in_flight,
             log: &|_| Ok(()),
         };
         let view = ProgressView::new(verbosity);
