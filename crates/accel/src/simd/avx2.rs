@@ -104,6 +104,7 @@ impl Simd for Avx2 {
     type F4 = X4;
     type F8 = X8;
     type F16 = Pair8;
+    const HAS_REGISTERS_OF_16: bool = false;
     type Order = X8Order;
 
     #[inline(always)]
@@ -136,6 +137,12 @@ impl Simd for Avx2 {
         }
         // SAFETY: the caller's.
         unsafe { with_avx2(kernel) }
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(at: *const T) {
+        // SAFETY: it reads nothing that the program could see.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(at.cast()) }
     }
 
     #[inline(always)]

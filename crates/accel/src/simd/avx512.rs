@@ -5,7 +5,7 @@
     reason = "all alike: the instruction set is there (see super), and who calls a function that takes a pointer sees to it"
 )]
 
-use super::avx2::{Avx2, X4, X8, X8Order, scatter8, transpose8};
+use super::avx2::{Avx2, X4, X8, X8Order};
 use super::{Float, Kernel, Mask, Simd};
 use std::arch::x86_64::*;
 
@@ -17,6 +17,7 @@ impl Simd for Avx512 {
     type F4 = X4;
     type F8 = X8;
     type F16 = X16;
+    const HAS_REGISTERS_OF_16: bool = true;
     type Order = X8Order;
 
     #[inline(always)]
@@ -49,32 +50,75 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn prefetch<T>(at: *const T) {
+        Avx2::prefetch(at)
+    }
+
+    #[inline(always)]
     unsafe fn transpose16(rows: &[*const f32; 16]) -> [X16; 8] {
-        // SAFETY: the caller's.
-        let (a, b) = unsafe { (transpose8(&rows[..8]), transpose8(&rows[8..])) };
-        let mut out = [X16::splat(0.0); 8];
-        let mut k = 0;
-        while k < 8 {
-            // SAFETY: see super.
-            out[k] = X16(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(a[k].0), b[k].0) });
-            k += 1;
+        let mut pairs = [X16::splat(0.0); 8];
+        let (mut low, mut high, mut out) = ([pairs[0]; 4], [pairs[0]; 4], pairs);
+        // SAFETY: see super; the rows are the caller's.
+        unsafe {
+            // Rows 0 and 4, 1 and 5, ... 8 and 12, ...: the last step then finds its quarters where it can take them from.
+            let mut k = 0;
+            while k < 8 {
+                let row = k / 4 * 8 + k % 4;
+                let first = _mm512_castps256_ps512(_mm256_loadu_ps(rows[row]));
+                pairs[k] = X16(_mm512_insertf32x8::<1>(first, _mm256_loadu_ps(rows[row + 4])));
+                k += 1;
+            }
+            k = 0;
+            while k < 2 {
+                let [a, b, c, d] =
+                    [pairs[4 * k].0, pairs[4 * k + 1].0, pairs[4 * k + 2].0, pairs[4 * k + 3].0];
+                let (ab0, ab1) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+                let (cd0, cd1) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
+                let quarters = [
+                    X16(_mm512_shuffle_ps::<0x44>(ab0, cd0)),
+                    X16(_mm512_shuffle_ps::<0xee>(ab0, cd0)),
+                    X16(_mm512_shuffle_ps::<0x44>(ab1, cd1)),
+                    X16(_mm512_shuffle_ps::<0xee>(ab1, cd1)),
+                ];
+                if k == 0 {
+                    low = quarters;
+                } else {
+                    high = quarters;
+                }
+                k += 1;
+            }
+            k = 0;
+            while k < 4 {
+                out[k] = X16(_mm512_shuffle_f32x4::<0x88>(low[k].0, high[k].0));
+                out[k + 4] = X16(_mm512_shuffle_f32x4::<0xdd>(low[k].0, high[k].0));
+                k += 1;
+            }
         }
         out
     }
 
     #[inline(always)]
     unsafe fn scatter16(columns: [X16; 4], rows: &[*mut f32; 16]) {
-        let (mut low, mut high) = ([X8::splat(0.0); 4], [X8::splat(0.0); 4]);
-        let mut k = 0;
+        let [a, b, c, d] = columns;
         // SAFETY: see super; the rows are the caller's.
         unsafe {
+            let (ab0, ab1) = (_mm512_unpacklo_ps(a.0, b.0), _mm512_unpackhi_ps(a.0, b.0));
+            let (cd0, cd1) = (_mm512_unpacklo_ps(c.0, d.0), _mm512_unpackhi_ps(c.0, d.0));
+            // Rows k, k + 4, k + 8 and k + 12 each.
+            let four_rows = [
+                _mm512_shuffle_ps::<0x44>(ab0, cd0),
+                _mm512_shuffle_ps::<0xee>(ab0, cd0),
+                _mm512_shuffle_ps::<0x44>(ab1, cd1),
+                _mm512_shuffle_ps::<0xee>(ab1, cd1),
+            ];
+            let mut k = 0;
             while k < 4 {
-                low[k] = X8(_mm512_castps512_ps256(columns[k].0));
-                high[k] = X8(_mm512_extractf32x8_ps::<1>(columns[k].0));
+                _mm_storeu_ps(rows[k], _mm512_castps512_ps128(four_rows[k]));
+                _mm_storeu_ps(rows[k + 4], _mm512_extractf32x4_ps::<1>(four_rows[k]));
+                _mm_storeu_ps(rows[k + 8], _mm512_extractf32x4_ps::<2>(four_rows[k]));
+                _mm_storeu_ps(rows[k + 12], _mm512_extractf32x4_ps::<3>(four_rows[k]));
                 k += 1;
             }
-            scatter8(low, &rows[..8]);
-            scatter8(high, &rows[8..]);
         }
     }
 }

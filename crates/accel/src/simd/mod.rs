@@ -25,6 +25,8 @@ pub(crate) trait Simd: Copy {
     type F8: Float<Array = [f32; 8]>;
     /// 16 floats.
     type F16: Float<Array = [f32; 16]>;
+    /// Whether these are one register.
+    const HAS_REGISTERS_OF_16: bool;
 
     /// Items of `a` by the lanes of `order`, three bits each from the lowest.
     fn permute8(a: Self::F8, order: Order8<Self>) -> Self::F8;
@@ -37,6 +39,8 @@ pub(crate) trait Simd: Copy {
     /// # Safety
     /// There is room for 8 floats.
     unsafe fn compress8(a: Self::F8, bits: u32, to: *mut f32);
+    /// Says that this place will be read soon; it may be anywhere.
+    fn prefetch<T>(at: *const T);
     /// Runs a kernel in a function of its own that has the instruction set switched on.
     ///
     /// # Safety

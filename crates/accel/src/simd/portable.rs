@@ -11,6 +11,7 @@ impl Simd for Portable {
     type F4 = Lanes<4>;
     type F8 = Lanes<8>;
     type F16 = Lanes<16>;
+    const HAS_REGISTERS_OF_16: bool = false;
     type Order = u32;
 
     #[inline(always)]
@@ -48,6 +49,9 @@ impl Simd for Portable {
         // SAFETY: the caller's.
         unsafe { with_portable(kernel) }
     }
+
+    #[inline(always)]
+    fn prefetch<T>(_: *const T) {}
 
     #[inline(always)]
     unsafe fn transpose16(rows: &[*const f32; 16]) -> [Lanes<16>; 8] {

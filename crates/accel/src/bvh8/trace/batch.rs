@@ -85,7 +85,8 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         }
         // SAFETY: the caller's.
         unsafe {
-            let packet = self.trace_rows(&rows, &filters, count, alone, shared);
+            let mut packet = Packet::load(&rows);
+            self.trace(&mut packet, &filters, count, alone, shared);
             if QUERY == ANY {
                 let hidden = packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 for lane in 0..count {
@@ -114,12 +115,15 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             let rays = self.rays.as_ptr().add(first);
             while lane < 16 {
                 rows[lane] = rays.add(lane).cast();
+                // Of the packet after this one, which is one ahead in each lane.
+                S::prefetch(rays.wrapping_add(16 + lane));
                 if let Filters::Each(each) = self.filters {
                     filters[lane] = each.get_unchecked(first + lane);
                 }
                 lane += 1;
             }
-            let packet = self.trace_rows(&rows, &filters, 16, ALONE_COHERENT, shared);
+            let mut packet = Packet::load(&rows);
+            self.trace(&mut packet, &filters, 16, ALONE_COHERENT, shared);
             if QUERY == ANY {
                 let hidden = packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 let answers = self.hidden.as_mut_ptr().add(first);
@@ -142,18 +146,17 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     }
 
     #[inline(always)]
-    unsafe fn trace_rows<S: Simd>(
+    unsafe fn trace<S: Simd>(
         &self,
-        rows: &[*const f32; 16],
+        packet: &mut Packet<S>,
         each: &[&RayFilter; 16],
         count: usize,
         alone: u32,
         shared: &Shared<S>,
-    ) -> Packet<S> {
+    ) {
         let active = if count == 16 { 0xffff } else { (1u32 << count) - 1 };
-        // SAFETY: the caller's; a ray is eight floats in the order of the packet.
+        // SAFETY: the caller's.
         unsafe {
-            let mut packet = Packet::<S>::load(rows);
             if let Filters::Each(_) = self.filters {
                 let lanes = LaneFilters::new(each);
                 let query = Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: each, alone };
@@ -167,7 +170,6 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
                 };
                 packet.trace::<QUERY>(active, &query);
             }
-            packet
         }
     }
 
@@ -204,7 +206,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             let mut numbers = [order[start]; 16];
             numbers[..lanes].copy_from_slice(&order[start..start + lanes]);
             // SAFETY: the caller's.
-            unsafe { self.packet(&numbers, lanes, ALONE_SORTED, shared) };
+            unsafe { self.packet(&numbers, lanes, const { alone_sorted::<S>() }, shared) };
             start += 16;
         }
     }
@@ -217,7 +219,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             let mut numbers = [group[0]; 16];
             numbers[..group.len()].copy_from_slice(group);
             // SAFETY: the caller's.
-            unsafe { self.packet(&numbers, group.len(), ALONE_SORTED, shared) };
+            unsafe { self.packet(&numbers, group.len(), const { alone_sorted::<S>() }, shared) };
         }
     }
 }
@@ -294,8 +296,12 @@ const CHUNK: usize = 4096;
 
 /// In packets of coherent rays, at most so many go on alone in a subtree.
 const ALONE_COHERENT: u32 = 0;
-/// The same for rays sorted by octant.
-const ALONE_SORTED: u32 = 4;
+
+/// The same for rays sorted by octant: together they cost about half as much where sixteen are one register.
+const fn alone_sorted<S: Simd>() -> u32 {
+    if S::HAS_REGISTERS_OF_16 { 2 } else { 4 }
+}
+
 /// Fewer rays than this are traced one by one.
 const FEW: usize = 4;
 /// From so many on, scattered rays are worth sorting by place.

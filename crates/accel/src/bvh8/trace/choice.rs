@@ -17,7 +17,9 @@ pub(super) enum Way {
 /// Rays of a packet.
 const GROUP: usize = 16;
 /// Groups that are looked at, spread over the chunk.
-const SAMPLES: usize = 16;
+const SAMPLES: usize = 8;
+/// Rays of a group that are looked at.
+const LOOKED_AT: usize = 4;
 /// Directions of a coherent group differ by no more than this in a component.
 const NARROW: f32 = 0.25;
 /// Neighbours start close together if the distance is no more than this times the scene's extent, in the middle.
@@ -33,16 +35,21 @@ pub(super) fn choose(rays: &[Ray], extent: f32) -> Way {
     }
     let groups = rays.len() / GROUP;
     let step = (groups / SAMPLES).max(1);
-    let (mut seen, mut narrow, mut close) = (0, 0, 0);
-    let mut k = 0;
-    while k < groups && seen < SAMPLES {
-        let group = &rays[k * GROUP..][..GROUP];
-        let (direction, origin) = (spread(group, |r| r.direction), spread(group, |r| r.origin));
+    let seen = groups.min(SAMPLES);
+    // Copied first, so that all of them are on their way from memory at a time.
+    let mut samples = [[rays[0]; LOOKED_AT]; SAMPLES];
+    for (k, sample) in samples[..seen].iter_mut().enumerate() {
+        let group = &rays[k * step * GROUP..][..GROUP];
+        for (lane, ray) in sample.iter_mut().enumerate() {
+            *ray = group[lane * (GROUP - 1) / (LOOKED_AT - 1)];
+        }
+    }
+    let (mut narrow, mut close) = (0, 0);
+    for sample in &samples[..seen] {
+        let (direction, origin) = (spread(sample, |r| r.direction), spread(sample, |r| r.origin));
         // NaN is neither narrow nor close.
         narrow += ((direction <= NARROW) & (origin <= CLOSE_IF_NARROW * extent)) as usize;
         close += (origin <= CLOSE * extent) as usize;
-        seen += 1;
-        k += step;
     }
     if 2 * narrow >= seen {
         Way::Packets

@@ -171,18 +171,18 @@ pub(super) struct ConfirmedV<F: Float> {
 }
 
 impl<F: Float> TriangleV<F> {
-    /// As `PackedTriangle::confirm`, for the lanes in `mask`; those in `sure` are clear of the edges.
+    /// As `PackedTriangle::confirm`, for the lanes in `mask`; those in `sure` are clear of the edges. `inverse` is one over the
+    /// determinant, `t_near` where the plane is, from the origin.
     #[inline(always)]
     pub(super) fn confirm(
         &self,
         ray: &RayV<F>,
-        determinant: F,
+        inverse: F,
+        t_near: F,
         mask: F::Mask,
         sure: F::Mask,
     ) -> ConfirmedV<F> {
         let d = &ray.direction;
-        let inverse = F::splat(1.0).div(determinant);
-        let t_near = dot(&self.normal, &subtract(&self.v0, &ray.origin)).mul(inverse);
         let from_near = subtract(&self.v0, &along(&ray.origin, d, t_near));
         let t_rest = dot(&self.normal, &from_near).mul(inverse);
         let r = cross(&from_near, d);

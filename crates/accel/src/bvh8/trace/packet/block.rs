@@ -111,7 +111,7 @@ impl<S: Simd> Best<S> {
                 };
                 let product = S::F16::splat(shared.product[lane]);
                 let inverse = S::F16::splat(1.0).div(size);
-                let t = t.xor(sign).mul(inverse);
+                let t = t.mul(inverse).xor(sign);
                 let t_slack = ray.t_slack.mul(product.mul(inverse));
                 let (low, high) = (t.sub(t_slack), t.add(t_slack));
                 let late = t_max.lt(low);
@@ -138,7 +138,7 @@ impl<S: Simd> Best<S> {
                         e2: lane3::<S>(&block.e2, lane),
                         normal,
                     };
-                    let mut hits = triangle.confirm(ray, determinant, mask, sure);
+                    let mut hits = triangle.confirm(ray, inverse.xor(sign), t, mask, sure);
                     if hits.unsure.any() {
                         // SAFETY: the caller's.
                         unsafe { S::run(Decide { leg, triangle: &block.get(lane), hits: &mut hits }) };

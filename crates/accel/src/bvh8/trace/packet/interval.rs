@@ -67,7 +67,8 @@ impl<S: Simd> Interval<S> {
             k += 1;
         }
         // What triangles share then multiplies in another order, which for unusual numbers overflows where core's does not.
-        if one_origin && ray.t_slack.largest(group) < f32::INFINITY {
+        let is_usual = ray.t_slack.lt(S::F16::splat(f32::INFINITY));
+        if one_origin && !group.without(is_usual).any() {
             interval.one_origin = Some(low);
         }
         interval

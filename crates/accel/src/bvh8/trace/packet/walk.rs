@@ -26,7 +26,18 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
     /// Visits the leaves that a group of rays enters, roughly from near to far.
     #[inline(always)]
     unsafe fn run<X: Simd>(self) {
-        let Walk { packet, query, root, leg, singles, group, octant } = self;
+        // One by one: the compiler would load several at once from where they were just stored one by one, for which the CPU has
+        // to wait until the stores are over.
+        // SAFETY: they are live, and `self` is not used again.
+        let (packet, query, leg, singles) = unsafe {
+            (
+                std::ptr::read_volatile(&raw const self.packet),
+                std::ptr::read_volatile(&raw const self.query),
+                std::ptr::read_volatile(&raw const self.leg),
+                std::ptr::read_volatile(&raw const self.singles),
+            )
+        };
+        let (root, group, octant) = (self.root, self.group, self.octant);
         let bvh = query.bvh;
         let nodes = if INSTANCES { bvh.instance_nodes } else { bvh.nodes };
         let boxes_extent = if INSTANCES { bvh.instances_extent } else { leg.extent };
