@@ -9,8 +9,8 @@ use std::fs;
 /// Linear film and developed bytes of a pixel; JPEG has these twice.
 const BYTES_A_PIXEL: u64 = 12 + 3 + 3;
 
-/// Frames come from other ranks as bytes first.
-const BYTES_A_FRAME_PIXEL: u64 = BYTES_A_PIXEL + 12;
+/// Frames come from other ranks as bytes first, of which rows are made.
+const BYTES_A_FRAME_PIXEL: u64 = BYTES_A_PIXEL + 12 + 12;
 
 /// What layers add to that.
 const LAYER_BYTES_A_PIXEL: u64 = (size_of::<PixelFeatures>() + size_of::<CameraWork>()) as u64;
@@ -41,9 +41,9 @@ pub(crate) fn frames((width, height): (u32, u32), wanted: usize) -> Result<usize
 }
 
 fn frames_in(free: u64, (width, height): (u32, u32), wanted: usize) -> Result<usize, Failure> {
-    let frame = u64::from(width) * u64::from(height) * BYTES_A_FRAME_PIXEL;
-    check_fits_in(free, frame)?;
-    Ok((free / 2 / frame.max(1)).clamp(1, wanted.max(1) as u64) as usize)
+    let pixels = u64::from(width) * u64::from(height);
+    check_fits_in(free, pixels * BYTES_A_PIXEL)?;
+    Ok((free / 2 / (pixels * BYTES_A_FRAME_PIXEL).max(1)).clamp(1, wanted.max(1) as u64) as usize)
 }
 
 fn check_fits_in(free: u64, needed: u64) -> Result<(), Failure> {
@@ -63,9 +63,16 @@ fn available() -> Option<u64> {
         let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
         Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
     });
-    // "max" where there is no limit. What is in use is left out: it counts file caches, which the group gives back.
-    let group =
-        fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|text| text.trim().parse().ok());
+    let of_group = |file: &str| fs::read_to_string(format!("/sys/fs/cgroup/{file}")).ok();
+    let number = |text: String| text.trim().parse::<u64>().ok();
+    // "max" where there is no limit. What is in use counts file caches, which the group gives back.
+    let group = of_group("memory.max").and_then(number).map(|most| {
+        let used = of_group("memory.current").and_then(number).unwrap_or(0);
+        let caches = of_group("memory.stat").and_then(|text| {
+            text.lines().find_map(|line| line.strip_prefix("inactive_file ")?.trim().parse::<u64>().ok())
+        });
+        most.saturating_sub(used.saturating_sub(caches.unwrap_or(0)))
+    });
     system.into_iter().chain(group).min()
 }
 
@@ -93,11 +100,11 @@ mod tests {
 
     #[test]
     fn no_more_frames_are_in_work_than_half_of_the_memory_holds() {
-        let frame = 1920 * 1080 * 30;
+        let frame = 1920 * 1080 * 42;
         assert_eq!(frames_in(100 * frame, (1920, 1080), 27).unwrap(), 27);
         assert_eq!(frames_in(20 * frame, (1920, 1080), 27).unwrap(), 10);
         assert_eq!(frames_in(frame, (1920, 1080), 27).unwrap(), 1);
-        assert!(frames_in(frame - 1, (1920, 1080), 27).is_err());
+        assert!(frames_in(frame / 3, (1920, 1080), 27).is_err());
     }
 
     #[cfg(target_os = "linux")]

@@ -12,7 +12,9 @@ use std::time::{Duration, Instant};
 const PIECE: usize = 1 << 20;
 /// The most bytes that go in one call: MPI counts in 31 bits.
 const LONGEST_PIECE: usize = 1 << 30;
-/// Between two looks for signs of life in a broadcast.
+/// Bytes between two looks for signs of life in a check sum,
+const SUMMED_AT_A_TIME: usize = 64 << 20;
+/// and the time between two in a broadcast.
 const ATTEND_EVERY: Duration = Duration::from_millis(10);
 
 impl World {
@@ -38,7 +40,7 @@ impl World {
     ) -> Result<Vec<u8>, ClusterError> {
         // What comes: how many bytes, in what pieces, and their check sum.
         let head = if self.rank() == 0 {
-            [bytes.len() as u64, piece as u64, crc32fast::hash(&bytes).into()]
+            [bytes.len() as u64, piece as u64, self.check_sum(&bytes)?]
         } else {
             [0; 3]
         };
@@ -54,11 +56,21 @@ impl World {
         if let (true, Some(first)) = (damaged == Some(self.rank()), bytes.first_mut()) {
             *first ^= 1;
         }
-        let own = if self.rank() == 0 { sum } else { crc32fast::hash(&bytes).into() };
+        let own = if self.rank() == 0 { sum } else { self.check_sum(&bytes)? };
         let differing =
             if own == sum { String::new() } else { format!("check sum {own:08x} instead of {sum:08x}") };
         self.consent(&differing).map_err(|reason| broadcast_error(length, reason))?;
         Ok(bytes)
+    }
+
+    /// CRC-32. Of many gigabytes it takes a while.
+    fn check_sum(&self, bytes: &[u8]) -> Result<u64, ClusterError> {
+        let mut hasher = crc32fast::Hasher::new();
+        for part in bytes.chunks(SUMMED_AT_A_TIME) {
+            hasher.update(part);
+            self.attend()?;
+        }
+        Ok(hasher.finalize().into())
     }
 
     /// Rank 0's bytes, at all, who have the memory for them.

@@ -221,13 +221,16 @@ impl Farm<'_, '_, '_> {
         for rank in 1..self.world.size() {
             self.send(rank, Kind::Stop, Letter { bytes: report.to_bytes(), ..Letter::default() });
         }
-        let (mut left, mut idle) = (0, Idle::new());
-        while left + 1 < self.world.size() || !self.world.mail.borrow().is_sent() {
+        let mut staying: Vec<u32> = (1..self.world.size()).collect();
+        let mut idle = Idle::new();
+        while !staying.is_empty() || !self.world.mail.borrow().is_sent() {
             let mut mail = self.world.mail.borrow_mut();
             let moved = or_abort(self.world, mail.poll(&self.world.mpi));
-            while let Some((_, letter)) = mail.take_any(Channel::Job) {
-                left += u32::from(Kind::of(&letter) == Kind::Bye);
-            }
+            // What a rank says after it has left belongs to the next job.
+            staying.retain(|&rank| {
+                let mut letters = std::iter::from_fn(|| mail.take(Channel::Job, rank));
+                !letters.any(|letter| Kind::of(&letter) == Kind::Bye)
+            });
             let is_moving = mail.is_moving();
             drop(mail);
             or_abort(self.world, self.world.live());

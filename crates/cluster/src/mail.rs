@@ -1,13 +1,13 @@
 //! Messages between ranks, of any length, sent and received while the program goes on.
 //!
 //! A message is a head, which has its bytes with it where they are few, and else is followed by them in pieces. Heads
-//! overtake pieces. Within a job, and as signs of life, short messages do so too, so that a sign of life does not wait for a large picture; else
-//! messages from one rank to another stay in order.
+//! overtake pieces. Within a job, and as signs of life, short messages do so too, so that a sign of life does not wait for a
+//! large picture; else messages from one rank to another stay in order.
 
 use crate::error::ClusterError;
 use crate::mpi::Mpi;
 use crate::transfer::{Transfer, zeros};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ffi::c_int;
 
 const TAG_HEAD: c_int = 7001;
@@ -26,7 +26,7 @@ pub(crate) enum Channel {
     Announce = 2,
     /// Within a job.
     Job = 3,
-    /// Signs of life between jobs.
+    /// Signs of life.
     Life = 4,
 }
 
@@ -58,6 +58,8 @@ pub(crate) struct Mail {
     to: BTreeMap<u32, VecDeque<Transfer>>,
     from: BTreeMap<u32, VecDeque<(Channel, Letter, Transfer)>>,
     arrived: BTreeMap<(Channel, u32), VecDeque<Letter>>,
+    /// Ranks that anything has come from since they were last taken.
+    heard: BTreeSet<u32>,
     /// Bytes of messages that were sent or have come.
     pub(crate) bytes_moved: u64,
 }
@@ -70,6 +72,7 @@ impl Mail {
             to: BTreeMap::new(),
             from: BTreeMap::new(),
             arrived: BTreeMap::new(),
+            heard: BTreeSet::new(),
             bytes_moved: 0,
         }
     }
@@ -106,6 +109,7 @@ impl Mail {
         let mut moved = false;
         while let Some((rank, count)) = mpi.probe(TAG_HEAD)? {
             moved = true;
+            self.heard.insert(rank);
             let (channel, mut letter, length, piece) = decode(&mpi.receive(rank, TAG_HEAD, count)?);
             self.bytes_moved += (HEAD_LENGTH + length) as u64;
             let is_long = length > MOST_WITH_HEAD;
@@ -151,7 +155,10 @@ impl Mail {
         for (rank, transfers) in &mut self.from {
             while let Some((_, _, first)) = transfers.front_mut() {
                 let (some, all) = first.advance(mpi)?;
-                moved |= some;
+                if some {
+                    moved = true;
+                    self.heard.insert(*rank);
+                }
                 if !all {
                     break;
                 }
@@ -173,6 +180,11 @@ impl Mail {
             self.arrived.remove(&(channel, rank));
         }
         letter
+    }
+
+    /// Ranks that anything has come from since this was last asked.
+    pub(crate) fn take_heard(&mut self) -> BTreeSet<u32> {
+        std::mem::take(&mut self.heard)
     }
 
     /// The next message from any rank, with the rank.

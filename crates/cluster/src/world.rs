@@ -12,7 +12,7 @@ use crate::mpi::Mpi;
 use crate::patience::patiently;
 use crate::watch::Watch;
 use crate::work::work;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::marker::PhantomData;
 use std::time::{Duration, Instant};
 
@@ -32,6 +32,8 @@ pub struct World {
     silence: Option<Duration>,
     /// Who has been heard.
     life: RefCell<Watch>,
+    /// Nobody asks or answers any more.
+    is_ending: Cell<bool>,
     /// MPI belongs to one thread.
     _of_this_thread: PhantomData<*const ()>,
 }
@@ -66,6 +68,7 @@ impl World {
             local_size,
             silence,
             life: RefCell::new(Watch::new(silence, mpi.size, Instant::now())),
+            is_ending: Cell::new(false),
             mpi,
             _of_this_thread: PhantomData,
         };
@@ -128,11 +131,15 @@ impl World {
 
     /// Asks others whether they live, answers who asks that of this rank, and ends the job where one does not answer.
     pub(crate) fn live(&self) -> Result<(), ClusterError> {
+        if self.is_ending.get() {
+            return Ok(());
+        }
         let (now, mut life) = (Instant::now(), self.life.borrow_mut());
         let mut mail = self.mail.borrow_mut();
         let sign = |question: bool| Letter { kind: question.into(), ..Letter::default() };
+        // Also pieces of a long message are signs of life, behind which others may have to wait.
+        mail.take_heard().into_iter().for_each(|rank| life.hear(rank, now));
         while let Some((rank, letter)) = mail.take_any(Channel::Life) {
-            life.hear(rank, now);
             if letter == sign(true) {
                 mail.send(&self.mpi, Channel::Life, rank, sign(false))?;
             }
@@ -143,7 +150,7 @@ impl World {
                 mail.send(&self.mpi, Channel::Life, rank, sign(true))?;
             }
         }
-        // When rank 0 falls silent rank 1 says so; the others only where rank 1 has not ended the job by then.
+        // When rank 0 falls silent rank 1 says so, usually: the others have more patience.
         let patience = if self.rank() < 2 { Duration::ZERO } else { Duration::from_secs(1) };
         if let Some((rank, quiet)) = life.silent(others, patience, now) {
             // At the very start hosts are not known.
@@ -187,8 +194,13 @@ impl World {
         // MPI itself would wait by spinning.
         self.gather(&[])?;
         self.announce(Vec::new())?;
-        self.abort.set_over();
-        patiently("MPI_Finalize", self.silence, self.rank(), self.abort.who(), || self.mpi.finalize())
+        self.is_ending.set(true);
+        patiently("MPI_Finalize", self.silence, self.rank(), self.abort.who(), || {
+            // Behind these come no signs of life: MPI must not end while any is on its way.
+            self.gather(&[])?;
+            self.abort.set_over();
+            self.mpi.finalize()
+        })
     }
 
     /// The next message from a rank, if it has come.

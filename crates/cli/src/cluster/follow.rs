@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::streams::Verbosity;
 use eosphor::{Backend, PICTURE_VERSION, PreparedScene, RenderControl, SceneData, cuda_devices};
-use eosphor_cluster::{Coordinator, Job, Report, World};
+use eosphor_cluster::{ClusterError, Coordinator, Job, Report, World};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
@@ -31,13 +31,13 @@ fn serve(world: &World, options: &RankOptions, sharers: u32) -> Result<(), Failu
     let device = Local::open(world, options, sharers)?;
     let mut next = None;
     loop {
-        let bytes = world.broadcast(Vec::new()).map_err(Failure::because)?;
+        let bytes = together(world, world.broadcast(Vec::new()))?;
         match meanwhile(world, || Order::from_bytes(&bytes))?.map_err(Failure::Failed)? {
             Order::Prepare(scene) => {
                 drop(bytes);
                 let ready = device.as_ref().map(|device| device.ready.clone()).map_err(String::clone);
                 let ready = wire::encode(&ready).map_err(Failure::Failed)?;
-                world.gather(&ready).map_err(Failure::because)?;
+                together(world, world.gather(&ready))?;
                 next = Some(Arc::new(*scene));
             }
             Order::Work => {
@@ -57,10 +57,22 @@ pub(super) fn meet(world: &World) -> Result<u32, Failure> {
     // Two builds of one version seldom have one length.
     let bytes = file.map_or(0, |file| file.len());
     let version = format!("{number} ({arch}, pictures {PICTURE_VERSION}, {bytes} bytes)");
-    world.agree("version of eosphor", &version).map_err(Failure::because)?;
-    let masks = world.gather(&processors::mask()).map_err(Failure::because)?.unwrap_or_default();
-    let masks = world.broadcast(masks.concat()).map_err(Failure::because)?;
+    together(world, world.agree("version of eosphor", &version))?;
+    let masks = together(world, world.gather(&processors::mask()))?.unwrap_or_default();
+    let masks = together(world, world.broadcast(masks.concat()))?;
     Ok(processors::sharers(world.rank() as usize, world.hosts(), masks.as_chunks().0))
+}
+
+/// What all ranks are told is an error that rank 0 reports. What fails on one alone would leave the others waiting, so it ends
+/// the job.
+pub(super) fn together<T>(world: &World, result: Result<T, ClusterError>) -> Result<T, Failure> {
+    match result {
+        Ok(value) => Ok(value),
+        Err(error @ (ClusterError::Disagreement { .. } | ClusterError::Broadcast { .. })) => {
+            Err(Failure::because(error))
+        }
+        Err(error) => world.abort_handle().now(&error.to_string()),
+    }
 }
 
 /// Does something that takes long, on a thread of its own, so that the thread with MPI gives signs of life.
@@ -74,7 +86,7 @@ pub(super) fn meanwhile<T: Send>(world: &World, function: impl FnOnce() -> T + S
                 Ok(result) => return Ok(result),
                 // A panic, which ends all ranks.
                 Err(RecvTimeoutError::Disconnected) => std::thread::park(),
-                Err(RecvTimeoutError::Timeout) => world.attend().map_err(Failure::because)?,
+                Err(RecvTimeoutError::Timeout) => together(world, world.attend())?,
             }
         }
     })
@@ -139,10 +151,10 @@ impl Local {
                 // Nobody else sets it.
                 let _ = prepared.set(scene);
             });
-            let report = world.run(job).map_err(Failure::because)?;
+            let report = together(world, world.run(job))?;
             // Others may be ready to go on long before this one.
             while prepared.get().is_none() {
-                world.attend().map_err(Failure::because)?;
+                together(world, world.attend())?;
                 std::thread::sleep(LOOK_INTERVAL);
             }
             Ok(report)

@@ -2,7 +2,7 @@
 
 use super::RankOptions;
 use super::backend::{ClusterBackend, Crew, Request, Submission};
-use super::follow::{LOOK_INTERVAL, Local, Prepared, meanwhile, meet};
+use super::follow::{LOOK_INTERVAL, Local, Prepared, meanwhile, meet, together};
 use super::wire::{self, Order, Ready};
 use crate::failure::Failure;
 use crate::interrupt;
@@ -37,14 +37,14 @@ pub(super) fn lead(
         loop {
             let served = match receiver.recv_timeout(LOOK_INTERVAL) {
                 Ok(request) => serve(world, options, &local, request),
-                Err(RecvTimeoutError::Timeout) => world.attend().map_err(Failure::because),
+                Err(RecvTimeoutError::Timeout) => together(world, world.attend()),
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             if let Err(failure) = served {
                 abort.now(&failure.line().unwrap_or_default());
             }
         }
-        world.broadcast(Order::Leave.to_bytes()).map_err(Failure::because)?;
+        together(world, world.broadcast(Order::Leave.to_bytes()))?;
         // Its panic has ended all ranks.
         running.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
@@ -59,9 +59,10 @@ fn serve(
 ) -> Result<(), Failure> {
     let Request { scene, units, reply } = request;
     let order = meanwhile(world, || Order::prepare(&scene))??;
-    world.broadcast(order).map_err(Failure::because)?;
+    together(world, world.broadcast(order))?;
     let mine = local.as_ref().map(|local| local.ready.clone()).map_err(String::clone);
-    let gathered = world.gather(&wire::encode(&mine).map_err(Failure::Failed)?).map_err(Failure::because)?;
+    let mine = wire::encode(&mine).map_err(Failure::Failed)?;
+    let gathered = together(world, world.gather(&mine))?;
     let gathered: Vec<Result<Ready, String>> = gathered
         .unwrap_or_default()
         .iter()
@@ -69,7 +70,7 @@ fn serve(
         .collect();
     let wrong = gathered.iter().zip(0..).find_map(|(ready, rank)| Some((rank, ready.as_ref().err()?)));
     let (Ok(local), None) = (local, wrong) else {
-        world.broadcast(Order::Wait.to_bytes()).map_err(Failure::because)?;
+        together(world, world.broadcast(Order::Wait.to_bytes()))?;
         let (rank, reason) = wrong.map_or((0, "not ready"), |(rank, reason)| (rank, reason));
         let host = &world.hosts()[rank as usize];
         let _ = reply.send(Err(BackendError::Unavailable(format!("rank {rank} on {host}: {reason}"))));
@@ -77,7 +78,7 @@ fn serve(
     };
     let all: Vec<Ready> = gathered.into_iter().flatten().collect();
     warn_of_few_processors(world, options.verbosity, &all);
-    world.broadcast(Order::Work.to_bytes()).map_err(Failure::because)?;
+    together(world, world.broadcast(Order::Work.to_bytes()))?;
     let prepared = Arc::new(Prepared::new());
     let crew = Crew {
         local: Arc::clone(&prepared),

@@ -28,7 +28,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
     unsafe fn run<X: Simd>(self) {
         // One by one: the compiler would load several at once from where they were just stored one by one, for which the CPU has
         // to wait until the stores are over.
-        // SAFETY: they are live, and `self` is not used again.
+        // SAFETY: they are live, and these fields are not used again.
         let (packet, query, leg, singles) = unsafe {
             (
                 std::ptr::read_volatile(&raw const self.packet),
