@@ -71,11 +71,12 @@ pub use eosphor_render::{
 pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
     Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, Image, Instance,
-    Interpolation, Law, Lens, Light, LightKey, LightMotion, LoadOptions, LoadedScene, MAX_FRAMES, Material,
-    MaterialKind, MaterialTextures, Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note,
-    Parallelogram, Pbr, PixelSampling, Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene,
-    SceneData, SceneError, Snippet, Solid, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer,
-    Transform, Triangle, UnknownPreset, UnknownSolid, Warning, load, scene_reference, scene_schema,
+    Interpolation, Law, Lens, Light, LightKey, LightMotion, LightUnits, LoadOptions, LoadedScene, MAX_FRAMES,
+    Material, MaterialKind, MaterialTextures, Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX,
+    NormalMode, Note, Parallelogram, Pbr, PixelSampling, Place, Places, Preset, Problem, READ_FORMATS,
+    RenderSettings, Scene, SceneData, SceneError, Snippet, Solid, Sphere, Texels, Texture, TextureChannel,
+    TextureContent, Transfer, Transform, Triangle, UnknownPreset, UnknownSolid, Warning, load,
+    scene_reference, scene_schema,
 };
 
 /// Animations as numbered files.

@@ -1,7 +1,7 @@
 //! Presets: render as the reference systems do.
 
-use crate::model::{Camera, Composition, Light, Material, MaterialKind, Mtl, NormalMode, PixelSampling};
-use crate::model::{RenderSettings, Scene, Transfer};
+use crate::model::{Camera, Composition, Light, LightUnits, Material, MaterialKind, Mtl, NormalMode};
+use crate::model::{PixelSampling, RenderSettings, Scene, Transfer};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
 use std::fmt;
@@ -62,6 +62,7 @@ impl Preset {
             shadows: ShadowMode::Opaque,
             fresnel: FresnelMode::Exact,
             normals: NormalMode::Smooth,
+            light_units: LightUnits::Plain,
             light_falloff: false,
             srgb_textures: false,
             transfer: Transfer::Linear,

@@ -146,7 +146,7 @@ fn wrong_flags_are_wrong_usage() {
 #[test]
 fn scenes_that_cannot_be_read_are_one_line() {
     let place = Place::new();
-    fs::write(place.path("bad.json"), "{ \"eosphor\": 1,\n \"nonsense\": }").unwrap();
+    fs::write(place.path("bad.json"), "{ \"eosphor\": 2,\n \"nonsense\": }").unwrap();
     fs::write(place.path("binary.obj"), [0u8, 159, 146, 150, 255, 10, 118, 32, 255]).unwrap();
     for (scene, word) in [
         ("none.obj", "none.obj"),

@@ -10,3 +10,4 @@ mod regressions;
 mod shadows;
 mod support;
 mod surfaces;
+mod units;

@@ -110,10 +110,9 @@ impl SceneData {
             camera,
             settings,
         };
-        let samples = scene.settings.light_samples;
         let emitters = data.emitters();
-        let shining = emitters.lights(samples, &data, &data.instances);
-        lights::notes(&shining, samples, &data, &mut notes);
+        let shining = emitters.lights(&scene.settings, &data, &data.instances);
+        lights::notes(&shining, scene.settings.light_samples, &data, &mut notes);
         data.lights.extend(shining);
         // What moves may shine in another frame, though it has no area in this one.
         let may_shine = data.instances_move && !emitters.is_empty();

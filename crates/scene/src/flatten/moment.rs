@@ -92,7 +92,7 @@ impl<'a> Moments<'a> {
         let mut all = lights::explicit(self.scene, frame);
         match (&self.emitters, places) {
             (Some(emitters), Some(Places { instances, .. })) => {
-                all.extend(emitters.lights(self.scene.settings.light_samples, self.data, instances));
+                all.extend(emitters.lights(&self.scene.settings, self.data, instances));
             }
             _ => all.extend_from_slice(&self.data.lights[all.len()..]),
         }

@@ -28,7 +28,7 @@ pub(crate) use matrix::Matrix;
 pub use mesh::{Instance, Mesh, NO_INDEX, Parallelogram, Sphere, Triangle};
 pub use moves::{Move, MoveKey};
 pub use pbr::Pbr;
-pub use settings::{Composition, NormalMode, PixelSampling, RenderSettings, Transfer};
+pub use settings::{Composition, LightUnits, NormalMode, PixelSampling, RenderSettings, Transfer};
 pub(crate) use stand_ins::Vector;
 pub use texture::{Image, Texels, Texture, TextureContent};
 pub use transform::Transform;

@@ -10,9 +10,6 @@ use gltf::json::extensions::scene::khr_lights_punctual::{Light as FileLight, Typ
 use gltf::json::validation::Checked;
 use std::sync::Arc;
 
-/// Our matte surfaces return irradiance · colour, without the 1/π of a Lambertian; the lights bring it along.
-const FRAC_1_PI: f64 = std::f64::consts::FRAC_1_PI;
-
 /// Brighter lights are cut to this.
 const MAX_INTENSITY: f64 = 1e12;
 
@@ -42,7 +39,8 @@ pub(super) fn placed(root: &Root, nodes: &Nodes, budget: &Budget) -> Result<Vec<
 }
 
 fn light(file: &FileLight, placed: &PlacedNode) -> Result<Light, String> {
-    let scale = f64::from(file.intensity) * FRAC_1_PI;
+    // Candela and lux, which stand for W/sr and W/m^2: they are as they are.
+    let scale = f64::from(file.intensity);
     let color = Vec3::from(file.color.map(|x| (f64::from(x) * scale).clamp(0.0, MAX_INTENSITY) as f32));
     let position = placed.world.position();
     // It shines along its own -z.
