@@ -96,7 +96,7 @@ impl Mesh {
         // How far within an edge the line passes: its moment about the edge over both lengths, in units of the origin.
         let within = |a: Exact, b: Exact| {
             let edge = reduced(minus(b, a));
-            let moment = dotted(crossed(minus(a, o), edge), d) as f64 * -(facing.signum() as f64);
+            let moment = dotted(crossed(minus(a, o), edge), d) as f64 * facing.signum() as f64;
             moment / (length(edge.map(|x| x as f64)) * length(d.map(|x| x as f64)))
         };
         let [a, b, c] = self.triangles[triangle].map(|v| self.vertices[v].map(|x| x << DIRECTION_BITS));
