@@ -46,8 +46,7 @@ fn check(name: &str, scene: &Scene, times: f32, random: &mut Random) -> Option<S
     let data = Arc::new(SceneData::flatten(scene).unwrap().0);
     let queries = Queries::of(&data);
     let Some(extended) = add_far_things(scene, &queries, data.extent(), times, random) else {
-        println!("{name}, {times:e}: {} queries leave no room", queries.count());
-        return None;
+        return Some(format!("{name}, {times:e}: {} queries leave no room", queries.count()));
     };
     let ways = ways();
     let reference = render(&data, ways[1]);
