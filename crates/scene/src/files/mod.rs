@@ -13,6 +13,8 @@ mod source;
 mod warnings;
 
 #[cfg(test)]
+mod far_tests;
+#[cfg(test)]
 mod fuzz_tests;
 
 use crate::error::{Place, SceneError, Warning};
@@ -103,6 +105,7 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
         _ => {
             let instances = read_model(&mut loader, path)?;
             loader.scene.instances.extend(instances);
+            loader.scene.settle_origin();
         }
     }
     loader.finish(path)

@@ -38,7 +38,7 @@ pub(super) fn build(
         None => {
             let camera = framing(world, width, height)?;
             if !world.is_empty() {
-                notes.push(Note::FramedCamera { position: camera.eye.into() });
+                notes.push(Note::FramedCamera { position: scene.point_in_file(camera.eye) });
             }
             camera
         }

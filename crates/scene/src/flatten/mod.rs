@@ -79,6 +79,9 @@ impl SceneData {
     pub fn flatten(scene: &Scene) -> Result<(SceneData, Vec<Note>), SceneError> {
         scene.validate()?;
         let mut notes = Vec::new();
+        if scene.origin != [0.0; 3] {
+            notes.push(Note::FarOrigin { origin: scene.origin });
+        }
 
         let materials: Vec<Material> =
             scene.materials.iter().map(|m| materials::compose(m, scene.settings.composition)).collect();
@@ -119,7 +122,7 @@ impl SceneData {
         let may_shine = data.instances_move && !emitters.is_empty();
         let is_dark = data.lights.is_empty() && !may_shine && settings::needs_light(&scene.settings);
         if let Some(light) = headlight.filter(|_| is_dark) {
-            notes.push(Note::Headlight { position: camera.eye.into() });
+            notes.push(Note::Headlight { position: scene.point_in_file(camera.eye) });
             data.lights.push(light);
             data.settings.light_falloff = false;
         }

@@ -1,7 +1,7 @@
 //! Where instances are, in a frame.
 
 use crate::error::{Problem, SceneError};
-use crate::model::{MAX_COORDINATE, Matrix, Move, Scene};
+use crate::model::{MAX_COORDINATE, Move, Scene};
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use eosphor_core::math::{Affine, Vec3};
 
@@ -16,7 +16,7 @@ pub(super) fn maps(scene: &Scene, number: usize, frame: u32) -> Result<Maps, Sce
         true => own,
         false => {
             let moved = Move::map_of_all(instance.moves.iter().map(|motion| &**motion), scene.seconds(frame));
-            moved.after(&Matrix::of_affine(&own)).affine()
+            moved.after(&instance.world_from_object.to_double()).affine()
         }
     };
     let inverse = map.inverse().ok_or_else(|| {

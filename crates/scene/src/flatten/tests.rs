@@ -112,7 +112,7 @@ fn padded_bounds_hold_mapped_points() {
         scale: vec3(3.0, -0.01, 1.0),
         rotate_degrees: vec3(10.0, 77.0, 200.0),
         translate: vec3(1e4, 2.0, -3.0),
-        matrix: None,
+        ..Transform::default()
     };
     let object = Bounds { min: vec3(-1.0, -2.0, -3.0), max: vec3(0.5, 7.0, 1.0) };
     let world = object.placed(&transform.affine());

@@ -8,7 +8,7 @@ use super::nearest::hint;
 use super::sense;
 use super::texture::{ChannelTextureEntry, TextureEntry};
 use super::tree::{Step, way};
-use crate::error::SceneError;
+use crate::error::{Problem, SceneError};
 use crate::files::loader::Loader;
 use crate::model::{
     Channel, Material, MaterialTextures, Parallelogram, Sphere, TextureChannel, TextureContent,
@@ -30,14 +30,14 @@ pub(super) struct MaterialNames {
 impl Builder<'_> {
     pub(super) fn build(&mut self, file: SceneFile) -> Result<(), SceneError> {
         if let Some(camera) = &file.camera {
-            sense::check_camera(self.document, camera)?;
+            sense::check_camera(self.document, &self.camera_about_itself(camera))?;
         }
         self.loader.scene.camera = file.camera;
         self.loader.scene.lights = file.lights;
         self.loader.scene.settings = file.settings;
         self.loader.scene.animation = file.animation;
         let materials = self.materials(file.materials)?;
-        let origins = self.place_meshes(file.meshes, file.instances, &materials)?;
+        let (origins, moves) = self.place_meshes(file.meshes, file.instances, &materials, file.origin)?;
         for (i, SphereEntry { center, radius, material }) in file.spheres.into_iter().enumerate() {
             let material = self.material(material, &materials, &way!["spheres", i, "material"])?;
             let material = material.unwrap_or_else(|| self.loader.default_material());
@@ -52,7 +52,13 @@ impl Builder<'_> {
             self.loader.scene.parallelograms.push(parallelogram);
         }
         let origin = |instance: usize| origins.get(instance).map(|&(list, i)| way![list, i]);
-        self.loader.scene.validate().map_err(|problem| self.document.problem(&problem, origin))
+        let document = self.document;
+        let invalid = |problem: Problem| document.problem(&problem, origin);
+        self.loader.scene.validate().map_err(invalid)?;
+        match self.count_from_origin(file.origin, &moves) {
+            true => self.loader.scene.validate().map_err(invalid),
+            false => Ok(()),
+        }
     }
 
     /// Adds the materials; their names by number.

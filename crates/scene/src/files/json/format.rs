@@ -31,6 +31,11 @@ pub(super) struct SceneFile {
     #[serde(rename = "description", default)]
     #[schemars(with = "String")]
     pub(super) _description: Option<String>,
+    /// Coordinates are counted from here in single precision; all keys stay as they are. Where not given it is 0, unless
+    /// the first placed vertex is farther from there than 65,536 sizes of its mesh: then it is near that vertex.
+    #[serde(default)]
+    #[schemars(with = "Option<Vector>", extend("examples" = [[500000, 5000000, 0]]))]
+    pub(super) origin: Option<[f64; 3]>,
     /// Where the picture is taken from. Without a camera the whole scene is framed.
     #[serde(default)]
     pub(super) camera: Option<Camera>,

@@ -6,6 +6,7 @@
 mod build;
 mod check;
 mod document;
+mod far;
 mod fault;
 mod format;
 mod material;

@@ -6,6 +6,7 @@ use super::reader::{self, WHITE};
 use super::{lines, polygons, smoothing};
 use crate::error::{Place, SceneError};
 use crate::files::warnings::Warnings;
+use crate::model::origin::of_triangles;
 use crate::model::{Mesh, NO_INDEX, Triangle};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -25,6 +26,8 @@ pub(super) struct ObjFile {
     pub(super) uses_no_material: bool,
     /// Arguments of `mtllib` with their lines.
     pub(super) libraries: Vec<(Vec<u8>, u32)>,
+    /// Where the mesh's coordinates are counted from, in those of the file.
+    pub(super) origin: [f64; 3],
 }
 
 /// The number of no material.
@@ -35,21 +38,42 @@ pub(super) fn parse(bytes: &[u8], path: &Path, warnings: &mut Warnings) -> Resul
     parse_pieces(bytes, CHUNK, path, warnings)
 }
 
-/// Reads an OBJ file in pieces of about a size.
+/// Reads an OBJ file in pieces of about a size. One that lies far from 0 is read again, in double precision and about a
+/// point of its own; and once more where only that shows how small it is.
 pub(super) fn parse_pieces(
     bytes: &[u8],
     size: usize,
     path: &Path,
     warnings: &mut Warnings,
 ) -> Result<ObjFile, SceneError> {
+    let mut file = parse_about([0.0; 3], bytes, size, path, warnings)?;
+    for _ in 0..2 {
+        let origin = of_triangles(&file.mesh.positions, &file.mesh.triangles, file.origin);
+        if origin == file.origin {
+            break;
+        }
+        drop(file);
+        // All that is odd has been said.
+        file = parse_about(origin, bytes, size, path, &mut Warnings::default())?;
+    }
+    Ok(file)
+}
+
+fn parse_about(
+    origin: [f64; 3],
+    bytes: &[u8],
+    size: usize,
+    path: &Path,
+    warnings: &mut Warnings,
+) -> Result<ObjFile, SceneError> {
     let pieces = lines::cut(lines::without_mark(bytes), size);
-    let mut join = Join::new(path, warnings);
+    let mut join = Join::new(path, warnings, origin);
     let mut counts = Counts::default();
     let mut chunks = Vec::new();
     // Pieces come in waves, so that no more of the file than a wave is held twice. While one is read, the one before
     // it is joined.
     for wave in pieces.chunks(16 * rayon::current_num_threads()) {
-        let (joined, next) = rayon::join(|| join.append(chunks), || read_wave(wave, counts));
+        let (joined, next) = rayon::join(|| join.append(chunks), || read_wave(wave, counts, origin));
         joined?;
         chunks = next;
         for chunk in &chunks {
@@ -66,11 +90,11 @@ fn sum(a: Counts, b: Counts) -> Counts {
 
 /// Reads pieces that follow so many vertices. Few files count back, so that pieces are read without knowing what stands
 /// before them; those which need to know are read again.
-fn read_wave(pieces: &[&[u8]], before: Counts) -> Vec<Chunk> {
+fn read_wave(pieces: &[&[u8]], before: Counts, origin: [f64; 3]) -> Vec<Chunk> {
     let mut chunks: Vec<Chunk> = pieces
         .par_iter()
         .enumerate()
-        .map(|(i, piece)| reader::read(piece, (i == 0).then_some(before)))
+        .map(|(i, piece)| reader::read(piece, (i == 0).then_some(before), origin))
         .collect();
     if chunks.iter().all(|chunk| chunk.end != End::NeedsCounts) {
         return chunks;
@@ -91,7 +115,7 @@ fn read_wave(pieces: &[&[u8]], before: Counts) -> Vec<Chunk> {
     let starts: Vec<Counts> = starts.collect();
     chunks.par_iter_mut().zip(pieces).zip(starts).for_each(|((chunk, piece), start)| {
         if chunk.end == End::NeedsCounts {
-            *chunk = reader::read(piece, Some(start));
+            *chunk = reader::read(piece, Some(start), origin);
         }
     });
     chunks
@@ -112,7 +136,7 @@ struct Join<'a> {
 }
 
 impl<'a> Join<'a> {
-    fn new(path: &'a Path, warnings: &'a mut Warnings) -> Join<'a> {
+    fn new(path: &'a Path, warnings: &'a mut Warnings, origin: [f64; 3]) -> Join<'a> {
         Join {
             path,
             warnings,
@@ -121,6 +145,7 @@ impl<'a> Join<'a> {
                 materials: vec![(Vec::new(), 0)],
                 uses_no_material: false,
                 libraries: Vec::new(),
+                origin,
             },
             material_numbers: HashMap::from([(Vec::new(), NO_MATERIAL)]),
             material: NO_MATERIAL,

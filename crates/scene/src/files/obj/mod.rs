@@ -64,7 +64,8 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
 
     file.mesh.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     loader.scene.meshes.push(file.mesh);
-    Ok(vec![Instance::new(loader.scene.meshes.len() as u32 - 1, Transform::default())])
+    let placed = Transform { offset: file.origin, ..Transform::default() };
+    Ok(vec![Instance::new(loader.scene.meshes.len() as u32 - 1, placed)])
 }
 
 /// Tells other files by their first bytes; what comes later is met by the readers of lines.

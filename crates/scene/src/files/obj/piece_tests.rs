@@ -12,8 +12,8 @@ fn said(text: &str, size: usize) -> String {
     let result = parse_pieces(text.as_bytes(), size, path, &mut warnings);
     let list: Vec<String> = warnings.finish(path).iter().map(|w| w.to_string()).collect();
     match result {
-        Ok(ObjFile { mesh, materials, uses_no_material, libraries }) => {
-            format!("{mesh:?}\n{materials:?} {uses_no_material}\n{libraries:?}\n{list:#?}")
+        Ok(ObjFile { mesh, materials, uses_no_material, libraries, origin }) => {
+            format!("{mesh:?}\n{materials:?} {uses_no_material}\n{libraries:?}\n{list:#?} {origin:?}")
         }
         Err(error) => error.to_string(),
     }
