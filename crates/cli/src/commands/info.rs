@@ -159,7 +159,7 @@ fn describe(info: &Info) -> String {
     }
     let camera = &info.camera;
     let given = if camera.given { "" } else { " (framed; the scene has none)" };
-    let (eye, direction) = (camera.eye, point(camera.direction));
+    let (eye, direction) = (&camera.eye, point(camera.direction));
     row("camera", format!("{eye} looking {direction}, {:.2} degrees wide{given}", camera.fov_x_degrees));
     if camera.aperture_radius > 0.0 {
         let (radius, distance) = (camera.aperture_radius, camera.focus_distance);

@@ -289,6 +289,21 @@ fn a_stated_origin_counts_at_any_distance() {
     assert!(message("[1, 2]").contains("\"origin\"") && !message("[1, 2]").contains('\n'));
 }
 
+/// Single precision has steps of 1/64 there.
+#[test]
+fn a_stated_origin_keeps_the_digits_of_large_models() {
+    let corners = CORNERS.map(|c| c.map(|x| (x * 1000.0 * 1024.0).round() / 1024.0));
+    let made = |at: [f64; 3], origin: &str| {
+        let json = format!(r#"{{"eosphor": 1, {origin} "meshes": [{{"file": "m.obj"}}]}}"#);
+        scene(vec![("s.json".into(), json.into_bytes()), ("m.obj".into(), obj(&corners, at))])
+    };
+    let at = [229_376.0, 0.0, 0.0];
+    let (near, far) = (made(HERE, ""), made(at, "\"origin\": [229376, 0, 0],"));
+    assert_eq!(far.origin, at);
+    assert_same(&near, &far, "large");
+    assert_eq!(made(at, "").origin, HERE);
+}
+
 /// Far away by its vertices, and moved back by whoever uses it.
 #[test]
 fn a_far_model_that_is_moved_to_0_is_as_if_made_there() {

@@ -12,7 +12,7 @@ const FAR: f64 = 65_536.0;
 
 /// A mesh keeps its vertices about a point of its own from so many of its sizes on: what places it may take it anywhere.
 /// Nearer ones keep 16 bits and more.
-const APART: f64 = 256.0;
+pub(crate) const APART: f64 = 256.0;
 
 /// Motions that several instances share, by their address.
 pub(crate) type SharedMoves = HashMap<*const Move, Arc<Move>>;
@@ -54,11 +54,17 @@ fn rounded(p: [f64; 3], size: f64) -> [f64; 3] {
     p.map(|x| (x / grid).round_ties_even() * grid)
 }
 
-/// Where the coordinates of a mesh should be counted from, in those of its file; `origin` is from where they are.
-pub(crate) fn of_triangles(positions: &[Vec3], triangles: &[Triangle], origin: [f64; 3]) -> [f64; 3] {
+/// Where the coordinates of a mesh should be counted from, in those of its file, so that it is not farther from there than
+/// so many of its sizes; `origin` is from where they are.
+pub(crate) fn of_triangles(
+    positions: &[Vec3],
+    triangles: &[Triangle],
+    origin: [f64; 3],
+    sizes: f64,
+) -> [f64; 3] {
     let points = corners(positions, triangles).map(|p| add(double(p), origin));
     // What has no extent in single precision may have one in double.
-    let seen = far(points, APART).filter(|(_, size)| *size > 0.0 || origin == [0.0; 3]);
+    let seen = far(points, sizes).filter(|(_, size)| *size > 0.0 || origin == [0.0; 3]);
     seen.map_or([0.0; 3], |(first, size)| rounded(first, size))
 }
 

@@ -16,6 +16,9 @@ use crate::model::{
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+/// In scenes that state an origin, meshes farther from 0 than so many of their sizes are read with all digits.
+const STATED_APART: f64 = 2.0;
+
 pub(super) struct Builder<'a> {
     pub(super) loader: &'a mut Loader,
     pub(super) document: &'a Document<'a>,
@@ -37,6 +40,10 @@ impl Builder<'_> {
         self.loader.scene.settings = file.settings;
         self.loader.scene.animation = file.animation;
         let materials = self.materials(file.materials)?;
+        // Who states an origin counts on all digits about it.
+        if file.origin.is_some_and(|origin| origin != [0.0; 3]) {
+            self.loader.apart = STATED_APART;
+        }
         let (origins, moves) = self.place_meshes(file.meshes, file.instances, &materials, file.origin)?;
         for (i, SphereEntry { center, radius, material }) in file.spheres.into_iter().enumerate() {
             let material = self.material(material, &materials, &way!["spheres", i, "material"])?;

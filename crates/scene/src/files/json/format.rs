@@ -31,11 +31,6 @@ pub(super) struct SceneFile {
     #[serde(rename = "description", default)]
     #[schemars(with = "String")]
     pub(super) _description: Option<String>,
-    /// Coordinates are counted from here in single precision; all keys stay as they are. Where not given it is 0, unless
-    /// the first placed vertex is farther from there than 65,536 sizes of its mesh: then it is near that vertex.
-    #[serde(default)]
-    #[schemars(with = "Option<Vector>", extend("examples" = [[500000, 5000000, 0]]))]
-    pub(super) origin: Option<[f64; 3]>,
     /// Where the picture is taken from. Without a camera the whole scene is framed.
     #[serde(default)]
     pub(super) camera: Option<Camera>,
@@ -64,6 +59,11 @@ pub(super) struct SceneFile {
     /// What moves.
     #[serde(default)]
     pub(super) animation: Option<Animation>,
+    /// Where single precision counts coordinates from; all keys stay in the coordinates of the file. Where not given, 0,
+    /// or, if the first placed vertex is farther from there than 65,536 sizes of its mesh, a point near that vertex.
+    #[serde(default)]
+    #[schemars(with = "Option<Vector>", extend("examples" = [[500_000, 5_000_000, 0]]))]
+    pub(super) origin: Option<[f64; 3]>,
 }
 
 /// A mesh by file. It is placed once, or, where instances name it, by them alone. A file with several meshes (glTF) is

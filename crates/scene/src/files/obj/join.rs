@@ -33,22 +33,28 @@ pub(super) struct ObjFile {
 /// The number of no material.
 pub(super) const NO_MATERIAL: u32 = 0;
 
-/// Reads an OBJ file.
-pub(super) fn parse(bytes: &[u8], path: &Path, warnings: &mut Warnings) -> Result<ObjFile, SceneError> {
-    parse_pieces(bytes, CHUNK, path, warnings)
+/// Reads an OBJ file. What lies more than so many of its own sizes from 0 keeps its digits.
+pub(super) fn parse(
+    bytes: &[u8],
+    sizes: f64,
+    path: &Path,
+    warnings: &mut Warnings,
+) -> Result<ObjFile, SceneError> {
+    parse_pieces(bytes, CHUNK, sizes, path, warnings)
 }
 
-/// Reads an OBJ file in pieces of about a size. One that lies far from 0 is read again, in double precision and about a
-/// point of its own; and once more where only that shows how small it is.
+/// Reads an OBJ file in pieces of about a size. One that lies more than so many of its own sizes from 0 is read again, in
+/// double precision and about a point of its own; and once more where only that shows how small it is.
 pub(super) fn parse_pieces(
     bytes: &[u8],
     size: usize,
+    sizes: f64,
     path: &Path,
     warnings: &mut Warnings,
 ) -> Result<ObjFile, SceneError> {
     let mut file = parse_about([0.0; 3], bytes, size, path, warnings)?;
     for _ in 0..2 {
-        let origin = of_triangles(&file.mesh.positions, &file.mesh.triangles, file.origin);
+        let origin = of_triangles(&file.mesh.positions, &file.mesh.triangles, file.origin, sizes);
         if origin == file.origin {
             break;
         }

@@ -39,7 +39,7 @@ const ZERO_BYTE: &str =
 pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
     let bytes = loader.read(path)?;
     check_text(&bytes).map_err(|message| SceneError::invalid(Place::file(path), message))?;
-    let mut file = join::parse(&bytes, path, &mut loader.warnings)?;
+    let mut file = join::parse(&bytes, loader.apart, path, &mut loader.warnings)?;
     drop(bytes);
 
     let library = Library::read(loader, path, &file.libraries);

@@ -40,7 +40,7 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
     let mut part = read_part(body, &header, &plan, path)?;
     // What lies far from 0 is read again about a point of its own; and once more where only that shows how small it is.
     for _ in 0..2 {
-        let origin = of_triangles(&part.positions, &part.triangles, plan.origin);
+        let origin = of_triangles(&part.positions, &part.triangles, plan.origin, loader.apart);
         if origin == plan.origin {
             break;
         }
