@@ -3,7 +3,8 @@
 use super::{LoadOptions, LoadedScene, load_from_memory};
 use crate::error::SceneError;
 use crate::flatten::{Moments, SceneData};
-use crate::model::{Camera, Scene};
+use crate::model::{Camera, Light, Scene};
+use crate::presets::Preset;
 use eosphor_core::math::{Vec3, vec3};
 use proptest::prelude::*;
 use std::path::PathBuf;
@@ -422,4 +423,44 @@ fn origins_are_moved_and_moved_back() {
     assert_ne!(arrays(&moved), before);
     moved.set_origin(HERE);
     assert_eq!(arrays(&moved), before);
+}
+
+/// Laws, turntables without a middle and presets have coordinates of the file.
+#[test]
+fn what_is_about_the_0_of_the_file_stays_there() {
+    let law = r#"{"r": 5, "z": 2, "phi-frequency": 1, "r-amplitude": 1, "r-frequency": 2}"#;
+    let motions = [
+        format!(
+            r#""animation": {{"frames": 5, "camera": {{"laws": {{"position": {law}, "look-at": {law}}}}}}}"#
+        ),
+        r#""camera": {"position": [1, 2, 3]}, "animation": {"frames": 5, "camera": {"orbit": {"turns": 1}}}"#
+            .into(),
+        r#""animation": {"frames": 5, "camera": {"orbit": {"turns": 1}}}"#.into(),
+        String::new(),
+    ];
+    for motion in motions {
+        let with = |origin: &str| {
+            let comma = if motion.is_empty() { "" } else { "," };
+            let text = format!(
+                r#"{{"eosphor": 1, {origin} "spheres": [{{"center": [0, 1, 0], "radius": 1}}]{comma} {motion}}}"#
+            );
+            let mut scene = scene(vec![("s.json".into(), text.into_bytes())]);
+            Preset::Eos.apply(&mut scene);
+            scene
+        };
+        let (plain, other) = (with(""), with("\"origin\": [8, -32, 16],"));
+        assert_eq!(other.origin, [8.0, -32.0, 16.0]);
+        for frame in 0..5 {
+            let [a, b] = [&plain, &other].map(|scene| scene.camera_at(frame).unwrap());
+            let b = Vec3::from(other.point_in_file(b.position).map(|x| x as f32));
+            assert!((a.position - b).length() < 1e-5, "{motion}, frame {frame}: {:?} {b:?}", a.position);
+        }
+        let near = |a: Light, b: Light| match (a, b) {
+            (Light::Point { position: a, .. }, Light::Point { position: b, .. }) => {
+                other.point_in_file(b) == plain.point_in_file(a)
+            }
+            _ => false,
+        };
+        assert!(plain.lights.len() == 2 && (0..2).all(|i| near(plain.lights[i], other.lights[i])));
+    }
 }

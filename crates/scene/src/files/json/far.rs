@@ -4,7 +4,8 @@ use super::build::Builder;
 use super::tree::{Node, Step, Value};
 use crate::model::origin::SharedMoves;
 use crate::model::{
-    Camera, CameraMotion, ExactTransform, Light, LightMotion, Matrix, Move, Transform, add, double, single,
+    Camera, CameraMotion, ExactTransform, Light, LightMotion, Matrix, Move, Scene, Transform, add, double,
+    single,
 };
 use eosphor_core::math::Vec3;
 use std::sync::Arc;
@@ -83,7 +84,13 @@ impl Builder<'_> {
         }
         let mut scene = std::mem::take(&mut self.loader.scene);
         scene.set_origin_with(origin, shared);
-        // Now with the digits that the file has.
+        self.mend_places(&mut scene, by);
+        self.loader.scene = scene;
+        true
+    }
+
+    /// Places that were shifted, now with the digits that the file has.
+    fn mend_places(&self, scene: &mut Scene, by: [f64; 3]) {
         let mend = |p: &mut Vec3, way: &[Step]| self.mend(p, by, way);
         if let Some(camera) = &mut scene.camera {
             mend(&mut camera.position, &[Step::Key("camera"), Step::Key("position")]);
@@ -111,8 +118,6 @@ impl Builder<'_> {
                 self.mend_light_motion(motion, i, by);
             }
         }
-        self.loader.scene = scene;
-        true
     }
 
     fn mend(&self, p: &mut Vec3, by: [f64; 3], way: &[Step]) {
