@@ -179,7 +179,7 @@ impl Scene {
         let shift = |p: &mut Vec3| *p = single(add(double(*p), by));
         if let Some(camera) = &mut self.camera {
             shift(&mut camera.position);
-            camera.look_at.as_mut().map(shift);
+            camera.look_at.iter_mut().for_each(shift);
         }
         for light in &mut self.lights {
             match light {
@@ -209,7 +209,7 @@ impl Animation {
         match &mut self.camera {
             None | Some(CameraMotion::Laws { .. }) => {}
             Some(CameraMotion::Orbit { around, .. }) => {
-                around.as_mut().map(shift);
+                around.iter_mut().for_each(shift);
             }
             Some(CameraMotion::Keys { keys, .. }) => {
                 for key in keys {

@@ -94,7 +94,7 @@ impl Builder<'_> {
         let mend = |p: &mut Vec3, way: &[Step]| self.mend(p, by, way);
         if let Some(camera) = &mut scene.camera {
             mend(&mut camera.position, &[Step::Key("camera"), Step::Key("position")]);
-            camera.look_at.as_mut().map(|p| mend(p, &[Step::Key("camera"), Step::Key("look-at")]));
+            camera.look_at.iter_mut().for_each(|p| mend(p, &[Step::Key("camera"), Step::Key("look-at")]));
         }
         for (i, light) in scene.lights.iter_mut().enumerate() {
             let way = |kind| [Step::Key("lights"), Step::Item(i), Step::Key(kind), Step::Key("position")];
@@ -132,7 +132,7 @@ impl Builder<'_> {
             CameraMotion::Laws { .. } => {}
             CameraMotion::Orbit { around, .. } => {
                 let way = [way[0], way[1], Step::Key("orbit"), Step::Key("around")];
-                around.as_mut().map(|around| self.mend(around, by, &way));
+                around.iter_mut().for_each(|around| self.mend(around, by, &way));
             }
             CameraMotion::Keys { keys, .. } => {
                 for (k, key) in keys.iter_mut().enumerate() {
@@ -156,7 +156,7 @@ impl Builder<'_> {
         let way = [Step::Key("animation"), Step::Key("lights"), Step::Item(number)];
         for (k, key) in motion.keys.iter_mut().enumerate() {
             let way = [&way[..], &[Step::Key("keys"), Step::Item(k), Step::Key("position")]].concat();
-            key.position.as_mut().map(|p| self.mend(p, by, &way));
+            key.position.iter_mut().for_each(|p| self.mend(p, by, &way));
         }
         for (k, motion) in motion.moves.iter_mut().enumerate() {
             self.mend_move(motion, by, &[&way[..], &[Step::Key("moves"), Step::Item(k)]].concat());
