@@ -9,11 +9,15 @@ mod loader;
 mod obj;
 mod pg1;
 mod ply;
+mod polygon;
 mod source;
 mod warnings;
+mod winding;
 
 #[cfg(test)]
 mod fuzz_tests;
+#[cfg(test)]
+mod winding_tests;
 
 use crate::error::{Place, SceneError, Warning};
 use crate::model::{Instance, Scene};

@@ -1,8 +1,8 @@
 //! Known answers about the solids and the bodies made of them.
 
-use super::double::{Vec3d, add, cross, dot, length, scale, sub, unit};
 use super::shell::{RIB, Shell};
 use super::{Body, BodyLighting, MAX_LIGHTS_PER_EDGE, Solid};
+use crate::double::{Vec3d, add, cross, dot, length, scale, sub, unit};
 use crate::flatten::SceneData;
 use crate::model::{MaterialKind, Scene};
 use eosphor_core::light::Light;

@@ -1,11 +1,13 @@
 //! Reads the pieces of an OBJ file in parallel and joins them in the file's order. What comes out depends neither on
 //! the number of threads nor on where the file is cut.
 
-use super::chunk::{Chunk, Counts, End, KINDS, Largest, Polygon, Smoothing};
+use super::chunk::{Chunk, Counts, End, KINDS, Largest, Smoothing};
 use super::reader::{self, WHITE};
 use super::{lines, polygons, smoothing};
 use crate::error::{Place, SceneError};
+use crate::files::polygon::Polygon;
 use crate::files::warnings::Warnings;
+use crate::files::winding::{Mended, follow_normals};
 use crate::model::{Mesh, NO_INDEX, Triangle};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -25,6 +27,21 @@ pub(super) struct ObjFile {
     pub(super) uses_no_material: bool,
     /// Arguments of `mtllib` with their lines.
     pub(super) libraries: Vec<(Vec<u8>, u32)>,
+    /// Faces of more than three corners, until [`ObjFile::finish_faces`].
+    polygons: Vec<Polygon>,
+    smoothing: Vec<Smoothing>,
+}
+
+impl ObjFile {
+    /// What can be done with faces only when all is read: winding, concave polygons, normals. `is_lamp` tells whether the
+    /// material of a number here shines.
+    pub(super) fn finish_faces(&mut self, is_lamp: impl Fn(u32) -> bool + Sync) -> Mended {
+        let (polygons, smoothing) = (std::mem::take(&mut self.polygons), std::mem::take(&mut self.smoothing));
+        let mended = follow_normals(&mut self.mesh, &polygons, is_lamp);
+        polygons::triangulate(&polygons, &self.mesh.positions, &mut self.mesh.triangles);
+        smoothing::add_normals(&smoothing, &polygons, &mut self.mesh);
+        mended
+    }
 }
 
 /// The number of no material.
@@ -105,8 +122,6 @@ struct Join<'a> {
     material_numbers: HashMap<Vec<u8>, u32>,
     /// In force; into `file.materials`.
     material: u32,
-    polygons: Vec<Polygon>,
-    smoothing: Vec<Smoothing>,
     largest: [Largest; 3],
     lines: u32,
 }
@@ -121,11 +136,11 @@ impl<'a> Join<'a> {
                 materials: vec![(Vec::new(), 0)],
                 uses_no_material: false,
                 libraries: Vec::new(),
+                polygons: Vec::new(),
+                smoothing: Vec::new(),
             },
             material_numbers: HashMap::from([(Vec::new(), NO_MATERIAL)]),
             material: NO_MATERIAL,
-            polygons: Vec::new(),
-            smoothing: Vec::new(),
             largest: [Largest::default(); 3],
             lines: 0,
         }
@@ -171,13 +186,13 @@ impl<'a> Join<'a> {
         mesh.triangles.extend(chunk.triangles.iter().map(in_file));
         self.fits()?;
         let first_triangle = first_triangle as u32;
-        self.polygons.extend(
+        self.file.polygons.extend(
             chunk
                 .polygons
                 .iter()
                 .map(|p| Polygon { first_triangle: first_triangle + p.first_triangle, ..*p }),
         );
-        self.smoothing.extend(
+        self.file.smoothing.extend(
             chunk
                 .smoothing
                 .iter()
@@ -231,8 +246,6 @@ impl<'a> Join<'a> {
         if mesh.triangles.is_empty() {
             self.warnings.add(self.path, None, "there is nothing to see: the file has no faces");
         }
-        polygons::triangulate(&self.polygons, &mesh.positions, &mut mesh.triangles);
-        smoothing::add_normals(&self.smoothing, &self.polygons, mesh);
         Ok(self.file)
     }
 

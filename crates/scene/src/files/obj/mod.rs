@@ -1,8 +1,9 @@
 //! Wavefront OBJ with its MTL materials.
 //!
 //! The way of an OBJ file: bytes → pieces (`lines`) → chunks, read in parallel (`reader`, and `plain` for what is
-//! written plainly) → one mesh (`join`) → triangles of concave polygons (`polygons`) and normals of smoothing groups
-//! (`smoothing`). Then its materials are looked up (`materials`), which come from MTL files (`mtl`, `map`).
+//! written plainly) → one mesh (`join`). Then its materials are looked up (`materials`), which come from MTL files
+//! (`mtl`, `map`). Last come winding (`files/winding.rs`), triangles of concave polygons (`polygons`) and normals of
+//! smoothing groups (`smoothing`).
 
 mod chunk;
 mod join;
@@ -58,6 +59,11 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
             None => *default.get_or_insert_with(|| default_material(loader, !file.mesh.colors.is_empty())),
         });
     }
+    let shines: Vec<bool> = numbers.iter().map(|&n| shines(loader, n)).collect();
+    let mended = file.finish_faces(|material| shines[material as usize]);
+    if let Some(note) = mended.note() {
+        loader.warnings.add(path, None, note);
+    }
     if numbers.iter().enumerate().any(|(i, &number)| i != number as usize) {
         file.mesh.triangles.par_iter_mut().for_each(|t| t.material = numbers[t.material as usize]);
     }
@@ -75,6 +81,13 @@ fn check_text(bytes: &[u8]) -> Result<(), &'static str> {
     match memchr(0, &bytes[..bytes.len().min(1 << 16)]) {
         Some(_) => Err(ZERO_BYTE),
         None => Ok(()),
+    }
+}
+
+fn shines(loader: &Loader, material: u32) -> bool {
+    match loader.scene.materials.get(material as usize).map(|m| &m.kind) {
+        Some(MaterialKind::Mtl(mtl)) => mtl.Ke.max_component() > 0.0,
+        _ => false,
     }
 }
 

@@ -12,8 +12,10 @@ fn said(text: &str, size: usize) -> String {
     let result = parse_pieces(text.as_bytes(), size, path, &mut warnings);
     let list: Vec<String> = warnings.finish(path).iter().map(|w| w.to_string()).collect();
     match result {
-        Ok(ObjFile { mesh, materials, uses_no_material, libraries }) => {
-            format!("{mesh:?}\n{materials:?} {uses_no_material}\n{libraries:?}\n{list:#?}")
+        Ok(mut file) => {
+            let mended = file.finish_faces(|material| material == 1);
+            let ObjFile { mesh, materials, uses_no_material, libraries, .. } = file;
+            format!("{mesh:?}\n{materials:?} {uses_no_material}\n{libraries:?}\n{list:#?}\n{mended:?}")
         }
         Err(error) => error.to_string(),
     }

@@ -1,9 +1,10 @@
 //! Reads a piece of an OBJ file. Plain lines go the fast way ([`super::plain`]), all others this one, which knows
 //! everything.
 
-use super::chunk::{Chunk, Corner, Counts, End, KINDS, Largest, Polygon, Smoothing, triangle};
+use super::chunk::{Chunk, Corner, Counts, End, KINDS, Largest, Smoothing, triangle};
 use super::lines::{Lines, split_key, text, words};
 use super::number::{Number, number, whole_number};
+use crate::files::polygon::Polygon;
 use crate::model::{MAX_COORDINATE, NO_INDEX};
 use eosphor_core::math::{elementary64, vec3};
 use memchr::memchr;

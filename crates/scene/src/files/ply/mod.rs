@@ -13,6 +13,7 @@ mod scalar;
 mod tests;
 
 use super::loader::Loader;
+use super::winding::follow_normals;
 use crate::error::{Place, SceneError};
 use crate::model::{
     AlphaMode, Instance, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Texture, Transform, Triangle,
@@ -44,7 +45,7 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
     check_indices(&part, path)?;
     say_oddities(loader, path, &header, &plan, &part);
 
-    let Part { positions, normals, mut colors, uvs, corner_uvs, mut triangles, .. } = part;
+    let Part { positions, normals, mut colors, uvs, corner_uvs, mut triangles, polygons, .. } = part;
     let opacity = opacity(&mut colors);
     if opacity == Opacity::None {
         loader.warnings.add(
@@ -58,7 +59,10 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
     number_materials(&mut triangles, &materials);
     let uvs = if plan.corner_uvs { corner_uvs } else { uvs };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let mesh = Mesh { name, positions, normals, uvs, uvs1: Vec::new(), colors, triangles };
+    let mut mesh = Mesh { name, positions, normals, uvs, uvs1: Vec::new(), colors, triangles };
+    if let Some(note) = follow_normals(&mut mesh, &polygons, |_| false).note() {
+        loader.warnings.add(path, None, note);
+    }
     loader.scene.meshes.push(mesh);
     Ok(vec![Instance::new(loader.scene.meshes.len() as u32 - 1, Transform::default())])
 }
