@@ -3,20 +3,35 @@
 use eosphor_core::math::Vec3;
 use rayon::prelude::*;
 
-/// Numbers positions so that vertices with equal coordinates (compared exactly; -0 is 0) share a number: the number of
-/// each vertex's position, and how many positions there are.
-pub(crate) fn merge_positions(vertices: &[Vec3]) -> (Vec<u32>, usize) {
+/// Equal for vertices in the same place: their coordinates are compared exactly, and -0 is 0.
+pub(crate) fn place_key(p: Vec3) -> [u32; 3] {
     // Adding 0 turns -0 into 0.
-    let bits = |p: Vec3| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f32::to_bits);
-    let mut order: Vec<([u32; 3], u32)> = vertices.iter().zip(0..).map(|(&p, v)| (bits(p), v)).collect();
+    [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f32::to_bits)
+}
+
+/// Numbers the places of vertices in the order in which they come first: the number of each vertex's place, and how many
+/// there are.
+pub(crate) fn merge_positions(vertices: &[Vec3]) -> (Vec<u32>, usize) {
+    // The key and the vertex in one number, which sorts fast.
+    let packed = |(v, &p): (usize, &Vec3)| {
+        let [x, y, z] = place_key(p).map(u128::from);
+        x << 96 | y << 64 | z << 32 | v as u128
+    };
+    let mut order: Vec<u128> = vertices.par_iter().enumerate().with_min_len(1 << 14).map(packed).collect();
     order.par_sort_unstable();
+    // First the lowest vertex of each place, then its number.
     let mut numbers = vec![0; vertices.len()];
-    let mut count = 0;
-    for (i, &(key, v)) in order.iter().enumerate() {
-        if i == 0 || order[i - 1].0 != key {
-            count += 1;
-        }
-        numbers[v as usize] = count as u32 - 1;
+    for same in order.chunk_by(|a, b| a >> 32 == b >> 32) {
+        same.iter().for_each(|&vertex| numbers[vertex as u32 as usize] = same[0] as u32);
     }
-    (numbers, count)
+    let mut count = 0;
+    for v in 0..numbers.len() {
+        if numbers[v] as usize == v {
+            numbers[v] = count;
+            count += 1;
+        } else {
+            numbers[v] = numbers[numbers[v] as usize];
+        }
+    }
+    (numbers, count as usize)
 }

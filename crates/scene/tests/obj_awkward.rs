@@ -235,3 +235,16 @@ fn pbr_keys_and_map_options_come_along() {
     );
     assert!(list.iter().any(|w| w.ends_with("map_bump is not rendered (3 times in this file)")), "{list:?}");
 }
+
+#[test]
+fn faces_against_their_normals_are_turned() {
+    let Some(loaded) = read_good("assimp/spider.obj") else { return };
+    let note = "spider.obj: 4 faces turned round to face where their normals point".to_string();
+    assert!(warnings(&loaded).contains(&note), "{:?}", warnings(&loaded));
+    // Files with normals all of whose faces agree with them.
+    for file in ["assimp/box.obj", "tinyobjloader/usemtl-issue-68.obj", "tinyobjloader/smoothing-normal.obj"]
+    {
+        let list = warnings(&read_good(file).unwrap());
+        assert!(!list.iter().any(|w| w.contains("turned") || w.contains("negated")), "{list:?}");
+    }
+}

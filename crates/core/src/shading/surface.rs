@@ -5,7 +5,7 @@ use crate::material::NONE;
 use crate::math::elementary::exp2;
 use crate::math::{Vec3, fma, vec3};
 use crate::ray::{Hit, PrimitiveId, Ray};
-use crate::shading::{Appearance, MaterialTexels, normal_map};
+use crate::shading::{Appearance, MaterialTexels, normal_map, turned_up};
 use crate::texture::Rgba;
 use crate::view::SceneView;
 
@@ -19,7 +19,7 @@ pub struct SurfacePoint {
     pub position: Vec3,
     /// Unit normal of the surface itself, on the viewer's side.
     pub geometric_normal: Vec3,
-    /// Unit normal for shading; on the viewer's side of the surface it was interpolated on.
+    /// Unit normal for shading, on the same side of the surface, whatever the file says: see [`turned_up`].
     pub normal: Vec3,
     /// Unit vector to the origin of the ray.
     pub to_viewer: Vec3,
@@ -89,11 +89,12 @@ impl SurfacePoint {
         let outward = to_world(local.outward).normalize_or(to_viewer);
         let smooth = to_world(local.smooth).normalize_or(outward);
         let front = outward.dot(to_viewer) >= 0.0;
+        let geometric_normal = if front { outward } else { -outward };
         let look = Appearance::new(material, &texels, &local.color);
         SurfacePoint {
             position,
-            geometric_normal: if front { outward } else { -outward },
-            normal: if front { smooth } else { -smooth },
+            geometric_normal,
+            normal: turned_up(if front { smooth } else { -smooth }, geometric_normal),
             to_viewer,
             front,
             look,

@@ -7,6 +7,8 @@ mod lights;
 mod mirrors;
 mod models;
 mod regressions;
+mod shading_normals;
 mod shadows;
 mod support;
 mod surfaces;
+mod winding;

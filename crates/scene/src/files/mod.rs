@@ -1,6 +1,7 @@
 //! Files in: models (OBJ with MTL, glTF, PLY), our own JSON, and the built-in scenes.
 
 mod builtin;
+mod components;
 mod course;
 mod gltf;
 mod images;

@@ -4,16 +4,22 @@
 //! Whole components are turned, and by area: a closed body of glass needs all its faces to run the same way, and the
 //! normals of slivers may point anywhere.
 
+use super::components::{Components, Region};
 use super::polygon::{Faces, Polygon};
 use crate::double::{Vec3d, add, cross, dot, double, length, sub};
 use crate::model::{Mesh, NO_INDEX, Triangle};
-use crate::positions::merge_positions;
 use eosphor_core::math::{Vec3, sqrt64};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Faces that a thread takes at once.
-const BLOCK: usize = 1 << 13;
+pub(super) const BLOCK: usize = 1 << 13;
+
+/// While there are fewer than one face in this many to go by, only those around them are looked at.
+const FEW: usize = 16;
+
+/// How many times those around them are added.
+const RINGS: u32 = 4;
 
 /// How many faces were mended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,45 +56,110 @@ pub(super) fn follow_normals(
     is_lamp: impl Fn(u32) -> bool + Sync,
 ) -> Mended {
     // Larger meshes are no scene.
-    if mesh.normals.is_empty() || mesh.triangles.len() >= NO_INDEX as usize {
+    if mesh.normals.is_empty() || mesh.positions.len().max(mesh.triangles.len()) >= NO_INDEX as usize {
         return Mended::default();
     }
     let faces = Faces::new(polygons, mesh.triangles.len());
-    if !any_opposed(mesh, &faces) {
+    let all = || (0..faces.len() as u32).into_par_iter().with_min_len(BLOCK);
+    let opposed: Vec<u32> =
+        all().filter(|&face| is_opposed(mesh, &mesh.triangles[faces.triangles(face as usize)])).collect();
+    if opposed.is_empty() {
         return Mended::default();
     }
-    let all = || (0..faces.len()).into_par_iter().with_min_len(BLOCK);
-    let areas: Vec<f64> =
-        all().map(|face| signed_area(mesh, &mesh.triangles[faces.triangles(face)])).collect();
-    let component = Components::new(mesh, &faces, is_lamp).roots();
-    // In the order of the faces: sums do not depend on threads.
-    let mut balance = vec![0.0; faces.len()];
-    for (&root, area) in component.iter().zip(&areas) {
-        balance[root as usize] += area;
+    // Mostly few faces are in question, and some around them tell enough.
+    let mut centre = opposed;
+    for _ in 0..RINGS {
+        if centre.len() >= faces.len() / FEW {
+            break;
+        }
+        let region = Region::around(mesh, &faces, &centre);
+        if let Some(verdicts) = judge(mesh, &faces, &region, &is_lamp) {
+            return mend(mesh, &faces, &region.faces, &verdicts);
+        }
+        centre = region.faces;
     }
+    let whole = Region::whole(mesh, &faces);
+    let verdicts = judge(mesh, &faces, &whole, &is_lamp).unwrap_or_default();
+    mend(mesh, &faces, &whole.faces, &verdicts)
+}
+
+fn is_opposed(mesh: &Mesh, run: &[Triangle]) -> bool {
+    let area = area_vector(mesh, run);
+    if let [t] = run {
+        // Nearly all faces are triangles on whose front all three normals lie.
+        let behind = |n: u32| mesh.normals.get(n as usize).is_some_and(|&n| dot(double(n), area) < 0.0);
+        let [a, b, c] = t.normals;
+        if !(behind(a) | behind(b) | behind(c)) {
+            return false;
+        }
+    }
+    agreement(mesh, run, area) < 0.0
+}
+
+/// What becomes of a face.
+#[derive(Clone, Copy)]
+struct Verdict {
+    turn: bool,
+    negate: bool,
+}
+
+/// Of each face of a region; `None` where the region is too small to tell.
+fn judge(
+    mesh: &Mesh,
+    faces: &Faces,
+    region: &Region,
+    is_lamp: &(impl Fn(u32) -> bool + Sync),
+) -> Option<Vec<Verdict>> {
+    let area = |&face: &u32| signed_area(mesh, &mesh.triangles[faces.triangles(face as usize)]);
+    let areas: Vec<f64> = region.faces.par_iter().with_min_len(BLOCK).map(area).collect();
+    let roots = Components::new(mesh, faces, region, is_lamp).roots();
+    // In the order of the faces: sums do not depend on threads.
+    let mut votes = vec![Votes::default(); areas.len()];
+    for (&root, &area) in roots.iter().zip(&areas) {
+        let votes = &mut votes[root as usize];
+        votes.against -= area.min(0.0);
+        votes.agree += area.max(0.0);
+        votes.goes_on |= area >= 0.0;
+    }
+    if !region.is_whole {
+        // Components of opposed faces alone are all here. The others may go on outside and be one, but then what agrees
+        // must outweigh all that opposes.
+        let mixed = || votes.iter().filter(|v| v.goes_on && v.against > 0.0);
+        let against: f64 = mixed().map(|v| v.against).sum();
+        if mixed().any(|v| v.agree <= against) {
+            return None;
+        }
+    }
+    let verdict = |(&root, &area): (&u32, &f64)| {
+        let turn = votes[root as usize].against > votes[root as usize].agree;
+        Verdict { turn, negate: if turn { area > 0.0 } else { area < 0.0 } }
+    };
+    Some(roots.iter().zip(&areas).map(verdict).collect())
+}
+
+/// What a component's faces say, by area.
+#[derive(Clone, Copy, Default)]
+struct Votes {
+    agree: f64,
+    against: f64,
+    /// It has faces that do not oppose it, whose neighbours may lie outside a region.
+    goes_on: bool,
+}
+
+fn mend(mesh: &mut Mesh, faces: &Faces, region: &[u32], verdicts: &[Verdict]) -> Mended {
     let mut mended = Mended::default();
     let mut negatives = Negatives::default();
-    for (face, (&root, &area)) in component.iter().zip(&areas).enumerate() {
-        let is_turned = balance[root as usize] < 0.0;
-        let run = &mut mesh.triangles[faces.triangles(face)];
-        if is_turned {
+    for (&face, verdict) in region.iter().zip(verdicts) {
+        let run = &mut mesh.triangles[faces.triangles(face as usize)];
+        if verdict.turn {
             turn(run);
             mended.turned += 1;
         }
-        let opposes = if is_turned { area > 0.0 } else { area < 0.0 };
-        if opposes && negatives.negate(run, &mut mesh.normals) {
+        if verdict.negate && negatives.negate(run, &mut mesh.normals) {
             mended.negated += 1;
         }
     }
     mended
-}
-
-fn any_opposed(mesh: &Mesh, faces: &Faces) -> bool {
-    let opposed = |face| {
-        let run = &mesh.triangles[faces.triangles(face)];
-        agreement(mesh, run, area_vector(mesh, run)) < 0.0
-    };
-    (0..faces.len()).into_par_iter().with_min_len(BLOCK).any(opposed)
 }
 
 /// Twice the area of a face, negative where its normals oppose its winding; 0 where it has none.
@@ -157,103 +228,4 @@ impl Negatives {
         }
         true
     }
-}
-
-/// Faces that are joined over edges which two faces share and run in opposite directions. Corners in the same place are
-/// one, as exporters repeat vertices where normals or texture coordinates jump.
-struct Components {
-    /// Of each face, a face of the same component: itself, or one with a lower number.
-    parents: Vec<u32>,
-}
-
-/// One side of an edge, listed at the edge's lower end.
-#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
-    /// The edge's other end.
-    to: u32,
-    face: u32,
-    /// From the lower end to the other.
-    forward: bool,
-}
-
-impl Components {
-    fn new(mesh: &Mesh, faces: &Faces, is_lamp: impl Fn(u32) -> bool) -> Components {
-        let (position_of_vertex, positions) = merge_positions(&mesh.positions);
-        let sides = || {
-            let (numbers, is_lamp) = (&position_of_vertex, &is_lamp);
-            let edges = move |face: usize| {
-                let run = &mesh.triangles[faces.triangles(face)];
-                let ring = (!is_lamp(run[0].material)).then(|| ring_edges(run)).into_iter().flatten();
-                ring.map(move |edge| (face as u32, edge.map(|v| numbers[v as usize])))
-            };
-            let side = |(face, [a, b]): (u32, [u32; 2])| {
-                (a.min(b) as usize, Side { to: a.max(b), face, forward: a < b })
-            };
-            (0..faces.len()).flat_map(edges).filter(|(_, [a, b])| a != b).map(side)
-        };
-        let mut starts = vec![0usize; positions + 1];
-        for (from, _) in sides() {
-            starts[from + 1] += 1;
-        }
-        for p in 0..positions {
-            starts[p + 1] += starts[p];
-        }
-        let mut next = starts.clone();
-        let mut around = vec![Side::default(); starts[positions]];
-        for (from, side) in sides() {
-            around[next[from]] = side;
-            next[from] += 1;
-        }
-        let mut components = Components { parents: (0..faces.len() as u32).collect() };
-        for p in 0..positions {
-            let around = &mut around[starts[p]..starts[p + 1]];
-            around.sort_unstable();
-            around.chunk_by(|a, b| a.to == b.to).for_each(|edge| components.join_over(edge));
-        }
-        components
-    }
-
-    /// Joins the faces at an edge, given all its sides in the order of faces. Where more than two meet, nothing says
-    /// which belong together. A face that runs along it there and back (around a hole, or because it has no width) is
-    /// not there.
-    fn join_over(&mut self, edge: &[Side]) {
-        let mut sides = edge.chunk_by(|a, b| a.face == b.face).filter(|own| own.len() == 1);
-        if let (Some([a]), Some([b]), None) = (sides.next(), sides.next(), sides.next())
-            && a.forward != b.forward
-        {
-            self.join(a.face, b.face);
-        }
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b) as usize] = a.min(b);
-    }
-
-    /// The lowest face of a component. Ways to it are halved as they are gone.
-    fn root(&mut self, mut face: u32) -> u32 {
-        while self.parents[face as usize] != face {
-            let above = self.parents[self.parents[face as usize] as usize];
-            self.parents[face as usize] = above;
-            face = above;
-        }
-        face
-    }
-
-    /// Of each face, the lowest one of its component.
-    fn roots(mut self) -> Vec<u32> {
-        // Parents have lower numbers: theirs are known.
-        for face in 0..self.parents.len() {
-            self.parents[face] = self.parents[self.parents[face] as usize];
-        }
-        self.parents
-    }
-}
-
-/// The edges around a fan.
-fn ring_edges(run: &[Triangle]) -> impl Iterator<Item = [u32; 2]> {
-    let [first, second, _] = run[0].positions;
-    let last = run[run.len() - 1].positions[2];
-    let outer = run.iter().map(|t| [t.positions[1], t.positions[2]]);
-    [[first, second]].into_iter().chain(outer).chain([[last, first]])
 }

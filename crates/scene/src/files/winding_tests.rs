@@ -188,6 +188,55 @@ fn components_that_touch_are_turned_apart() {
     assert_eq!(corners(&wrong.scene.meshes[0]), corners(&right.scene.meshes[0]));
 }
 
+#[test]
+fn bodies_are_judged_one_by_one() {
+    // Of 40 boxes with vertices of their own the first has 2 faces with normals that point inwards, the second 4.
+    let mut text = String::new();
+    for k in 0..40 {
+        let at = 2.0 * f64::from(k);
+        add_box(
+            &mut text,
+            [[at, 0.0, 0.0], [at + 1.0, 1.0, 1.0]],
+            [8 * k as usize, 6 * k as usize],
+            false,
+            false,
+        );
+    }
+    let first: String = text
+        .lines()
+        .take(14)
+        .map(|line| line.replace("vn 1", "vn -1").replace("vn 0 1", "vn 0 -1") + "\n")
+        .collect();
+    let second: String = text
+        .lines()
+        .skip(20)
+        .take(14)
+        .map(|line| match line.strip_prefix("vn ") {
+            Some(n) if !n.starts_with('0') || n.starts_with("0 0") => {
+                format!("vn {}\n", if n.contains('-') { n.replace('-', "") } else { n.replace('1', "-1") })
+            }
+            _ => line.to_string() + "\n",
+        })
+        .collect();
+    let rest = |from: usize, count: usize| -> String {
+        text.lines().skip(from).take(count).map(|line| line.to_string() + "\n").collect()
+    };
+    let loaded = load("a.obj", &(first + &rest(14, 6) + &second + &rest(34, 10_000)));
+    let note = "6 faces turned round to face where their normals point, the normals of 4 faces negated, which pointed behind \
+                them";
+    assert_eq!(notes(&loaded), [format!("a.obj: {note}")]);
+    // The second box is inside out as a whole, its two other faces too; all others are as they were.
+    let right = load("a.obj", &text);
+    let (all, plain) = (corners(&loaded.scene.meshes[0]), corners(&right.scene.meshes[0]));
+    assert_eq!(all[..12], plain[..12]);
+    assert_eq!(all[24..], plain[24..]);
+    let outward = |t: &[(Vec3, Option<[f32; 2]>, Option<Vec3>); 3]| {
+        let area = (t[1].0 - t[0].0).cross(t[2].0 - t[0].0);
+        (area.dot(t[0].2.unwrap()) > 0.0, area.dot(t[0].0 - Vec3 { x: 2.5, y: 0.5, z: 0.5 }) > 0.0)
+    };
+    assert!(all[12..24].iter().all(|t| outward(t) == (true, false)));
+}
+
 /// Faces run the same way all over a closed body where each edge is run both ways.
 fn is_closed(mesh: &Mesh) -> bool {
     let at = |v: u32| <[f32; 3]>::from(mesh.positions[v as usize]).map(f32::to_bits);
