@@ -133,10 +133,10 @@ fn coarse_glass_in_a_white_world_makes_no_light_and_loses_little() {
         let sum: f64 = film.pixels.iter().map(|p| f64::from(p.x)).sum();
         1.0 - sum / film.pixels.len() as f64
     };
-    // What is reflected inside more often is missing, and nothing else.
+    // What is reflected inside more often is missing, and, of rays that run in a circle of total reflections, everything.
     let of_depths = [6, 12, 24].map(|depth| missing(&mut scene, depth));
     println!("a glass octahedron in a white world is darker by {of_depths:?}");
-    assert!(of_depths[1] < 0.6 * of_depths[0] && of_depths[2] < 0.6 * of_depths[1], "{of_depths:?}");
+    assert!(of_depths.is_sorted_by(|a, b| a > b) && of_depths[2] < 0.02, "{of_depths:?}");
     let film = render(&scene);
     // Nothing inside is ever met as if from outside.
     scene.settings.cull_back_faces = true;
