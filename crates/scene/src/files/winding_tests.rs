@@ -23,8 +23,11 @@ fn notes(loaded: &LoadedScene) -> Vec<String> {
     loaded.warnings.iter().map(|w| w.to_string()).collect()
 }
 
-/// Position, texture coordinates and normal of every corner: numbers of vertices may differ.
-fn corners(mesh: &Mesh) -> Vec<[(Vec3, Option<[f32; 2]>, Option<Vec3>); 3]> {
+/// Position, texture coordinates and normal.
+type Corner = (Vec3, Option<[f32; 2]>, Option<Vec3>);
+
+/// Of all triangles: numbers of vertices may differ.
+fn corners(mesh: &Mesh) -> Vec<[Corner; 3]> {
     let some = |n: u32| (n != NO_INDEX).then_some(n as usize);
     let of = |t: &crate::Triangle| {
         [0, 1, 2].map(|k| {
@@ -230,7 +233,7 @@ fn bodies_are_judged_one_by_one() {
     let (all, plain) = (corners(&loaded.scene.meshes[0]), corners(&right.scene.meshes[0]));
     assert_eq!(all[..12], plain[..12]);
     assert_eq!(all[24..], plain[24..]);
-    let outward = |t: &[(Vec3, Option<[f32; 2]>, Option<Vec3>); 3]| {
+    let outward = |t: &[Corner; 3]| {
         let area = (t[1].0 - t[0].0).cross(t[2].0 - t[0].0);
         (area.dot(t[0].2.unwrap()) > 0.0, area.dot(t[0].0 - Vec3 { x: 2.5, y: 0.5, z: 0.5 }) > 0.0)
     };
@@ -299,7 +302,7 @@ fn slivers_do_not_turn_a_closed_body_or_tear_it() {
         let turned = if reversed { "46 faces turned round to face where their normals point, " } else { "" };
         let negated = "the normals of 40 faces negated, which pointed behind them";
         assert_eq!(notes(&loaded), [format!("a.obj: {turned}{negated}")]);
-        let upward = |[a, ..]: &&[(Vec3, _, Option<Vec3>); 3]| a.2.unwrap().z == 1.0;
+        let upward = |[a, ..]: &&[Corner; 3]| a.2.unwrap().z == 1.0;
         assert_eq!(corners(mesh).iter().filter(upward).count(), 82);
     }
 }
