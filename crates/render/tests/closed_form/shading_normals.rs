@@ -66,7 +66,7 @@ fn a_normal_that_points_behind_the_surface_looks_like_the_surface() {
     for kind in kinds {
         let picture = |degrees: f64, eye: V| {
             let mut scene = scene();
-            let m = material(&mut scene, kind.clone());
+            let m = material(&mut scene, kind);
             add_square(&mut scene, tilted(degrees), m);
             let (red, blue) =
                 (emissive(&mut scene, vec3(1.0, 0.2, 0.1)), emissive(&mut scene, vec3(0.1, 0.2, 1.0)));
