@@ -84,16 +84,22 @@ pub(super) fn follow_normals(
 }
 
 fn is_opposed(mesh: &Mesh, run: &[Triangle]) -> bool {
-    let area = area_vector(mesh, run);
-    if let [t] = run {
-        // Nearly all faces are triangles on whose front all three normals lie.
-        let behind = |n: u32| mesh.normals.get(n as usize).is_some_and(|&n| dot(double(n), area) < 0.0);
-        let [a, b, c] = t.normals;
-        if !(behind(a) | behind(b) | behind(c)) {
-            return false;
-        }
+    match run {
+        [t] if clearly_agrees(mesh, t) => false,
+        _ => agreement(mesh, run, area_vector(mesh, run)) < 0.0,
     }
-    agreement(mesh, run, area) < 0.0
+}
+
+/// Nearly all faces are triangles on whose front all three normals lie, by more than single precision can be wrong: by
+/// some 2^-21 of the edges' lengths times the normal's. Plain products, since fused ones are calls of a library here.
+fn clearly_agrees(mesh: &Mesh, t: &Triangle) -> bool {
+    let [a, b, c] = t.positions.map(|p| mesh.positions[p as usize]);
+    let (e, f) = (b - a, c - a);
+    let (x, y, z) = (e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x);
+    let sum = |v: Vec3| v.x.abs() + v.y.abs() + v.z.abs();
+    let scale = sum(e) * sum(f) * (1.0 / 262_144.0);
+    let is_before = |n: Vec3| n.x * x + n.y * y + n.z * z > scale * sum(n);
+    t.normals.iter().all(|&n| mesh.normals.get(n as usize).is_some_and(|&n| is_before(n)))
 }
 
 /// What becomes of a face.
