@@ -8,7 +8,7 @@ use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, Triangle
 use eosphor_core::hierarchy::{
     BvhNode, BvhPair, Company, ExhaustiveTracer, GridRoot, GridTracer, GridView, IgnoreWork, KdNode, KdRoot,
     KdTreeTracer, KdTreeView, Link, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
-    PairTracer, PairView, PrimitivesView, WideNode, WideTracer, WideView,
+    PairTracer, PairView, PrimitivesView, Root, WideNode, WideTracer, WideView,
 };
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::light::Light;
@@ -52,7 +52,6 @@ macro_rules! render_kernel {
             light_count: u64,
             camera: &Camera,
             settings: &Settings,
-            extent: f32,
             first_row: u32,
             end_row: u32,
             sharing: u32,
@@ -85,7 +84,6 @@ macro_rules! render_kernel {
                     lights: array(lights, light_count),
                     camera,
                     settings,
-                    extent,
                 };
                 let band = Band { first: first_row, end: end_row, sharing };
                 render_band(&view, &$tracer, band, film, totals);
@@ -106,16 +104,14 @@ macro_rules! bvh_kernel {
             $(#[$doc])*
             $name(
                 pairs: &BvhPair,
-                roots: &Link,
+                roots: &Root<Link>,
                 instance_root: Link,
-                world_extent: f32,
                 company: Company
             ) |primitives| PairTracer::<$placed, $in_step> {
                 view: PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
                     instance_root,
-                    world_extent,
                     company,
                     primitives,
                 },
@@ -141,8 +137,8 @@ bvh_kernel! {
 
 render_kernel! {
     /// Over a hierarchy with eight children a node.
-    render_bvh_wide(nodes: &WideNode, roots: &u32, instance_root: u32, world_extent: f32) |primitives| WideTracer::<true> {
-        view: WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, world_extent, primitives },
+    render_bvh_wide(nodes: &WideNode, roots: &Root<u32>, instance_root: u32) |primitives| WideTracer::<true> {
+        view: WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, primitives },
     }
 }
 

@@ -5,7 +5,7 @@ use crate::parameters::{array, indexed};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
 use eosphor_core::hierarchy::{
-    BvhPair, Company, Link, PairTracer, PairView, PrimitivesView, Tracer, WideNode, WideTracer, WideView,
+    BvhPair, Company, Link, PairTracer, PairView, PrimitivesView, Root, Tracer, WideNode, WideTracer, WideView,
 };
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
@@ -65,13 +65,12 @@ macro_rules! bvh_ray_kernels {
     ($closest:ident, $occluded:ident, placed $placed:literal, in step $in_step:literal) => {
         ray_kernels! {
             $closest, $occluded, placed $placed,
-            (pairs: &BvhPair, roots: &Link, instance_root: Link, world_extent: f32, company: Company)
+            (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, company: Company)
             |primitives| PairTracer::<$placed, $in_step> {
                 view: PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
                     instance_root,
-                    world_extent,
                     company,
                     primitives,
                 },
@@ -85,13 +84,12 @@ macro_rules! wide_ray_kernels {
     ($closest:ident, $occluded:ident, placed $placed:literal) => {
         ray_kernels! {
             $closest, $occluded, placed $placed,
-            (nodes: &WideNode, roots: &u32, instance_root: u32, world_extent: f32)
+            (nodes: &WideNode, roots: &Root<u32>, instance_root: u32)
             |primitives| WideTracer::<$placed> {
                 view: WideView {
                     nodes: indexed(nodes),
                     roots: indexed(roots),
                     instance_root,
-                    world_extent,
                     primitives,
                 },
             }

@@ -87,7 +87,7 @@ fn cells() -> Vec<Cell> {
     add("from outside, culling", cornell, "--eye 4,2,3 --look-at 0,0.8,0 --fov 40 --cull");
     add("ambient 0", cornell, "--ambient 0");
     add("one light sample", cornell, "--light-samples 1 --samples 1");
-    add("exposure -1", cornell, "--exposure -1");
+    add("one stop less", cornell, "--exposure 0.9");
     add("linear transfer", cornell, "--transfer linear");
     real_scenes(&mut add);
     cells

@@ -9,6 +9,7 @@
 
 use eosphor_core::intersect::{LocalRay, PackedTriangle, intersect_triangle, longest_edge_last};
 use eosphor_core::math::{Vec3, elementary, vec3};
+use eosphor_core::ray::Ray;
 use eosphor_core::sampling::mix;
 use std::f32::consts::{PI, TAU};
 use std::hint::black_box;
@@ -75,10 +76,10 @@ fn edge_rays(triangles: &[[Vec3; 3]], packed: &[PackedTriangle]) {
                 continue;
             }
             rays += 1;
-            let local = LocalRay::new(origin, direction, 0.0, extent);
+            let ray = Ray::new(origin, direction);
             let shear = Shear::new(origin, direction);
             missed[0] += !packed.iter().any(|t| exact(origin, direction, t)) as u32;
-            missed[1] += !packed.iter().any(|t| intersect_triangle(&local, t, false).is_some()) as u32;
+            missed[1] += !packed.iter().any(|t| intersect_triangle(t, &ray, None, extent).meets) as u32;
             missed[2] += !pair.iter().any(|t| shear.test(shear.permuted(t))) as u32;
         }
     }
@@ -92,7 +93,7 @@ fn speed(triangles: &[[Vec3; 3]], packed: &[PackedTriangle]) {
     let origin = vec3(3.0, 1.0, 0.2);
     let directions: [Vec3; LANES] =
         std::array::from_fn(|_| (vec3(random() - 0.5, random() - 0.5, random() - 0.5) - origin).normalize());
-    let rays = directions.map(|d| LocalRay::new(origin, d, 0.0, extent));
+    let rays = directions.map(|d| LocalRay::new(&Ray::new(origin, d), extent));
     let shears = directions.map(|d| Shear::new(origin, d));
     assert!(shears.iter().all(|s| s.axes == shears[0].axes), "a packet of one main axis");
     let row = |name: &str, single: f64, lanes: f64| {
@@ -105,13 +106,12 @@ fn speed(triangles: &[[Vec3; 3]], packed: &[PackedTriangle]) {
     let lanes =
         time(packed.len(), || packed.iter().map(|t| count(|lane| exact(origin, directions[lane], t))).sum());
     row("exact", single, lanes);
-    let widened = |ray: &LocalRay, t: &PackedTriangle| t.test_edges(ray, t.normal(), false).candidate;
+    let widened = |ray: &LocalRay, t: &PackedTriangle| t.first_step(ray).may_meet;
     let single =
         time(packed.len(), || rays.iter().map(|r| packed.iter().filter(|t| widened(r, t)).count()).sum());
     // As in packets: what differs between the rays lies in arrays.
-    let tolerance = rays.map(|r| r.edge_tolerance);
-    let ray =
-        |lane: usize| LocalRay { direction: directions[lane], edge_tolerance: tolerance[lane], ..rays[0] };
+    let length = rays.map(|r| r.length);
+    let ray = |lane: usize| LocalRay { direction: directions[lane], length: length[lane], ..rays[0] };
     let lanes = time(packed.len(), || packed.iter().map(|t| count(|lane| widened(&ray(lane), t))).sum());
     row("widened", single, lanes);
     let single = time(packed.len(), || {
@@ -153,7 +153,7 @@ fn exact(origin: Vec3, direction: Vec3, t: &PackedTriangle) -> bool {
     let determinant = t.normal().dot(direction);
     let sign = determinant.to_bits() & 0x8000_0000;
     let signed = |x: f32| f32::from_bits(x.to_bits() ^ sign);
-    let (u, v) = (signed(r.dot(t.e2)), signed(-r.dot(t.e1)));
+    let (u, v) = (signed(r.dot(t.e2())), signed(-r.dot(t.e1())));
     (u >= 0.0) & (v >= 0.0) & (determinant.abs() - u - v >= 0.0)
 }
 

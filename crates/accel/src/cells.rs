@@ -8,18 +8,23 @@ use eosphor_core::hierarchy::{BvhNode, InstanceTreeView, SPHERE_REFERENCE};
 /// A primitive on its way into cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
-    /// Its padded bounds, on which the hit test is defined.
+    /// Its bounds, grown by [`CELL_PADDING`] of the extent.
     pub(crate) bounds: Bounds,
     /// Number of the triangle among those of all geometries, or of the sphere with [`SPHERE_REFERENCE`].
     pub(crate) reference: u32,
 }
 
+/// What primitives are grown by, over the extent of their geometry, before they are entered in cells: more than the rounding
+/// of walks from cell to cell.
+pub(crate) const CELL_PADDING: f32 = 1.0 / 131_072.0;
+
 /// The primitives of a geometry; triangles first.
 pub(crate) fn items(primitives: &PackedPrimitives, geometry: &Geometry) -> Vec<Item> {
+    let padding = CELL_PADDING * geometry.extent;
     let triangles = primitives.triangle_bounds(geometry);
     let spheres = primitives.sphere_bounds(geometry);
-    let numbered = |first: u32, bounds: Vec<Bounds>| {
-        (first..).zip(bounds).map(|(reference, bounds)| Item { bounds, reference })
+    let numbered = move |first: u32, bounds: Vec<Bounds>| {
+        (first..).zip(bounds).map(move |(reference, b)| Item { bounds: b.padded(padding), reference })
     };
     numbered(geometry.first_triangle, triangles)
         .chain(numbered(geometry.first_sphere | SPHERE_REFERENCE, spheres))

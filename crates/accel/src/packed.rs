@@ -2,7 +2,7 @@
 
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use eosphor_core::hierarchy::PrimitivesView;
-use eosphor_core::intersect::{PADDING, PackedTriangle, sphere_bounds};
+use eosphor_core::intersect::{PackedTriangle, sphere_bounds};
 use eosphor_core::math::Vec3;
 
 /// What hierarchies are built over: triangles and spheres of all geometries, and the instances that place them.
@@ -59,18 +59,16 @@ impl PackedPrimitives {
         packed
     }
 
-    /// Padded bounds of the triangles of a geometry, in their present order.
+    /// Bounds of the triangles of a geometry, in their present order, with slack.
     pub fn triangle_bounds(&self, geometry: &Geometry) -> Vec<Bounds> {
-        let padding = PADDING * geometry.extent;
         let range = &self.triangles[geometry.first_triangle as usize..][..geometry.triangle_count as usize];
-        range.iter().map(|t| t.bounds(padding)).collect()
+        range.iter().map(PackedTriangle::bounds).collect()
     }
 
-    /// Padded bounds of the spheres of a geometry, in their present order.
+    /// Bounds of the spheres of a geometry, in their present order, with slack.
     pub fn sphere_bounds(&self, geometry: &Geometry) -> Vec<Bounds> {
-        let padding = PADDING * geometry.extent;
         let range = &self.spheres[geometry.first_sphere as usize..][..geometry.sphere_count as usize];
-        range.iter().map(|s| sphere_bounds(s, padding)).collect()
+        range.iter().map(sphere_bounds).collect()
     }
 
     /// Borrowed, for traversals.

@@ -2,8 +2,8 @@
 
 use crate::Bvh;
 use eosphor_core::geometry::Bounds;
-use eosphor_core::hierarchy::{BvhNode, BvhPair, Company, Link, PAIR_SLACK, PairTracer, PairView, REACH};
-use eosphor_core::intersect::{PADDING, sphere_bounds};
+use eosphor_core::hierarchy::{BvhNode, BvhPair, Company, Link, PAIR_SLACK, PairTracer, PairView, Root};
+use eosphor_core::intersect::{EXTENT_SLACK, sphere_bounds};
 use eosphor_core::math::{Vec3, vec3};
 
 /// The trees of a [`Bvh`], with the boxes of two children in one node. Primitives stay where they are.
@@ -12,11 +12,9 @@ pub struct BvhPairs {
     /// Pairs of all trees.
     pub pairs: Vec<BvhPair>,
     /// For each geometry, its tree.
-    pub roots: Vec<Link>,
-    /// The tree over the instances but the world.
+    pub roots: Vec<Root<Link>>,
+    /// The tree over the instances but the world, with boxes for the same rays as the world's tree.
     pub instance_root: Link,
-    /// The largest coordinate of the world and of what instances place in it.
-    pub world_extent: f32,
 }
 
 impl BvhPairs {
@@ -28,39 +26,44 @@ impl BvhPairs {
             return None;
         }
         let placed = &primitives.instances[1.min(primitives.instances.len())..];
-        let own = primitives.geometries.first().map_or(0.0, |world| world.extent);
-        let world_extent = placed.iter().fold(own, |extent, i| extent.max(i.world_bounds.extent()));
         let mut pairs = Vec::with_capacity(bvh.nodes.len() / 2 + 1);
-        let mut tree = |root: u32, spheres, kind, extent: f32| {
-            let pad = pad(extent);
-            Tree { bvh, kind, spheres, pad, first: 0, pairs: &mut pairs }.convert(root)
-        };
-        let geometries = primitives.geometries.iter().zip(&bvh.roots).enumerate();
-        let roots = geometries
+        let mut tree =
+            |root: u32, kind, pad| Tree { bvh, kind, pad, first: 0, pairs: &mut pairs }.convert(root);
+        let mut world = Vec::new();
+        let roots: Vec<Root<Link>> = (0..)
+            .zip(primitives.geometries.iter().zip(&bvh.roots))
             .map(|(number, (geometry, &root))| {
-                let extent = if number == 0 { world_extent } else { geometry.extent };
-                tree(root, PADDING * geometry.extent, Kind::Primitives, extent)
+                let mut boxes = primitives.triangle_bounds(geometry);
+                boxes.extend(primitives.sphere_bounds(geometry));
+                if number == 0 {
+                    boxes.extend(placed.iter().map(|i| i.world_bounds));
+                }
+                let (reach, pad) = reach_and_pad(&boxes);
+                if number == 0 {
+                    world.push(pad);
+                }
+                Root { first: tree(root, Kind::Primitives, pad), reach }
             })
             .collect();
         let instance_root = if placed.is_empty() {
             Link::NOTHING
         } else {
-            tree(bvh.instance_root, 0.0, Kind::Instances, world_extent)
+            tree(bvh.instance_root, Kind::Instances, world.first().copied().unwrap_or(0.0))
         };
-        Some(BvhPairs { pairs, roots, instance_root, world_extent })
+        Some(BvhPairs { pairs, roots, instance_root })
     }
 
     /// The tree over the instances of a hierarchy that was built over these alone, for an array in which it begins at number
-    /// `first` and which has other trees beside it, of a world of this extent. There are fewer pairs than instances.
-    pub fn over_instances(top: &Bvh, world_extent: f32, first: u32) -> (Vec<BvhPair>, Link) {
+    /// `first` and which has other trees beside it, for rays from within this reach. There are fewer pairs than instances.
+    pub fn over_instances(top: &Bvh, reach: f32, first: u32) -> (Vec<BvhPair>, Link) {
         let placed = &top.primitives.instances[1.min(top.primitives.instances.len())..];
         if placed.is_empty() {
             return (Vec::new(), Link::NOTHING);
         }
-        let extent = placed.iter().fold(world_extent, |extent, i| extent.max(i.world_bounds.extent()));
+        let extent = placed.iter().fold(0.0f32, |extent, i| extent.max(i.world_bounds.extent()));
         let mut pairs = Vec::with_capacity(placed.len());
-        let (kind, pad) = (Kind::Instances, pad(extent));
-        let tree = Tree { bvh: top, kind, spheres: 0.0, pad, first, pairs: &mut pairs };
+        let tree =
+            Tree { bvh: top, kind: Kind::Instances, pad: pad(reach, extent), first, pairs: &mut pairs };
         let root = tree.convert(top.instance_root);
         (pairs, root)
     }
@@ -79,7 +82,6 @@ impl BvhPairs {
             pairs: &self.pairs,
             roots: &self.roots,
             instance_root: self.instance_root,
-            world_extent: self.world_extent,
             company: Company::AUTO,
             primitives: bvh.primitives.view(),
         }
@@ -101,9 +103,28 @@ impl BvhPairs {
     }
 }
 
-/// What boxes are padded by for rays that start within [`REACH`] extents.
-fn pad(extent: f32) -> f64 {
-    f64::from(PAIR_SLACK) * (f64::from(REACH) + 1.0) * f64::from(extent)
+/// Boxes are large enough for rays that start within so many times what a tenth of them lie within: cameras stand farther
+/// away than that seldom, and boxes are no larger for it than by 2^-14 of their distance from 0.
+const REACH: f32 = 64.0;
+
+/// So many boxes are looked at, at most.
+const SAMPLES: usize = 4096;
+
+/// For rays from how far along each axis a tree with these boxes is made, and what its boxes are padded by for that.
+fn reach_and_pad(boxes: &[Bounds]) -> (f32, f64) {
+    let step = boxes.len().div_ceil(SAMPLES).max(1);
+    let mut distances: Vec<f32> =
+        boxes.iter().step_by(step).map(Bounds::extent).filter(|x| *x > 0.0).collect();
+    distances.sort_by(f32::total_cmp);
+    let extent = boxes.iter().fold(0.0, |extent: f32, b| extent.max(b.extent()));
+    let near = distances.get(distances.len() / 10).copied().unwrap_or(extent);
+    let reach = (REACH * near).min(8.0 * extent);
+    (reach, pad(reach, extent))
+}
+
+/// Besides what follows from their own coordinates.
+fn pad(reach: f32, extent: f32) -> f64 {
+    f64::from(PAIR_SLACK) * f64::from(reach) + f64::from(EXTENT_SLACK) * f64::from(extent)
 }
 
 /// What the leaves of a tree name.
@@ -117,9 +138,7 @@ enum Kind {
 struct Tree<'a> {
     bvh: &'a Bvh,
     kind: Kind,
-    /// What the bounds of spheres are padded by.
-    spheres: f32,
-    /// What boxes are padded by besides.
+    /// What boxes are padded by.
     pad: f64,
     /// The number that the first of the pairs has.
     first: u32,
@@ -192,7 +211,7 @@ impl Tree<'_> {
                 Kind::Primitives if most > 1 => (leaf.bounds(), link(first, count)),
                 Kind::Primitives => {
                     let sphere = &self.bvh.primitives.spheres[first as usize];
-                    (sphere_bounds(sphere, self.spheres), link(first, 1))
+                    (sphere_bounds(sphere), link(first, 1))
                 }
             };
         }
@@ -217,10 +236,11 @@ impl Tree<'_> {
     }
 }
 
-/// Middle and half the size of a box that holds this one and a margin around it.
+/// Middle and half the size of a box that holds this one, a margin around it, and what the test of such boxes rounds.
 fn centered(bounds: &Bounds, margin: f64) -> (Vec3, Vec3) {
     let axis = |low: f32, high: f32| {
         let (low, high) = (f64::from(low), f64::from(high));
+        let margin = margin + f64::from(PAIR_SLACK) * low.abs().max(high.abs());
         let center = (0.5 * (low + high)) as f32;
         let half = (high - f64::from(center)).max(f64::from(center) - low) + margin;
         let rounded = half as f32;

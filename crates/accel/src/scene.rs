@@ -190,7 +190,7 @@ impl Scene {
         self.geometries[mesh.0 as usize].extent = bounds.extent();
         self.bounds[mesh.0 as usize] = bounds;
         for instance in self.instances.iter_mut().filter(|i| i.geometry == mesh.0) {
-            instance.world_bounds = bounds.placed(&instance.world_from_object);
+            instance.world_bounds = bounds.placed(&instance.world_from_object, &instance.object_from_world);
         }
         Ok(())
     }
@@ -222,12 +222,12 @@ impl Scene {
         let bounds = &self.bounds[place.geometry as usize];
         place.object_from_world = inverse(bounds, &world_from_object)?;
         place.world_from_object = world_from_object;
-        place.world_bounds = bounds.placed(&world_from_object);
+        place.world_bounds = bounds.placed(&world_from_object, &place.object_from_world);
         Ok(())
     }
 
     fn push_instance(&mut self, geometry: u32, world_from_object: Affine, object_from_world: Affine) {
-        let world_bounds = self.bounds[geometry as usize].placed(&world_from_object);
+        let world_bounds = self.bounds[geometry as usize].placed(&world_from_object, &object_from_world);
         let object = self.instances.len() as u32;
         self.instances.push(Instance {
             object_from_world,

@@ -1,7 +1,9 @@
 //! A bounding volume hierarchy with eight children a node and boxes of 8 bits a plane, as GPUs read it.
 
 use crate::BvhPairs;
-use eosphor_core::hierarchy::{BvhPair, Link, PrimitivesView, Target, WideNode, WideTracer, WideView};
+use eosphor_core::hierarchy::{
+    BvhPair, Link, PAIR_SLACK, PrimitivesView, Root, Target, WideNode, WideTracer, WideView,
+};
 use eosphor_core::math::{Vec3, vec3};
 
 /// Children of a node.
@@ -19,11 +21,9 @@ pub struct BvhWide {
     /// Nodes of all trees.
     pub nodes: Vec<WideNode>,
     /// For each geometry, the number of its root.
-    pub roots: Vec<u32>,
+    pub roots: Vec<Root<u32>>,
     /// The root of the tree over the instances but the world.
     pub instance_root: u32,
-    /// The largest coordinate of the world and of what instances place in it.
-    pub world_extent: f32,
 }
 
 impl BvhWide {
@@ -31,10 +31,10 @@ impl BvhWide {
     pub fn new(pairs: &BvhPairs) -> Option<BvhWide> {
         let mut nodes = Vec::with_capacity(pairs.pairs.len() / 4 + pairs.roots.len() + 1);
         let mut tree = |root| convert(&pairs.pairs, root, 0, &mut nodes);
-        let roots = pairs.roots.iter().map(|&root| tree(root)).collect();
+        let roots =
+            pairs.roots.iter().map(|root| Root { first: tree(root.first), reach: root.reach }).collect();
         let instance_root = tree(pairs.instance_root);
-        let world_extent = pairs.world_extent;
-        (nodes.len() <= WideNode::MOST).then_some(BvhWide { nodes, roots, instance_root, world_extent })
+        (nodes.len() <= WideNode::MOST).then_some(BvhWide { nodes, roots, instance_root })
     }
 
     /// With nodes that lead nowhere at the end, for trees over instances that come later; `None` where there are more nodes
@@ -53,8 +53,8 @@ impl BvhWide {
 
     /// With the primitives of the hierarchy that it was made from.
     pub fn view<'a>(&'a self, primitives: PrimitivesView<'a>) -> WideView<'a> {
-        let &BvhWide { ref nodes, ref roots, instance_root, world_extent } = self;
-        WideView { nodes, roots, instance_root, world_extent, primitives }
+        let &BvhWide { ref nodes, ref roots, instance_root } = self;
+        WideView { nodes, roots, instance_root, primitives }
     }
 
     /// The traversal of GPUs, one ray at a time. On a CPU it is for tests: [`crate::Bvh8`] is faster.
@@ -167,6 +167,9 @@ fn packed(children: &[Child], places: &[usize]) -> WideNode {
     for axis in 0..3 {
         let least = children.iter().map(|child| child.low[axis]).fold(f64::INFINITY, f64::min);
         let greatest = children.iter().map(|child| child.high[axis]).fold(f64::NEG_INFINITY, f64::max);
+        // Rays measure from the corner of the grid: its rounding is that of all children.
+        let margin = f64::from(PAIR_SLACK) * least.abs().max(greatest.abs());
+        let (least, greatest) = (least - margin, greatest + margin);
         // Rounded down.
         let nearest = least as f32;
         origin[axis] = if f64::from(nearest) > least { nearest.next_down() } else { nearest };
@@ -177,7 +180,8 @@ fn packed(children: &[Child], places: &[usize]) -> WideNode {
         exponents |= exponent << (8 * axis);
         for (child, &place) in children.iter().zip(places) {
             let plane = |at: f64| (at - start) / step(exponent);
-            let (first, last) = (plane(child.low[axis]).floor(), plane(child.high[axis]).ceil());
+            let (first, last) =
+                (plane(child.low[axis] - margin).floor(), plane(child.high[axis] + margin).ceil());
             for (side, number) in [first, last].into_iter().enumerate() {
                 let byte = number.clamp(0.0, LAST_PLANE) as u32;
                 node.planes[axis][side][place / 4] |= byte << (8 * (place % 4));

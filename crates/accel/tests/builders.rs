@@ -7,7 +7,7 @@ use eosphor_accel::bvh8::{Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE};
 use eosphor_accel::{BuildOptions, Builder, Bvh, Bvh8, Exhaustive, Quality, RefitError};
 use eosphor_core::geometry::{Bounds, Sphere};
 use eosphor_core::hierarchy::{BvhNode, IgnoreWork, MAX_BVH_DEPTH, Tracer};
-use eosphor_core::intersect::{PADDING, sphere_bounds};
+use eosphor_core::intersect::sphere_bounds;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use support::{Random, World, affine};
@@ -89,7 +89,6 @@ fn holds(outer: &Bounds, inner: &Bounds) -> bool {
 fn check_wide(world: &World, bvh: &Bvh8, whole: bool, name: &str) -> usize {
     let mut deepest = 0;
     for (number, geometry) in world.geometries.iter().enumerate() {
-        let padding = PADDING * geometry.extent;
         let mut seen = vec![0; (geometry.triangle_count + geometry.sphere_count) as usize];
         let everything = Bounds { min: Vec3::splat(f32::NEG_INFINITY), max: Vec3::splat(f32::INFINITY) };
         let mut pending = vec![(bvh.roots[number], everything, 0)];
@@ -108,7 +107,7 @@ fn check_wide(world: &World, bvh: &Bvh8, whole: bool, name: &str) -> usize {
                 let primitive = bvh.sphere_primitives[place];
                 let at = geometry.first_sphere + primitive - geometry.triangle_count;
                 assert_eq!(bvh.spheres[place], world.spheres[at as usize], "{name}");
-                assert!(holds(&bounds, &sphere_bounds(&bvh.spheres[place], padding)), "{name}");
+                assert!(holds(&bounds, &sphere_bounds(&bvh.spheres[place])), "{name}");
                 seen[primitive as usize] += 1;
             } else {
                 let block = &bvh.blocks[(child & PLACE) as usize];
@@ -117,7 +116,7 @@ fn check_wide(world: &World, bvh: &Bvh8, whole: bool, name: &str) -> usize {
                 for lane in 0..used {
                     let triangle = block.get(lane);
                     if whole {
-                        assert!(holds(&bounds, &triangle.bounds(padding)), "{name}: {triangle:?} {bounds:?}");
+                        assert!(holds(&bounds, &triangle.bounds()), "{name}: {triangle:?} {bounds:?}");
                     }
                     seen[triangle.primitive as usize] += 1;
                 }
@@ -212,7 +211,6 @@ fn wide_trees_hold_everything() {
 #[test]
 fn spatial_splits_cut_and_lose_no_point_of_a_triangle() {
     let world = World::new(city(3000, 4), vec![]);
-    let geometry = &world.geometries[0];
     let bvh = Bvh8::build(&world.geometry(), &Quality::High.options());
     // Leaves by primitive.
     let mut parts: Vec<Vec<Bounds>> = vec![Vec::new(); world.triangles.len()];
@@ -232,7 +230,6 @@ fn spatial_splits_cut_and_lose_no_point_of_a_triangle() {
     }
     assert!(references > world.triangles.len() * 11 / 10, "{references}");
     assert!(references <= world.triangles.len() * 13 / 10, "{references}");
-    let reach = Vec3::splat(PADDING * 0.5 * geometry.extent);
     let mut random = Random(5);
     for (triangle, parts) in world.triangles.iter().zip(&parts) {
         for _ in 0..40 {
@@ -245,7 +242,7 @@ fn spatial_splits_cut_and_lose_no_point_of_a_triangle() {
             }
             let [a, b, c] = *triangle;
             let p = a + (b - a) * u + (c - a) * v;
-            let around = Bounds { min: p - reach, max: p + reach };
+            let around = Bounds { min: p, max: p }.with_slack();
             assert!(parts.iter().any(|b| holds(b, &around)), "{p:?} of {triangle:?}: {parts:?}");
         }
     }

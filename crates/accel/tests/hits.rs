@@ -74,10 +74,12 @@ impl Structures {
         let all = self.check(ray, filter);
         let Some(first) = all.first() else { return };
         for hit in [first, all.last().unwrap(), &all[all.len() / 2]] {
-            let up_to = self.check(&Ray { t_max: hit.t, ..*ray }, filter);
+            // Close to an end, `t` is that of double precision, rounded.
+            let t = hit.t64() as f32;
+            let up_to = self.check(&Ray { t_max: t, ..*ray }, filter);
             assert!(up_to.iter().any(|h| h.id == hit.id), "a hit at t_max counts: {ray:?}");
-            self.check(&Ray { t_max: hit.t.next_down(), ..*ray }, filter);
-            self.check(&Ray { t_min: hit.t, ..*ray }, filter);
+            self.check(&Ray { t_max: t.next_down(), ..*ray }, filter);
+            self.check(&Ray { t_min: t, ..*ray }, filter);
         }
         self.check(ray, &RayFilter { start: first.id, ..*filter });
         self.check(ray, &RayFilter { target: all[all.len() / 2].id, ..*filter });

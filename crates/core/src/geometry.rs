@@ -4,6 +4,7 @@
 //! instances and traced in their own space. A primitive's number is its place in its geometry: triangles first, then
 //! spheres. Instance 0 is the world itself.
 
+use crate::intersect::BOX_SLACK;
 use crate::math::{Affine, Vec3, vec3};
 
 /// An axis-aligned box.
@@ -40,6 +41,14 @@ impl Bounds {
         Bounds { min: self.min - m, max: self.max + m }
     }
 
+    /// Grown by [`crate::intersect::BOX_SLACK`] of each plane's distance from 0, as boxes have to be that rays are tested
+    /// against.
+    #[inline(always)]
+    pub fn with_slack(&self) -> Bounds {
+        let (low, high) = (self.min.abs() * BOX_SLACK, self.max.abs() * BOX_SLACK);
+        Bounds { min: self.min - low, max: self.max + high }
+    }
+
     /// Half the surface area; 0 for the empty box.
     #[inline(always)]
     pub fn half_area(&self) -> f32 {
@@ -74,17 +83,26 @@ impl Bounds {
         })
     }
 
-    /// The world box of an instance of what is in this box ([`Instance::world_bounds`]): that of the eight corners,
-    /// padded for the rounding errors of taking points either way. The padding is 2^-17 of the largest absolute
-    /// coordinate of that box plus the object's own extent as the map can grow it, some hundred times the error of a
-    /// mapped point.
-    pub fn placed(&self, world_from_object: &Affine) -> Bounds {
-        const SHARE: f32 = 1.0 / 131_072.0;
+    /// The world box of an instance of what is in this box ([`Instance::world_bounds`]): that of the eight corners, and all
+    /// points that the inverse map takes into the box. Both maps are rounded, so neither is quite the inverse of the other;
+    /// that moves points by 2^-24 of what the two make of absolute numbers one after the other, and the box is grown by 16
+    /// times that.
+    pub fn placed(&self, world_from_object: &Affine, object_from_world: &Affine) -> Bounds {
+        const SHARE: f32 = 1.0 / 1_048_576.0;
         let world = self.transformed(world_from_object);
-        world.padded(SHARE * (world.extent() + self.extent() * world_from_object.growth()))
+        if world.is_empty() {
+            return world;
+        }
+        let (back, forth) = (object_from_world.abs(), world_from_object.abs());
+        let farthest = world.min.abs().max(world.max.abs());
+        let own = self.min.abs().max(self.max.abs());
+        let moved = forth.direction(back.point(farthest)) + forth.point(own) + farthest;
+        let margin = moved * SHARE;
+        Bounds { min: world.min - margin, max: world.max + margin }
     }
 
     /// The largest absolute coordinate; 0 for the empty box.
+    #[inline(always)]
     pub fn extent(&self) -> f32 {
         if self.is_empty() { 0.0 } else { self.min.abs().max(self.max.abs()).max_component() }
     }
@@ -114,8 +132,8 @@ pub struct Geometry {
     pub first_sphere: u32,
     /// How many it has.
     pub sphere_count: u32,
-    /// The largest absolute coordinate in it: the scale of rounding errors, from which the padding of bounds and the
-    /// tolerance of hits follow.
+    /// The largest absolute coordinate in it. Traversals may take it for the scale of rounding errors; no hit depends on
+    /// it.
     pub extent: f32,
     /// Number of the object that its first sphere is; the others follow.
     pub first_sphere_object: u32,
@@ -130,7 +148,7 @@ pub struct Instance {
     pub object_from_world: Affine,
     /// Takes hits back.
     pub world_from_object: Affine,
-    /// Its box in world space, padded; part of the definition of its hits.
+    /// Its box in world space, grown for the rounding of both maps.
     pub world_bounds: Bounds,
     /// Number of the geometry.
     pub geometry: u32,

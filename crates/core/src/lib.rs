@@ -17,6 +17,7 @@ pub mod intersect;
 pub mod light;
 pub mod material;
 pub mod math;
+mod out_of_line;
 pub mod ray;
 pub mod sampling;
 pub mod settings;

@@ -3,6 +3,10 @@
 use crate::math::Vec3;
 
 /// One light. Emissive triangles are lights each; other emitters are only seen.
+///
+/// `color` is what a surface's colours are multiplied by: an intensity, irradiance or radiance, over pi where light is
+/// physical, since a matte surface of colour rho reflects rho / pi of its irradiance. Whoever makes the light divides, so
+/// that shading has one formula, and no factor in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(u32)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -11,15 +15,15 @@ pub enum Light {
     Point {
         /// World space.
         position: Vec3,
-        /// Radiant intensity; divided by the squared distance where [`crate::settings::Settings::light_falloff`].
-        intensity: Vec3,
+        /// Of the intensity; divided by the squared distance where [`crate::settings::Settings::light_falloff`].
+        color: Vec3,
     },
     /// Shines from infinitely far.
     Directional {
         /// Unit vector towards the light.
         to_light: Vec3,
-        /// Irradiance on a surface that faces the light.
-        irradiance: Vec3,
+        /// Of the irradiance of a surface that faces the light.
+        color: Vec3,
     },
     /// A point light with a cone: full inside the inner angle, none outside the outer, smoothstep between.
     Spot {
@@ -28,7 +32,7 @@ pub enum Light {
         /// Unit vector along the cone's axis, away from the light.
         axis: Vec3,
         /// As for a point light, on the axis.
-        intensity: Vec3,
+        color: Vec3,
         /// Cosine of the half angle within which the light is full.
         cos_inner: f32,
         /// Cosine of the half angle outside which there is none; not above `cos_inner`.
@@ -46,8 +50,8 @@ pub enum Light {
         normal: Vec3,
         /// Area in world units squared.
         area: f32,
-        /// `Ke`.
-        radiance: Vec3,
+        /// Of the radiance, `Ke`.
+        color: Vec3,
         /// Points a shading point samples on it.
         samples: u32,
         /// Number of the instance that holds it (0 = world).

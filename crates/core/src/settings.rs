@@ -2,7 +2,8 @@
 
 use crate::math::Vec3;
 
-/// How a surface point is lit (reference systems: EOS, PG1, PLATO).
+/// How a surface point is lit (reference systems: EOS, PG1, PLATO). `I` is what arrives of a light, over pi where light is
+/// physical.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -93,7 +94,7 @@ pub struct Settings {
     pub light_from_behind: bool,
     /// Point and spot lights fall off with the square of the distance.
     pub light_falloff: bool,
-    /// The ambient term is this times the diffuse colour.
+    /// Radiance of uniform surroundings that surfaces are lit by: the ambient term is this times the diffuse colour.
     pub ambient: f32,
     /// `D` of [`LightingModel::Distance`], in world units.
     pub max_distance: f32,

@@ -38,6 +38,4 @@ pub struct SceneView<'a> {
     pub camera: &'a Camera,
     /// Settings.
     pub settings: &'a Settings,
-    /// The largest absolute coordinate in world space: the scale of offsets.
-    pub extent: f32,
 }

@@ -99,8 +99,9 @@ impl Theirs {
             .triangles
             .iter()
             .flat_map(|t| {
-                let corner = [t.v0.x, t.v0.y, t.v0.z, 0.0, t.e1.x, t.e1.y, t.e1.z, 0.0];
-                corner.into_iter().chain([t.e2.x, t.e2.y, t.e2.z, 0.0]).map(f32::to_bits).collect::<Vec<_>>()
+                let (e1, e2) = (t.e1(), t.e2());
+                let corner = [t.v0.x, t.v0.y, t.v0.z, 0.0, e1.x, e1.y, e1.z, 0.0];
+                corner.into_iter().chain([e2.x, e2.y, e2.z, 0.0]).map(f32::to_bits).collect::<Vec<_>>()
             })
             .collect();
         let (nodes, triangles) = (stream.clone_htod(&aila_laine(bvh))?, stream.clone_htod(&triangles)?);

@@ -14,8 +14,6 @@ pub(crate) enum Kind {
     Count,
     /// `u32`.
     Number,
-    /// `f32`.
-    Float,
 }
 
 /// Parameters that frames have of their own. Each part goes on until the next begins.
@@ -27,8 +25,6 @@ pub(crate) enum Part {
     Instances,
     /// Lights, camera and settings.
     Moment,
-    /// The extent of the scene.
-    Extent,
 }
 
 /// Parameters of a kernel, and where each array shall lie in one piece of the device's memory. Nothing is copied before
@@ -72,11 +68,6 @@ impl<'a> Parameters<'a> {
     /// A number.
     pub(crate) fn number(&mut self, value: u32) {
         self.push(Kind::Number, value.into());
-    }
-
-    /// A number with a fraction.
-    pub(crate) fn float(&mut self, value: f32) {
-        self.push(Kind::Float, value.to_bits().into());
     }
 
     /// What is added next begins a part.
@@ -147,11 +138,11 @@ mod tests {
         parameters.begin(Part::Instances);
         parameters.array(&all);
         parameters.count(4);
-        parameters.begin(Part::Extent);
+        parameters.begin(Part::Moment);
         parameters.number(2);
         let mut values = parameters.values(1000);
         let mut frame = Parameters::default();
-        frame.begin(Part::Extent);
+        frame.begin(Part::Moment);
         frame.number(3);
         frame.begin(Part::Instances);
         frame.array(&own);
@@ -167,11 +158,11 @@ mod tests {
         parameters.number(7);
         parameters.array(&nothing);
         parameters.array(&floats);
-        parameters.float(1.0);
+        parameters.number(9);
         parameters.count(3);
         assert_eq!(parameters.bytes(), 512 + 256 + 12);
         assert_eq!(parameters.values(1 << 40)[..2], [1 << 40, 7]);
-        assert_eq!(parameters.values(4096)[2..], [4096 + 512, 4096 + 768, 0x3F80_0000, 3]);
+        assert_eq!(parameters.values(4096)[2..], [4096 + 512, 4096 + 768, 9, 3]);
         let pieces: Vec<_> = parameters.pieces().iter().map(|p| (p.offset, p.bytes.len())).collect();
         assert_eq!(pieces, [(0, 300), (512, 0), (768, 12)]);
         assert_eq!(parameters.kinds()[2..4], [Kind::Array { align: 8 }, Kind::Array { align: 4 }]);

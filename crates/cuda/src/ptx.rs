@@ -59,7 +59,6 @@ mod tests {
                 }
                 [".param", ".u64", _] => Kind::Count,
                 [".param", ".u32", _] => Kind::Number,
-                [".param", ".f32", _] => Kind::Float,
                 _ => panic!("{kernel}: {line}"),
             }
         };
@@ -118,7 +117,7 @@ mod tests {
             assert_eq!(tables(&text), tables(PTX));
             assert!(text.contains(&format!("\n.maxntid {MOST_THREADS}\n")));
             // All functions that it calls, declared at the top and defined, and no others.
-            for function in ["decide_triangle(", "decide_sphere("] {
+            for function in ["intersect_triangle(", "intersect_sphere("] {
                 assert_eq!(text.matches(function).count(), 1);
             }
             let is_wide = traversal == Traversal::Wide;

@@ -9,7 +9,7 @@ use crate::structure::{Trees, add_trees};
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_accel::Bvh;
-use eosphor_core::ray::{Hit, PrimitiveId, Ray};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 use eosphor_render::BackendError;
 
 /// The kernels of `gpu/src/rays.rs`: closest hits, and whether anything is in the way; then the same where there is no
@@ -77,7 +77,8 @@ impl HitRow {
         } else {
             PrimitiveId { instance, primitive }
         };
-        Hit { t, u, v, id }
+        // Kernels do not write the rest of `t`.
+        Hit { t, t_rest: UNKNOWN_REST, u, v, id }
     }
 }
 

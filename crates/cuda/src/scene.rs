@@ -91,7 +91,6 @@ impl DeviceScene {
         add_moment(&mut own, lights, camera, settings);
         let mut room = None;
         if let (Some(places), Some(top)) = (places, &top) {
-            add_extent(&mut own, places.extent);
             add_instances(&mut own, &places.instances);
             // The array that trees are in comes first of all.
             room = self.top_level.add(&mut own, top, &device.stream, values[0])?;
@@ -148,11 +147,6 @@ fn add_instances<'a>(parameters: &mut Parameters<'a>, instances: &'a [Instance])
     parameters.count(instances.len());
 }
 
-fn add_extent(parameters: &mut Parameters, extent: f32) {
-    parameters.begin(Part::Extent);
-    parameters.float(extent);
-}
-
 /// What hits look like.
 fn add_shading<'a>(parameters: &mut Parameters<'a>, view: &SceneView<'a>) {
     parameters.array(view.triangle_shading);
@@ -165,7 +159,6 @@ fn add_shading<'a>(parameters: &mut Parameters<'a>, view: &SceneView<'a>) {
     parameters.count(view.textures.words.len());
     parameters.array(view.textures.srgb_decode);
     add_moment(parameters, view.lights, view.camera, view.settings);
-    add_extent(parameters, view.extent);
 }
 
 /// What differs from frame to frame.

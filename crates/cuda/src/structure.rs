@@ -164,7 +164,6 @@ pub(crate) fn add_trees<'a>(
             parameters.array(view.roots);
             parameters.begin(Part::InstanceTree);
             parameters.number(view.instance_root.bits());
-            parameters.float(view.world_extent);
             parameters.number(traversal.company().bits());
         }
         Trees::Wide(wide) => {
@@ -172,7 +171,6 @@ pub(crate) fn add_trees<'a>(
             parameters.array(&wide.roots);
             parameters.begin(Part::InstanceTree);
             parameters.number(wide.instance_root);
-            parameters.float(wide.world_extent);
         }
     }
     bvh.primitives.view()

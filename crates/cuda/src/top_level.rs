@@ -25,7 +25,8 @@ pub(crate) struct TopLevel {
 /// Room for nodes at the end of an array.
 struct Rooms {
     is_wide: bool,
-    world_extent: f32,
+    /// For rays from within this the trees are made.
+    reach: f32,
     /// The number of the first node.
     first: u32,
     /// Nodes of a room.
@@ -64,13 +65,13 @@ impl TopLevel {
     /// For a scene with so many instances, over which this structure was built with room for them.
     pub(crate) fn new(accel: Accel, trees: Option<&Trees>, instances: usize) -> TopLevel {
         let rooms = trees.map(|trees| {
-            let (is_wide, nodes, world_extent) = match trees {
-                Trees::Pairs(pairs, _) => (false, pairs.pairs.len(), pairs.world_extent),
-                Trees::Wide(wide) => (true, wide.nodes.len(), wide.world_extent),
+            let (is_wide, nodes, reach) = match trees {
+                Trees::Pairs(pairs, _) => (false, pairs.pairs.len(), pairs.roots[0].reach),
+                Trees::Wide(wide) => (true, wide.nodes.len(), wide.roots[0].reach),
             };
             Rooms {
                 is_wide,
-                world_extent,
+                reach,
                 first: (nodes - ROOMS * instances) as u32,
                 size: instances as u32,
                 free: Mutex::new((0..ROOMS as u32).collect()),
@@ -101,14 +102,14 @@ impl TopLevel {
                 let first = rooms.first + room.number * rooms.size;
                 own.begin(Part::InstanceTree);
                 if rooms.is_wide {
-                    let (pairs, root) = BvhPairs::over_instances(top, rooms.world_extent, 0);
+                    let (pairs, root) = BvhPairs::over_instances(top, rooms.reach, 0);
                     let (own_nodes, root) = BvhWide::over_instances(&pairs, root, first);
                     assert!(own_nodes.len() <= rooms.size as usize);
                     // SAFETY: the room is this frame's alone, and there are no more nodes than instances.
                     unsafe { write(stream, nodes, first, &own_nodes) }?;
                     own.number(root);
                 } else {
-                    let (pairs, root) = BvhPairs::over_instances(top, rooms.world_extent, first);
+                    let (pairs, root) = BvhPairs::over_instances(top, rooms.reach, first);
                     assert!(pairs.len() <= rooms.size as usize);
                     // SAFETY: as above.
                     unsafe { write(stream, nodes, first, &pairs) }?;

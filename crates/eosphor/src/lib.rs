@@ -33,10 +33,12 @@
 //! use eosphor::{Backend, Camera, CpuBackend, CpuOptions, Light, Material, MaterialKind, Scene, Sphere, render};
 //!
 //! let red = MaterialKind::Matte { color: vec3(0.8, 0.1, 0.1) };
+//! // Light of this irradiance makes what faces it as bright as its colour.
+//! let white = Vec3::splat(std::f32::consts::PI);
 //! let mut scene = Scene {
 //!     materials: vec![Material::new("red", red)],
 //!     spheres: vec![Sphere { center: Vec3::ZERO, radius: 1.0, material: 0 }],
-//!     lights: vec![Light::Directional { direction: vec3(0.0, 0.0, -1.0), color: Vec3::ONE }],
+//!     lights: vec![Light::Directional { direction: vec3(0.0, 0.0, -1.0), color: white }],
 //!     camera: Some(Camera::default()),
 //!     ..Scene::default()
 //! };
@@ -71,11 +73,12 @@ pub use eosphor_render::{
 pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
     Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, Image, Instance,
-    Interpolation, Law, Lens, Light, LightKey, LightMotion, LoadOptions, LoadedScene, MAX_FRAMES, Material,
-    MaterialKind, MaterialTextures, Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note,
-    Parallelogram, Pbr, PixelSampling, Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene,
-    SceneData, SceneError, Snippet, Solid, Sphere, Texels, Texture, TextureChannel, TextureContent, Transfer,
-    Transform, Triangle, UnknownPreset, UnknownSolid, Warning, load, scene_reference, scene_schema,
+    Interpolation, Law, Lens, Light, LightKey, LightMotion, LightUnits, LoadOptions, LoadedScene, MAX_FRAMES,
+    Material, MaterialKind, MaterialTextures, Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX,
+    NormalMode, Note, Parallelogram, Pbr, PixelSampling, Place, Places, Preset, Problem, READ_FORMATS,
+    RenderSettings, Scene, SceneData, SceneError, Snippet, Solid, Sphere, Texels, Texture, TextureChannel,
+    TextureContent, Transfer, Transform, Triangle, UnknownPreset, UnknownSolid, Warning, load,
+    scene_reference, scene_schema,
 };
 
 /// Animations as numbered files.

@@ -181,7 +181,7 @@ fn instances() -> Scene {
                 scale: vec3(1.0 + k as f32 * 0.3, if k % 2 == 0 { 1.0 } else { -2.0 }, 1.5),
                 rotate_degrees: vec3(angle, angle * 0.5, 10.0),
                 translate: vec3(k as f32 - 2.5, 1.2 + 0.2 * k as f32, -1.0),
-                matrix: None,
+                ..Transform::default()
             },
             moves: Vec::new(),
         });

@@ -15,10 +15,12 @@
 //! # Ok::<(), eosphor_scene::SceneError>(())
 //! ```
 
+mod double;
 mod error;
 mod files;
 mod flatten;
 mod model;
+mod positions;
 mod presets;
 mod snippet;
 mod solids;

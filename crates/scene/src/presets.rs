@@ -1,7 +1,7 @@
 //! Presets: render as the reference systems do.
 
-use crate::model::{Camera, Composition, Light, Material, MaterialKind, Mtl, NormalMode, PixelSampling};
-use crate::model::{RenderSettings, Scene, Transfer};
+use crate::model::{Camera, Composition, Light, LightUnits, Material, MaterialKind, Mtl, NormalMode};
+use crate::model::{PixelSampling, RenderSettings, Scene, Transfer, double};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
 use std::fmt;
@@ -47,7 +47,7 @@ impl Preset {
         match self {
             Preset::Eos => eos_scene(scene),
             Preset::Pg1 => {
-                scene.camera.get_or_insert_with(pg1_camera);
+                place_camera(scene, pg1_camera());
             }
             Preset::Course => {}
         }
@@ -62,6 +62,7 @@ impl Preset {
             shadows: ShadowMode::Opaque,
             fresnel: FresnelMode::Exact,
             normals: NormalMode::Smooth,
+            light_units: LightUnits::Plain,
             light_falloff: false,
             srgb_textures: false,
             transfer: Transfer::Linear,
@@ -117,18 +118,27 @@ pub(crate) fn pg1_camera() -> Camera {
     }
 }
 
+/// Gives a scene without a camera this one, which has coordinates of the file.
+fn place_camera(scene: &mut Scene, camera: Camera) {
+    let position = scene.point_of_file(double(camera.position));
+    scene.camera.get_or_insert(Camera { position, ..camera });
+}
+
 /// Camera, lights and material of EOS. Its view plane reaches from -1 to 1 at distance 1 whatever its `FOV` says, so
 /// the horizontal field of view is 90 degrees.
 fn eos_scene(scene: &mut Scene) {
-    scene.camera.get_or_insert_with(|| Camera {
+    let camera = Camera {
         position: vec3(2.0, 0.0, 5.0),
         direction: vec3(0.0, 0.0, -1.0),
         fov_x_degrees: 90.0,
         ..Camera::default()
-    });
+    };
+    place_camera(scene, camera);
     if scene.lights.is_empty() && !scene.has_emissive_triangles() {
-        let light = |x| Light::Point { position: vec3(x, 10.0, 10.0), color: Vec3::ONE };
-        scene.lights.extend([light(-20.0), light(20.0)]);
+        let place = |x| scene.point_of_file([x, 10.0, 10.0]);
+        let light = |x| Light::Point { position: place(x), color: Vec3::ONE };
+        let both = [light(-20.0), light(20.0)];
+        scene.lights.extend(both);
     }
     for material in scene.materials.iter_mut().filter(|m| m.is_default()) {
         // Reflective: illum 3, from which the composition of EOS makes kr = 0.4.

@@ -1,25 +1,31 @@
 //! Boxes of parts of triangles.
 //!
-//! Why nothing is lost. A hit counts for a ray and a triangle, and its point lies within [`HIT_TOLERANCE`] × extent of a
-//! point p of the triangle. So it is enough that for each p some reference's box contains everything within [`PADDING`]
-//! × extent of p (twice that tolerance; the other half is room for rounding). This holds for whole triangles, and each
-//! cut keeps it: if box B has it for p, p lies in B, hence in the part on its side of the plane; the new box is the box
-//! around that part, grown by [`PART_PADDING`] × [`PADDING`] × extent (which covers the rounding of the cut as well), and
-//! cut with B: both contain the neighbourhood of p.
-//!
-//! Hits may also count a little outside the triangle, by `EDGE_TOLERANCE` × (extent + distance of the origin), where two
-//! triangles meet. Parts are padded eight times as much as whole triangles so that these lie inside as well, with origins
-//! up to 128 extents away and down to incidence at 1/256 radian.
-//!
-//! [`HIT_TOLERANCE`]: eosphor_core::intersect::HIT_TOLERANCE
-//! [`PADDING`]: eosphor_core::intersect::PADDING
+//! Why nothing is lost. Where a hit counts, the ray's line passes within 2^-47 of the magnitudes in the test of a point p of
+//! the triangle (`eosphor_core::intersect::precise`), which the slack of each ray's slab test covers, from wherever it
+//! comes. So it is enough that for each p some reference's box contains p, with slack for the rounding of the slab test.
+//! This holds for whole triangles, and each cut keeps it: if box B has it for p, p lies in the part on its side of the plane;
+//! the new box is the box around that part, grown by [`part_margin`], which covers the rounding of the cut and the slack, and
+//! cut with B: both contain p with slack. Nothing here depends on the rest of the scene, nor on where rays come from.
 
 use super::lanes::{Box4, Lanes};
 use super::reference::Reference;
 use eosphor_core::math::Vec3;
 
-/// Bounds of parts are padded by this times what bounds of whole triangles are padded by.
-pub(super) const PART_PADDING: f32 = 8.0;
+/// Cuts are rounded by less than this (32 · 2^-24) times the largest coordinate of the triangle.
+pub(super) const PART_SLACK: f32 = 1.0 / 524_288.0;
+
+/// What boxes of parts of a triangle are grown by.
+#[inline(always)]
+pub(super) fn part_margin(triangle: &[Vec3; 3]) -> f32 {
+    let [a, b, c] = triangle.map(Vec3::abs);
+    PART_SLACK * a.max(b.max(c)).max_component()
+}
+
+/// The margin of a reference's triangle; other primitives are not cut.
+#[inline(always)]
+pub(super) fn margin_of(reference: &Reference, triangles: &[[Vec3; 3]]) -> f32 {
+    triangles.get(reference.index() as usize).map_or(0.0, part_margin)
+}
 
 /// Corners, fourth lanes 0.
 #[inline(always)]
@@ -86,13 +92,8 @@ impl Outline {
 
 /// Boxes of what lies below and above a plane, out of a reference's box. A side with nothing is inside out.
 #[inline(always)]
-pub(super) fn cut(
-    triangle: &[Vec3; 3],
-    whole: &Reference,
-    axis: usize,
-    plane: f32,
-    margin: f32,
-) -> [Box4; 2] {
+pub(super) fn cut(triangle: &[Vec3; 3], whole: &Reference, axis: usize, plane: f32) -> [Box4; 2] {
+    let margin = part_margin(triangle);
     let outline = Outline::new(triangle, axis);
     let crossing = outline.crossing(plane);
     let sides =
@@ -122,9 +123,9 @@ impl Slices {
         triangle: &[Vec3; 3],
         whole: &Reference,
         (first, last): (usize, usize),
-        margin: f32,
         slices: &mut [Box4; N],
     ) {
+        let margin = part_margin(triangle);
         let outline = Outline::new(triangle, self.axis);
         // Corners beyond the first and last slice were cut off before, or reach out by less than the margin.
         let mut low = self.plane(first);

@@ -1,6 +1,6 @@
 //! The best plane to cut primitives at.
 
-use super::clip::Slices;
+use super::clip::{self, PART_SLACK, Slices};
 use super::lanes::{Box4, Lanes};
 use super::policy::Policy;
 use super::reference::{CHUNK, Extent, Reference};
@@ -35,8 +35,6 @@ pub(super) struct SliceBins {
 pub(super) struct Cutter<'a> {
     pub(super) policy: &'a Policy,
     pub(super) triangles: &'a [[Vec3; 3]],
-    /// What the bounds of parts are padded by.
-    pub(super) margin: f32,
 }
 
 impl Cutter<'_> {
@@ -52,7 +50,8 @@ impl Cutter<'_> {
         let slices: [Slices; 3] = std::array::from_fn(|axis| {
             let size = high[axis] - low[axis];
             // Sides too short for parts with their margins are not cut.
-            let scale = if size > 4.0 * self.margin && size < f32::MAX { SLICES as f32 / size } else { 0.0 };
+            let margin = PART_SLACK * low[axis].abs().max(high[axis].abs());
+            let scale = if size > 4.0 * margin && size < f32::MAX { SLICES as f32 / size } else { 0.0 };
             Slices { axis, base: low[axis], scale, width: size / SLICES as f32 }
         });
         bins.clear();
@@ -103,10 +102,11 @@ impl Cutter<'_> {
     fn fill(&self, references: &[Reference], slices: &[Slices; 3], bins: &mut SliceBins) {
         let pick = |f: fn(&Slices) -> f32| Lanes::new(f(&slices[0]), f(&slices[1]), f(&slices[2]), 0.0);
         let (base, scale) = (pick(|s| s.base), pick(|s| s.scale));
-        let (margin, last) = (Lanes::splat(self.margin), Lanes::splat((SLICES - 1) as f32));
+        let last = Lanes::splat((SLICES - 1) as f32);
         let slice = |x: Lanes| x.minus(base).times(scale).min(last).max(Lanes::splat(0.0)).whole();
         for r in references {
             let b = r.box4();
+            let margin = Lanes::splat(clip::margin_of(r, self.triangles));
             // What reaches into a slice by less than the margin is not cut there.
             let (first, last) = (slice(b.low.xyz0().plus(margin)), slice(b.high.xyz0().minus(margin)));
             for axis in 0..3 {
@@ -118,7 +118,7 @@ impl Cutter<'_> {
                 let boxes = &mut bins.boxes[axis];
                 match self.triangles.get(r.index() as usize) {
                     Some(triangle) if first != last => {
-                        slices[axis].chop(triangle, r, (first, last), self.margin, boxes);
+                        slices[axis].chop(triangle, r, (first, last), boxes);
                     }
                     _ => (first..=last).for_each(|k| boxes[k % SLICES] = boxes[k % SLICES].union(b)),
                 }

@@ -61,11 +61,20 @@ impl Box4 {
     }
 
     #[inline(always)]
-    pub(super) fn bounds(self, padding: f32) -> eosphor_core::geometry::Bounds {
+    pub(super) fn bounds(self) -> eosphor_core::geometry::Bounds {
         let (l, h) = (self.low.array(), self.high.array());
         use eosphor_core::math::vec3;
         eosphor_core::geometry::Bounds { min: vec3(l[0], l[1], l[2]), max: vec3(h[0], h[1], h[2]) }
-            .padded(padding)
+    }
+
+    /// As `Bounds::with_slack`.
+    #[inline(always)]
+    pub(super) fn with_slack(self) -> Box4 {
+        let slack = Lanes::splat(eosphor_core::intersect::BOX_SLACK);
+        Box4 {
+            low: self.low.minus(self.low.abs().times(slack)),
+            high: self.high.plus(self.high.abs().times(slack)),
+        }
     }
 }
 
@@ -139,6 +148,10 @@ mod imp {
         pub(in super::super) fn over(self, o: Lanes) -> Lanes {
             Lanes(sse2!(_mm_div_ps(self.0, o.0)))
         }
+        #[inline(always)]
+        pub(in super::super) fn abs(self) -> Lanes {
+            Lanes(sse2!(_mm_andnot_ps(_mm_set1_ps(-0.0), self.0)))
+        }
         /// The fourth lane becomes 0.
         #[inline(always)]
         pub(in super::super) fn xyz0(self) -> Lanes {
@@ -197,6 +210,10 @@ mod imp {
         #[inline(always)]
         pub(in super::super) fn splat(x: f32) -> Lanes {
             Lanes([x; 4])
+        }
+        #[inline(always)]
+        pub(in super::super) fn abs(self) -> Lanes {
+            Lanes(self.0.map(f32::abs))
         }
         #[inline(always)]
         pub(in super::super) fn array(self) -> [f32; 4] {

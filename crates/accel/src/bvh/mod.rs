@@ -34,7 +34,7 @@ pub(crate) use tree::Tree;
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::{Bounds, Geometry};
 use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, InstanceTreeView, Work};
-use eosphor_core::intersect::{PADDING, sphere_bounds};
+use eosphor_core::intersect::sphere_bounds;
 use policy::Policy;
 use reference::Reference;
 use std::time::Instant;
@@ -187,10 +187,9 @@ pub(crate) fn geometry_tree(
     options: &BuildOptions,
     purpose: Purpose,
 ) -> Tree {
-    let padding = PADDING * geometry.extent;
     let triangles = &scene.triangles[geometry.first_triangle as usize..][..geometry.triangle_count as usize];
     let spheres = &scene.spheres[geometry.first_sphere as usize..][..geometry.sphere_count as usize];
-    let spheres: Vec<Bounds> = spheres.iter().map(|s| sphere_bounds(s, padding)).collect();
+    let spheres: Vec<Bounds> = spheres.iter().map(sphere_bounds).collect();
     let mut policy = Policy::new(options, purpose, triangles.len(), spheres.len());
     let count = triangles.len() + spheres.len();
     // Cutting is for blocks of four, where the cost of a few more is small.
@@ -202,14 +201,13 @@ pub(crate) fn geometry_tree(
         _ if presplit => spheres.len() + presplit::room(triangles.len()),
         _ => count,
     };
-    let (mut references, mut extent, largest) =
-        reference::make_references(triangles, padding, &spheres, room);
+    let (mut references, mut extent, largest) = reference::make_references(triangles, &spheres, room);
     if presplit {
         let ranges = largest.above(presplit::LARGE, &extent, triangles.len());
-        policy.has_parts = presplit::cut_large(&mut references, &mut extent, &ranges, triangles, padding);
+        policy.has_parts = presplit::cut_large(&mut references, &mut extent, &ranges, triangles);
     }
     if options.builder == Builder::Spatial && !references.is_empty() {
-        return spatial::build(references, &extent, &policy, triangles, padding).join();
+        return spatial::build(references, &extent, &policy, triangles).join();
     }
     build_tree(references, &extent, options, &policy)
 }
@@ -223,7 +221,7 @@ pub(crate) fn instance_tree(scene: &SceneGeometry, options: &BuildOptions, purpo
     }
     // There is nothing to clip.
     let builder = if options.builder == Builder::Spatial { Builder::Binned } else { options.builder };
-    let (references, extent, _) = reference::make_references(&[], 0.0, &bounds, 0);
+    let (references, extent, _) = reference::make_references(&[], &bounds, 0);
     build_tree(references, &extent, &BuildOptions { builder, ..*options }, &policy)
 }
 

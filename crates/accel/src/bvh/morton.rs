@@ -34,7 +34,7 @@ impl Morton<'_> {
             || self.build(middle..range.end, depth + 1),
         );
         let bounds = a.union(b);
-        (Piece::Split(bounds.bounds(0.0), Box::new([left, right])), bounds)
+        (Piece::Split(bounds.bounds(), Box::new([left, right])), bounds)
     }
 
     /// Codes end the recursion after 30 levels, halving of equal ones after at most 29 more.

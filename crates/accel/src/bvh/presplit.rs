@@ -5,7 +5,7 @@
 //! A wall or a floor of two triangles makes the box of every node above it as large as itself. Rays in a building enter
 //! these boxes everywhere, which the surface area heuristic does not see: it has rays end nowhere.
 
-use super::clip::{self, PART_PADDING};
+use super::clip;
 use super::lanes::Box4;
 use super::reference::{Extent, Reference};
 use eosphor_core::math::Vec3;
@@ -35,7 +35,6 @@ pub(super) fn cut_large(
     extent: &mut Extent,
     ranges: &[Range<usize>],
     triangles: &[[Vec3; 3]],
-    padding: f32,
 ) -> bool {
     let root = extent.bounds.half_area();
     if !(root > 0.0 && root < f32::MAX) {
@@ -59,19 +58,20 @@ pub(super) fn cut_large(
         limit *= 2.0;
         large.retain(|(_, area)| *area > limit);
     }
-    let grid = Grid { whole: extent.bounds, margin: padding * PART_PADDING };
+    let grid = Grid { whole: extent.bounds };
     let (before, most) = (references.len(), references.len() + budget);
     let (mut pending, mut parts) = (Vec::new(), Vec::new());
     for (at, _) in large {
         let triangle = &triangles[at];
+        let margin = clip::part_margin(triangle);
         pending.push(references[at]);
         while let Some(r) = pending.pop() {
             let room = parts.len() + pending.len() + 1 < MOST_PARTS.min(most - references.len() + 1);
             let b = r.box4();
-            match grid.plane(&b).filter(|_| room && b.half_area() > limit) {
+            match grid.plane(&b, margin).filter(|_| room && b.half_area() > limit) {
                 None => parts.push(r),
                 Some((axis, plane)) => {
-                    let sides = clip::cut(triangle, &r, axis, plane, grid.margin);
+                    let sides = clip::cut(triangle, &r, axis, plane);
                     if sides.iter().all(Box4::holds_something) {
                         pending.extend(sides.map(|side| Reference::with_box(side, r.index())));
                     } else {
@@ -96,24 +96,22 @@ fn least_area(triangle: &[Vec3; 3]) -> f32 {
 /// The whole, halved again and again.
 struct Grid {
     whole: Box4,
-    margin: f32,
 }
 
 impl Grid {
     /// The plane that cuts a box, of those that stand farthest apart: so neighbours are cut at the same ones.
-    fn plane(&self, b: &Box4) -> Option<(usize, f32)> {
+    fn plane(&self, b: &Box4, margin: f32) -> Option<(usize, f32)> {
         const CELLS: f32 = 65536.0;
         let (low, high) = (b.low.array(), b.high.array());
         let (base, end) = (self.whole.low.array(), self.whole.high.array());
         let mut best: Option<(f32, usize, f32)> = None;
         for axis in 0..3 {
             let cell = (end[axis] - base[axis]) / CELLS;
-            if high[axis] - low[axis] <= 8.0 * self.margin {
+            if high[axis] - low[axis] <= 8.0 * margin {
                 continue;
             }
             let number = |x: f32| ((x - base[axis]) / cell).clamp(0.0, CELLS - 1.0) as u32;
-            let (first, last) =
-                (number(low[axis] + 2.0 * self.margin), number(high[axis] - 2.0 * self.margin));
+            let (first, last) = (number(low[axis] + 2.0 * margin), number(high[axis] - 2.0 * margin));
             if first >= last {
                 continue;
             }

@@ -125,11 +125,10 @@ impl Largest {
 /// order, so the result does not depend on threads.
 pub(super) const CHUNK: usize = 1 << 14;
 
-/// References to triangles and then to other primitives, which `others` gives the padded bounds of, with `room` for so
+/// References to triangles and then to other primitives, which `others` gives the bounds of, with `room` for so
 /// many in all. Also tells what contains them, and how large triangles are.
 pub(super) fn make_references(
     triangles: &[[Vec3; 3]],
-    padding: f32,
     others: &[Bounds],
     room: usize,
 ) -> (Vec<Reference>, Extent, Largest) {
@@ -145,7 +144,7 @@ pub(super) fn make_references(
             let (mut extent, mut size) = (Extent::empty(), Lanes::splat(0.0));
             let first = (chunk * CHUNK) as u32;
             for ((place, triangle), index) in room.iter_mut().zip(triangles).zip(first..) {
-                let reference = Reference::with_box(triangle_box(triangle, padding), index);
+                let reference = Reference::with_box(triangle_box(triangle), index);
                 let b = reference.box4();
                 extent.add(&reference);
                 size = b.high.minus(b.low).max(size);
@@ -166,18 +165,16 @@ pub(super) fn make_references(
     (references, extent, largest)
 }
 
-/// [`PackedTriangle::bounds`] without packing: the same sums of the same edges. A triangle without area has the bounds
-/// of its first corner there, which these contain, unless its edges overflow.
+/// [`PackedTriangle::bounds`] without packing. A triangle without area has the bounds of its first corner there, which these
+/// contain.
 #[inline(always)]
-pub(super) fn triangle_box(triangle: &[Vec3; 3], padding: f32) -> Box4 {
+pub(super) fn triangle_box(triangle: &[Vec3; 3]) -> Box4 {
     let [a, b, c] = triangle.map(|v| Lanes::new(v.x, v.y, v.z, 0.0));
-    let (b, c) = (a.plus(b.minus(a)), a.plus(c.minus(a)));
-    let margin = Lanes::splat(padding);
-    let bounds = Box4 { low: a.min(b.min(c)).minus(margin), high: a.max(b.max(c)).plus(margin) };
+    let bounds = Box4 { low: a.min(b.min(c)), high: a.max(b.max(c)) }.with_slack();
     let size = bounds.high.minus(bounds.low).array();
     if size[0] + size[1] + size[2] < f32::INFINITY {
         return bounds;
     }
-    let b = PackedTriangle::new(*triangle, 0).bounds(padding);
+    let b = PackedTriangle::new(*triangle, 0).bounds();
     Reference::new(&b, 0).box4()
 }

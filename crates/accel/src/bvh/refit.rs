@@ -4,7 +4,7 @@ use super::{Bvh, pack};
 use crate::SceneGeometry;
 use eosphor_core::geometry::{Bounds, Geometry};
 use eosphor_core::hierarchy::BvhNode;
-use eosphor_core::intersect::{PADDING, sphere_bounds};
+use eosphor_core::intersect::sphere_bounds;
 use std::fmt;
 
 /// Why a hierarchy does not fit a scene: it was built over another number of things.
@@ -116,7 +116,6 @@ impl Bvh {
     }
 
     fn refit_geometry(&mut self, root: u32, geometry: &Geometry, scene: &SceneGeometry) {
-        let padding = PADDING * geometry.extent;
         let vertices = &scene.triangles[geometry.first_triangle as usize..];
         let spheres = &scene.spheres[geometry.first_sphere as usize..];
         let mut packed = Vec::new();
@@ -131,7 +130,7 @@ impl Bvh {
                 packed.clear();
                 pack(&mut packed, vertices, &order);
                 triangles.copy_from_slice(&packed);
-                union(triangles.iter().map(|t| t.bounds(padding)))
+                union(triangles.iter().map(|t| t.bounds()))
             } else if range.is_empty() {
                 continue;
             } else {
@@ -139,7 +138,7 @@ impl Bvh {
                     let number = self.primitives.sphere_primitives[k] - geometry.triangle_count;
                     self.primitives.spheres[k] = spheres[number as usize];
                 }
-                union(self.primitives.spheres[range].iter().map(|s| sphere_bounds(s, padding)))
+                union(self.primitives.spheres[range].iter().map(sphere_bounds))
             };
             self.set_bounds(at, bounds);
         }

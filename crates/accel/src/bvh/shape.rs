@@ -72,8 +72,8 @@ fn build_inner(keys: &[Key], range: Range<usize>, tree: &mut Tree, at: usize) {
 
 /// The box around triangles, finite whatever their coordinates.
 #[cold]
-pub(crate) fn finite_box<'a>(triangles: impl Iterator<Item = &'a [Vec3; 3]>, padding: f32) -> Bounds {
-    triangles.map(|t| triangle_box(t, padding)).fold(Box4::empty(), Box4::union).bounds(0.0)
+pub(crate) fn finite_box<'a>(triangles: impl Iterator<Item = &'a [Vec3; 3]>) -> Bounds {
+    triangles.map(triangle_box).fold(Box4::empty(), Box4::union).bounds()
 }
 
 impl Piece {

@@ -1,7 +1,7 @@
 //! Spatial splits: where the boxes of two sets of primitives overlap, primitives are cut instead (Stich et al. 2009).
 
 use super::binned::{self, Bins};
-use super::clip::{self, PART_PADDING};
+use super::clip;
 use super::cuts::{Cut, Cutter, SliceBins};
 use super::lanes::Box4;
 use super::memory::filled;
@@ -29,8 +29,6 @@ const BUDGET: f64 = 1.3;
 pub(super) struct Spatial<'a> {
     policy: &'a Policy,
     triangles: &'a [[Vec3; 3]],
-    /// What the bounds of parts are padded by.
-    margin: f32,
     root_area: f32,
 }
 
@@ -59,10 +57,8 @@ pub(super) fn build(
     extent: &Extent,
     policy: &Policy,
     triangles: &[[Vec3; 3]],
-    padding: f32,
 ) -> Piece {
-    let spatial =
-        Spatial { policy, triangles, margin: padding * PART_PADDING, root_area: extent.bounds.half_area() };
+    let spatial = Spatial { policy, triangles, root_area: extent.bounds.half_area() };
     let used = references.len();
     let room = room(used);
     let mut from = references;
@@ -91,7 +87,7 @@ impl Spatial<'_> {
             tree.set_leaf(0, extent.bounds, &room.from[room.used.clone()], spheres);
             return Piece::Whole(tree);
         }
-        let bounds = extent.bounds.bounds(0.0);
+        let bounds = extent.bounds.bounds();
         let [(left, l), (right, r)] = self.apply(room, &choice);
         let (left, right) =
             rayon::join(|| self.build(left, &l, depth + 1), || self.build(right, &r, depth + 1));
@@ -145,7 +141,7 @@ impl Spatial<'_> {
         let spare = room.from.len() - count;
         let mut cut = None;
         if spare > 0 && !few && split.is_none_or(|s| self.overlaps(&s, &scratch.bins)) {
-            let cutter = Cutter { policy, triangles: self.triangles, margin: self.margin };
+            let cutter = Cutter { policy, triangles: self.triangles };
             cut =
                 cutter.best(references, extent, spare, &mut scratch.slices).filter(|c| c.cost < cost * WORTH);
             cost = cut.map_or(cost, |c| c.cost);
@@ -221,15 +217,16 @@ impl Spatial<'_> {
             }
         };
         for r in from {
-            let low = (r.low_on(s.axis) + self.margin - s.base) * s.scale;
-            let high = (r.high_on(s.axis) - self.margin - s.base) * s.scale;
+            let margin = clip::margin_of(r, self.triangles);
+            let low = (r.low_on(s.axis) + margin - s.base) * s.scale;
+            let high = (r.high_on(s.axis) - margin - s.base) * s.scale;
             if high < limit {
                 put(0, *r);
             } else if low >= limit {
                 put(1, *r);
             } else {
                 let parts = match self.triangles.get(r.index() as usize) {
-                    Some(triangle) => clip::cut(triangle, r, s.axis, plane, self.margin),
+                    Some(triangle) => clip::cut(triangle, r, s.axis, plane),
                     None => [r.box4(); 2],
                 };
                 match self.side(r, &parts, cut) {

@@ -51,7 +51,7 @@ impl TopDown<'_> {
                     || self.build(left_from, left_to, &extents[0], depth + 1),
                     || self.build(right_from, right_to, &extents[1], depth + 1),
                 );
-                Piece::Split(extent.bounds.bounds(0.0), Box::new([left, right]))
+                Piece::Split(extent.bounds.bounds(), Box::new([left, right]))
             }
         }
     }

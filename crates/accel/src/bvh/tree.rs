@@ -56,7 +56,7 @@ impl Tree {
     /// Makes a node a leaf.
     #[inline(always)]
     pub(super) fn set_leaf(&mut self, at: usize, bounds: Box4, references: &[Reference], spheres: bool) {
-        let Bounds { min, max } = bounds.bounds(0.0);
+        let Bounds { min, max } = bounds.bounds();
         let kind = if spheres { BvhNode::SPHERES } else { 0 };
         let first = self.order.len() as u32;
         self.nodes[at] = BvhNode { min, first, max, count: references.len() as u32 | kind };
@@ -66,14 +66,14 @@ impl Tree {
     #[inline(always)]
     pub(super) fn set_bounds(&mut self, at: usize, bounds: Box4) {
         let node = &mut self.nodes[at];
-        Bounds { min: node.min, max: node.max } = bounds.bounds(0.0);
+        Bounds { min: node.min, max: node.max } = bounds.bounds();
     }
 
     /// Makes a node an inner one; returns the place of the first of its two children, still to be filled in.
     #[inline(always)]
     pub(super) fn set_inner(&mut self, at: usize, bounds: Box4) -> usize {
         let pair = self.nodes.len();
-        let Bounds { min, max } = bounds.bounds(0.0);
+        let Bounds { min, max } = bounds.bounds();
         self.nodes[at] = BvhNode { min, first: pair as u32, max, count: 0 };
         self.nodes.extend([BvhNode::EMPTY; 2]);
         pair

@@ -3,12 +3,14 @@
 use super::TriangleBlock;
 use crate::bvh::finite_box;
 use eosphor_core::geometry::Bounds;
+#[cfg(target_arch = "x86_64")]
+use eosphor_core::intersect::BOX_SLACK;
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::math::Vec3;
 use std::mem::MaybeUninit;
 
 /// Writes a block of the first `count` of these triangles, of which there is one at least; the rest of the numbers are
-/// any. Returns the box around them, padded.
+/// any. Returns the box around them, with slack.
 ///
 /// # Safety
 /// With `AVX2` the CPU must have AVX2 and FMA.
@@ -18,32 +20,26 @@ pub(super) unsafe fn pack<const AVX2: bool>(
     numbers: [u32; 4],
     count: usize,
     vertices: &[[Vec3; 3]],
-    padding: f32,
 ) -> Bounds {
     #[cfg(target_arch = "x86_64")]
     if AVX2 {
         // SAFETY: the caller has seen to it.
-        let (bounds, clear) = unsafe { pack_avx2(place, numbers, count, vertices, padding) };
+        let (bounds, clear) = unsafe { pack_avx2(place, numbers, count, vertices) };
         if clear {
             return bounds;
         }
     }
-    one_by_one(place, &numbers[..count], vertices, padding)
+    one_by_one(place, &numbers[..count], vertices)
 }
 
 /// Where vectors are not at hand, or some triangle may have no area or a box without end.
 #[inline(never)]
-fn one_by_one(
-    place: &mut MaybeUninit<TriangleBlock>,
-    numbers: &[u32],
-    vertices: &[[Vec3; 3]],
-    padding: f32,
-) -> Bounds {
+fn one_by_one(place: &mut MaybeUninit<TriangleBlock>, numbers: &[u32], vertices: &[[Vec3; 3]]) -> Bounds {
     let block = place.write(TriangleBlock::EMPTY);
     for (lane, &number) in numbers.iter().enumerate() {
         block.set(lane % 4, &PackedTriangle::new(vertices[number as usize], number));
     }
-    finite_box(numbers.iter().map(|n| &vertices[*n as usize]), padding)
+    finite_box(numbers.iter().map(|n| &vertices[*n as usize]))
 }
 
 /// What is known of the sine between two edges without dividing by their lengths: squared, it is above this, with a
@@ -64,7 +60,6 @@ fn pack_avx2(
     numbers: [u32; 4],
     count: usize,
     vertices: &[[Vec3; 3]],
-    padding: f32,
 ) -> (Bounds, bool) {
     use core::arch::x86_64::*;
     let transposed = |mut rows: [__m128; 4]| {
@@ -103,17 +98,15 @@ fn pack_avx2(
 
     let all = |largest: bool| {
         let op = |a, b| if largest { _mm_max_ps(a, b) } else { _mm_min_ps(a, b) };
-        let on = |axis: usize| {
-            let far = [e1, e2].map(|e| _mm_add_ps(v0[axis], e[axis]));
-            op(v0[axis], op(far[0], far[1]))
-        };
+        let on = |axis: usize| op(v0[axis], op(v1[axis], v2[axis]));
         let z = on(2);
         let [a, b, c, d] = transposed([on(0), on(1), z, z]);
         op(op(a, b), op(c, d))
     };
-    let margin = _mm_set1_ps(padding);
-    let low = _mm_sub_ps(all(false), margin);
-    let high = _mm_add_ps(all(true), margin);
+    // As `Bounds::with_slack`.
+    let (low, high) = (all(false), all(true));
+    let slack = |x| _mm_mul_ps(_mm_andnot_ps(_mm_set1_ps(-0.0), x), _mm_set1_ps(BOX_SLACK));
+    let (low, high) = (_mm_sub_ps(low, slack(low)), _mm_add_ps(high, slack(high)));
     let size = _mm_sub_ps(high, low);
     let finite = _mm_movemask_ps(_mm_cmplt_ps(size, _mm_set1_ps(f32::INFINITY))) == 15;
 
@@ -127,8 +120,8 @@ fn pack_avx2(
     }
     place.write(TriangleBlock {
         v0: only_used(v0),
-        e1: only_used(e1),
-        e2: only_used(e2),
+        v1: only_used(v1),
+        v2: only_used(v2),
         length1: length(q1),
         length2: length(q2),
         primitive,
@@ -179,7 +172,6 @@ mod tests {
                 }
             }
         }
-        let padding = 1e-7;
         for count in 1..=4 {
             for first in 0..vertices.len() - count {
                 let numbers = lanes(count, |k| (first + k) as u32);
@@ -189,16 +181,16 @@ mod tests {
                 // SAFETY: the level says what the CPU has.
                 let bounds = unsafe {
                     if fast {
-                        pack::<true>(place, numbers, count, &vertices, padding)
+                        pack::<true>(place, numbers, count, &vertices)
                     } else {
-                        pack::<false>(place, numbers, count, &vertices, padding)
+                        pack::<false>(place, numbers, count, &vertices)
                     }
                 };
-                let right_bounds = one_by_one(right, &numbers[..count], &vertices, padding);
+                let right_bounds = one_by_one(right, &numbers[..count], &vertices);
                 // SAFETY: both are written.
                 let [block, right] = places.map(|p| unsafe { p.assume_init() });
                 let bits = |b: &TriangleBlock| -> Vec<u32> {
-                    let vectors = [b.v0, b.e1, b.e2];
+                    let vectors = [b.v0, b.v1, b.v2];
                     vectors.as_flattened().as_flattened().iter().map(|x| x.to_bits()).collect()
                 };
                 assert_eq!((bits(&block), block), (bits(&right), right), "{first} {count}");

@@ -4,6 +4,7 @@
 
 use super::{Child, EMPTY, LEAF, TriangleBlock};
 use crate::bvh::{Tree, filled, room_for};
+use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::BvhNode;
 
 /// Children of a wide node.
@@ -34,6 +35,11 @@ pub(super) struct Cut {
 type Costs = [f32; WIDTH];
 
 impl Cut {
+    /// The box around everything.
+    pub(super) fn bounds(&self) -> Bounds {
+        self.tree.nodes[0].bounds()
+    }
+
     /// Of least cost, where visiting a wide node costs as much as a leaf does.
     pub(super) fn best(tree: Tree, blocks: Vec<TriangleBlock>) -> Cut {
         let costs = AllCosts::new(&tree.nodes);

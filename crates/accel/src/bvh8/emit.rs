@@ -137,7 +137,7 @@ impl Cut {
                 prefetch(vertices, next as usize);
             }
             // SAFETY: handed on.
-            unsafe { pack::<AVX2>(place, lanes(order.len(), |k| order[k]), order.len(), vertices, 0.0) };
+            unsafe { pack::<AVX2>(place, lanes(order.len(), |k| order[k]), order.len(), vertices) };
         }
     }
 

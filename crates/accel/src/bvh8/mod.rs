@@ -17,8 +17,7 @@ use crate::bvh::{Purpose, geometry_tree, instance_tree, room_for};
 use crate::{BuildOptions, Builder, SceneGeometry};
 use collapse::Cut;
 use emit::Contents;
-use eosphor_core::geometry::{Geometry, Instance, Sphere};
-use eosphor_core::intersect::PADDING;
+use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use std::time::Instant;
 
 /// Trees over every geometry and one over the instances.
@@ -40,8 +39,10 @@ pub struct Bvh8 {
     pub geometries: Vec<Geometry>,
     /// Placed geometries.
     pub instances: Vec<Instance>,
-    /// The largest absolute coordinate of the instances' world boxes.
-    pub instances_extent: f32,
+    /// For each geometry, the box around it.
+    pub bounds: Vec<Bounds>,
+    /// The box around what instances place.
+    pub instance_bounds: Bounds,
     /// How it was built.
     pub builder: Builder,
     /// Wall time of the build.
@@ -73,7 +74,8 @@ impl Bvh8 {
             instance_root: EMPTY,
             geometries: scene.geometries.to_vec(),
             instances: scene.instances.to_vec(),
-            instances_extent: instances_extent(scene.instances),
+            bounds: cuts.iter().map(Cut::bounds).collect(),
+            instance_bounds: instance_bounds(scene.instances),
             builder: options.builder,
             build_seconds: 0.0,
         };
@@ -91,14 +93,14 @@ impl Bvh8 {
         let triangles = &triangles[..geometry.triangle_count as usize];
         let only_triangles = geometry.sphere_count == 0 && !triangles.is_empty();
         if options.builder == Builder::Morton && only_triangles && !options.cut_large_triangles {
-            let (tree, blocks) = morton::build(triangles, PADDING * geometry.extent);
+            let (tree, blocks) = morton::build(triangles);
             return Cut::best(tree, blocks);
         }
         Cut::best(geometry_tree(scene, geometry, options, Purpose::Eight), Vec::new())
     }
 }
 
-/// The largest absolute coordinate of the world boxes of all but the world.
-fn instances_extent(instances: &[Instance]) -> f32 {
-    instances.iter().skip(1).map(|i| i.world_bounds.extent()).fold(0.0, f32::max)
+/// The box around the world boxes of all but the world.
+fn instance_bounds(instances: &[Instance]) -> Bounds {
+    instances.iter().skip(1).fold(Bounds::EMPTY, |b, i| b.union(&i.world_bounds))
 }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::mem::MaybeUninit;
 
 /// A tree over at least one triangle, whose leaves name blocks, and the blocks.
-pub(super) fn build(triangles: &[[Vec3; 3]], padding: f32) -> (Tree, Vec<TriangleBlock>) {
+pub(super) fn build(triangles: &[[Vec3; 3]]) -> (Tree, Vec<TriangleBlock>) {
     let Shape { keys, mut piece } = Shape::new(triangles);
     let parts = piece.wholes();
     let count = parts.iter().map(|tree| tree.leaf_count()).sum();
@@ -23,7 +23,7 @@ pub(super) fn build(triangles: &[[Vec3; 3]], padding: f32) -> (Tree, Vec<Triangl
         (own, room) = room.split_at_mut(tree.leaf_count());
         work.push((tree, own));
     }
-    let leaves = Leaves { keys: &keys, triangles, padding };
+    let leaves = Leaves { keys: &keys, triangles };
     let level = SimdLevel::best();
     work.into_par_iter().for_each(|(tree, room)| match level {
         // SAFETY: the CPU has these features.
@@ -42,7 +42,6 @@ pub(super) fn build(triangles: &[[Vec3; 3]], padding: f32) -> (Tree, Vec<Triangl
 struct Leaves<'a> {
     keys: &'a [Key],
     triangles: &'a [[Vec3; 3]],
-    padding: f32,
 }
 
 impl Leaves<'_> {
@@ -74,7 +73,7 @@ impl Leaves<'_> {
             let (number, place) = places.next().expect("a block for each leaf");
             // SAFETY: handed on.
             Bounds { min: node.min, max: node.max } =
-                unsafe { pack::<AVX2>(place, numbers, count, self.triangles, self.padding) };
+                unsafe { pack::<AVX2>(place, numbers, count, self.triangles) };
             node.first = number as u32;
         }
         // Children stand behind their parents.

@@ -50,20 +50,20 @@ impl Node8 {
     };
 }
 
-/// Up to four triangles, lane by lane as [`PackedTriangle`] has them: 192 bytes. Unused lanes have no edges and lengths below 0, so they
+/// Up to four triangles, lane by lane as [`PackedTriangle`] has them: 192 bytes. Unused lanes have lengths below 0, so they
 /// are never hit, and `primitive` is `u32::MAX`. Used ones come first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
     /// First vertices.
     pub v0: [[f32; 4]; 3],
-    /// Second vertices minus the first.
-    pub e1: [[f32; 4]; 3],
-    /// Third vertices minus the first.
-    pub e2: [[f32; 4]; 3],
-    /// Lengths of `e1`.
+    /// Second vertices.
+    pub v1: [[f32; 4]; 3],
+    /// Third vertices.
+    pub v2: [[f32; 4]; 3],
+    /// From the first vertices to the second.
     pub length1: [f32; 4],
-    /// Lengths of `e2`.
+    /// From the first vertices to the third.
     pub length2: [f32; 4],
     /// Numbers in the geometry.
     pub primitive: [u32; 4],
@@ -73,8 +73,8 @@ impl TriangleBlock {
     /// Without triangles.
     pub const EMPTY: TriangleBlock = TriangleBlock {
         v0: [[0.0; 4]; 3],
-        e1: [[0.0; 4]; 3],
-        e2: [[0.0; 4]; 3],
+        v1: [[0.0; 4]; 3],
+        v2: [[0.0; 4]; 3],
         length1: [-1.0; 4],
         length2: [-1.0; 4],
         primitive: [u32::MAX; 4],
@@ -85,8 +85,8 @@ impl TriangleBlock {
     pub fn set(&mut self, lane: usize, triangle: &PackedTriangle) {
         for axis in 0..3 {
             self.v0[axis][lane] = triangle.v0[axis];
-            self.e1[axis][lane] = triangle.e1[axis];
-            self.e2[axis][lane] = triangle.e2[axis];
+            self.v1[axis][lane] = triangle.v1[axis];
+            self.v2[axis][lane] = triangle.v2[axis];
         }
         self.length1[lane] = triangle.length1;
         self.length2[lane] = triangle.length2;
@@ -100,9 +100,9 @@ impl TriangleBlock {
         PackedTriangle {
             v0: pick(&self.v0),
             length1: self.length1[lane],
-            e1: pick(&self.e1),
+            v1: pick(&self.v1),
             length2: self.length2[lane],
-            e2: pick(&self.e2),
+            v2: pick(&self.v2),
             primitive: self.primitive[lane],
         }
     }

@@ -1,12 +1,12 @@
 //! New shapes for the same primitives.
 
 use super::emit::orders;
-use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE, TriangleBlock, instances_extent};
+use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE, TriangleBlock, instance_bounds};
 use crate::SceneGeometry;
 use crate::bvh::{RefitError, check, union};
 use eosphor_core::geometry::{Bounds, Geometry};
-use eosphor_core::intersect::{PADDING, PackedTriangle, sphere_bounds};
-use eosphor_core::math::vec3;
+use eosphor_core::intersect::{PackedTriangle, sphere_bounds};
+use eosphor_core::math::{Vec3, vec3};
 
 impl Bvh8 {
     /// As [`crate::Bvh::refit`].
@@ -18,22 +18,21 @@ impl Bvh8 {
         check(&self.geometries, &self.instances, scene)?;
         self.geometries.copy_from_slice(scene.geometries);
         self.instances.copy_from_slice(scene.instances);
-        self.instances_extent = instances_extent(scene.instances);
+        self.instance_bounds = instance_bounds(scene.instances);
         for (number, geometry) in scene.geometries.iter().enumerate() {
-            self.refit_tree(self.roots[number], Some(geometry), scene);
+            self.bounds[number] = self.refit_tree(self.roots[number], Some(geometry), scene);
         }
         self.refit_tree(self.instance_root, None, scene);
         Ok(())
     }
 
-    /// Parents are numbered before their children, so nodes are done in the opposite order.
-    fn refit_tree(&mut self, root: Child, geometry: Option<&Geometry>, scene: &SceneGeometry) {
+    /// Parents are numbered before their children, so nodes are done in the opposite order. Returns the box around all.
+    fn refit_tree(&mut self, root: Child, geometry: Option<&Geometry>, scene: &SceneGeometry) -> Bounds {
         if root == EMPTY {
-            return;
+            return Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
         }
         if root & LEAF != 0 {
-            self.refit_leaf(root, geometry, scene);
-            return;
+            return self.refit_leaf(root, geometry, scene);
         }
         let (mut nodes, mut next) = (vec![root], 0);
         while next < nodes.len() {
@@ -61,6 +60,7 @@ impl Bvh8 {
             let node = &mut self.nodes[at as usize];
             node.orders = orders(node);
         }
+        self.node_bounds(root)
     }
 
     fn node_bounds(&self, at: Child) -> Bounds {
@@ -81,11 +81,10 @@ impl Bvh8 {
             return scene.instances[place].world_bounds;
         }
         let geometry = geometry.expect("instances have no primitives beside them");
-        let padding = PADDING * geometry.extent;
         if leaf & SPHERE != 0 {
             let number = geometry.first_sphere + self.sphere_primitives[place] - geometry.triangle_count;
             self.spheres[place] = scene.spheres[number as usize];
-            return sphere_bounds(&self.spheres[place], padding);
+            return sphere_bounds(&self.spheres[place]);
         }
         let vertices = &scene.triangles[geometry.first_triangle as usize..];
         let numbers = self.blocks[place].primitive;
@@ -94,7 +93,7 @@ impl Bvh8 {
         union(numbers.into_iter().enumerate().filter(|(_, n)| *n != u32::MAX).map(|(lane, number)| {
             let triangle = PackedTriangle::new(vertices[number as usize], number);
             block.set(lane, &triangle);
-            triangle.bounds(padding)
+            triangle.bounds()
         }))
     }
 }

@@ -1,7 +1,7 @@
 //! The hierarchy, borrowed for traversals.
 
 use super::{Bvh8, Child, Node8, TriangleBlock};
-use eosphor_core::geometry::{Geometry, Instance, Sphere};
+use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 
 /// Trees over every geometry and one over the instances, which may be those of another hierarchy.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +19,10 @@ pub(crate) struct Bvh8View<'a> {
     pub(super) instance_nodes: &'a [Node8],
     pub(super) instance_root: Child,
     pub(super) instances: &'a [Instance],
-    /// The largest absolute coordinate of the instances' world boxes.
-    pub(super) instances_extent: f32,
+    /// For each geometry, the box around it.
+    pub(super) bounds: &'a [Bounds],
+    /// The box around what instances place.
+    pub(super) instance_bounds: Bounds,
 }
 
 impl Bvh8 {
@@ -35,7 +37,8 @@ impl Bvh8 {
             instance_nodes: &self.nodes,
             instance_root: self.instance_root,
             instances: &self.instances,
-            instances_extent: self.instances_extent,
+            bounds: &self.bounds,
+            instance_bounds: self.instance_bounds,
         }
     }
 }
@@ -43,6 +46,6 @@ impl Bvh8 {
 impl Bvh8View<'_> {
     /// The largest absolute coordinate of all.
     pub(super) fn extent(&self) -> f32 {
-        self.instances_extent.max(self.geometries[0].extent)
+        self.instance_bounds.extent().max(self.geometries[0].extent)
     }
 }

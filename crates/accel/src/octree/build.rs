@@ -2,10 +2,9 @@
 
 use super::overlap::{Cell, box_overlaps, triangle_overlaps};
 use crate::PackedPrimitives;
-use crate::cells::{Item, bounds_of, can_be_cut};
+use crate::cells::{CELL_PADDING, Item, bounds_of, can_be_cut};
 use eosphor_core::geometry::{Bounds, Geometry};
 use eosphor_core::hierarchy::{MAX_OCTREE_DEPTH, OctreeNode, OctreeRoot, SPHERE_REFERENCE};
-use eosphor_core::intersect::PADDING;
 use eosphor_core::math::Vec3;
 use rayon::prelude::*;
 
@@ -98,11 +97,12 @@ impl Builder<'_> {
         items: Vec<Item>,
         options: &'a OctreeOptions,
     ) -> Builder<'a> {
-        let mut builder = Builder { options, primitives, items, padding: (PADDING * geometry.extent) as f64 };
+        let mut builder =
+            Builder { options, primitives, items, padding: (CELL_PADDING * geometry.extent) as f64 };
         if options.overlap == Overlap::UnpaddedTriangle {
             builder.padding = 0.0;
             for item in builder.items.iter_mut().filter(|item| item.reference & SPHERE_REFERENCE == 0) {
-                item.bounds = primitives.triangles[item.reference as usize].bounds(0.0);
+                item.bounds = primitives.triangles[item.reference as usize].bounds();
             }
         }
         builder

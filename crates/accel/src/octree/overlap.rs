@@ -51,10 +51,12 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// Whether a triangle reaches into a cell that is grown by `padding`, by the ten separating axes that the boxes do not
 /// already answer for (Akenine-Möller 2001, "Fast 3D triangle-box overlap testing").
 pub(super) fn triangle_overlaps(triangle: &PackedTriangle, padding: f64, cell: &Cell) -> bool {
-    let (e1, e2) = (wide(triangle.e1), wide(triangle.e2));
-    let v0 = wide(triangle.v0);
-    let v0 = [0, 1, 2].map(|k| v0[k] - cell.center[k]);
-    let vertices = [v0, [0, 1, 2].map(|k| v0[k] + e1[k]), [0, 1, 2].map(|k| v0[k] + e2[k])];
+    let vertices = [triangle.v0, triangle.v1, triangle.v2].map(|v| {
+        let v = wide(v);
+        [0, 1, 2].map(|k| v[k] - cell.center[k])
+    });
+    let edge = |k: usize| [0, 1, 2].map(|axis| vertices[k][axis] - vertices[0][axis]);
+    let (e1, e2) = (edge(1), edge(2));
     let half = cell.half.map(|h| h + padding);
     let apart = |axis: [f64; 3]| {
         let [a, b, c] = vertices.map(|v| dot(axis, v));

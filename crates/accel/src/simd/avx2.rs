@@ -258,14 +258,6 @@ impl Float for X4 {
         X4Mask(unsafe { _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_castps_si128(self.0), _mm_castps_si128(o.0))) })
     }
     #[inline(always)]
-    fn bits_below(self, o: Self) -> X4Mask {
-        X4Mask(unsafe {
-            let flip = _mm_set1_epi32(i32::MIN);
-            let (a, b) = (_mm_castps_si128(self.0), _mm_castps_si128(o.0));
-            _mm_castsi128_ps(_mm_cmpgt_epi32(_mm_xor_si128(b, flip), _mm_xor_si128(a, flip)))
-        })
-    }
-    #[inline(always)]
     fn or_else(self, mask: X4Mask, o: Self) -> Self {
         Self(unsafe { _mm_blendv_ps(o.0, self.0, mask.0) })
     }
@@ -382,14 +374,6 @@ impl Float for X8 {
     fn same_bits(self, o: Self) -> X8Mask {
         X8Mask(unsafe {
             _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_castps_si256(self.0), _mm256_castps_si256(o.0)))
-        })
-    }
-    #[inline(always)]
-    fn bits_below(self, o: Self) -> X8Mask {
-        X8Mask(unsafe {
-            let flip = _mm256_set1_epi32(i32::MIN);
-            let (a, b) = (_mm256_castps_si256(self.0), _mm256_castps_si256(o.0));
-            _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_xor_si256(b, flip), _mm256_xor_si256(a, flip)))
         })
     }
     #[inline(always)]
@@ -526,10 +510,6 @@ impl Float for Pair8 {
     #[inline(always)]
     fn same_bits(self, o: Self) -> Pair8Mask {
         Pair8Mask(self.0.same_bits(o.0), self.1.same_bits(o.1))
-    }
-    #[inline(always)]
-    fn bits_below(self, o: Self) -> Pair8Mask {
-        Pair8Mask(self.0.bits_below(o.0), self.1.bits_below(o.1))
     }
     #[inline(always)]
     fn or_else(self, mask: Pair8Mask, o: Self) -> Self {

@@ -208,10 +208,6 @@ impl Float for X16 {
         X16Mask(unsafe { _mm512_cmpeq_epi32_mask(_mm512_castps_si512(self.0), _mm512_castps_si512(o.0)) })
     }
     #[inline(always)]
-    fn bits_below(self, o: Self) -> X16Mask {
-        X16Mask(unsafe { _mm512_cmplt_epu32_mask(_mm512_castps_si512(self.0), _mm512_castps_si512(o.0)) })
-    }
-    #[inline(always)]
     fn or_else(self, mask: X16Mask, o: Self) -> Self {
         Self(unsafe { _mm512_mask_blend_ps(mask.0, o.0, self.0) })
     }

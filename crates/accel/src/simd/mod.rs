@@ -136,8 +136,6 @@ pub(crate) trait Float: Copy {
     fn lt(self, o: Self) -> Self::Mask;
     /// Whether the bits are equal.
     fn same_bits(self, o: Self) -> Self::Mask;
-    /// Whether the bits, as an unsigned number, are below.
-    fn bits_below(self, o: Self) -> Self::Mask;
     /// `self` where the mask is set, else `o`.
     fn or_else(self, mask: Self::Mask, o: Self) -> Self;
 
@@ -225,12 +223,6 @@ pub(crate) fn dot<F: Float>(a: &Vec3V<F>, b: &Vec3V<F>) -> F {
 #[inline(always)]
 pub(crate) fn cross<F: Float>(a: &Vec3V<F>, b: &Vec3V<F>) -> Vec3V<F> {
     [a[1].fms(b[2], a[2].mul(b[1])), a[2].fms(b[0], a[0].mul(b[2])), a[0].fms(b[1], a[1].mul(b[0]))]
-}
-
-/// As [`eosphor_core::math::Vec3::along`].
-#[inline(always)]
-pub(crate) fn along<F: Float>(a: &Vec3V<F>, direction: &Vec3V<F>, t: F) -> Vec3V<F> {
-    [direction[0].fma(t, a[0]), direction[1].fma(t, a[1]), direction[2].fma(t, a[2])]
 }
 
 #[inline(always)]

@@ -201,10 +201,6 @@ where
         self.test(o, |a, b| a.to_bits() == b.to_bits())
     }
     #[inline(always)]
-    fn bits_below(self, o: Self) -> LaneMask<N> {
-        self.test(o, |a, b| a.to_bits() < b.to_bits())
-    }
-    #[inline(always)]
     fn or_else(self, mask: LaneMask<N>, o: Self) -> Self {
         let mut out = self;
         for k in 0..N {

@@ -61,9 +61,10 @@ impl Structures {
         let all = self.check(ray, filter);
         let Some(first) = all.first() else { return };
         for hit in [first, &all[all.len() / 2]] {
-            self.check(&Ray { t_max: hit.t, ..*ray }, filter);
-            self.check(&Ray { t_max: hit.t.next_down(), ..*ray }, filter);
-            self.check(&Ray { t_min: hit.t, ..*ray }, filter);
+            let t = hit.t64() as f32;
+            self.check(&Ray { t_max: t, ..*ray }, filter);
+            self.check(&Ray { t_max: t.next_down(), ..*ray }, filter);
+            self.check(&Ray { t_min: t, ..*ray }, filter);
         }
         self.check(ray, &RayFilter { start: first.id, ..*filter });
     }

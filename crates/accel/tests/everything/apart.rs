@@ -48,14 +48,14 @@ impl Apart {
         let wide = BvhWide::new(&pairs).expect("it is small");
         let first = wide.nodes.len();
         let mut wide = wide.with_room(room).expect("it is small");
-        let (own, root) = BvhPairs::over_instances(&bvh.top, pairs.world_extent, 0);
+        let (own, root) = BvhPairs::over_instances(&bvh.top, pairs.roots[0].reach, 0);
         let (own, wide_root) = BvhWide::over_instances(&own, root, first as u32);
         wide.nodes[first..][..own.len()].copy_from_slice(&own);
         let first = pairs.pairs.len();
         // Not the first room, as it were.
         pairs.make_room(2 * room);
         let first = first + room;
-        let (own, root) = BvhPairs::over_instances(&bvh.top, pairs.world_extent, first as u32);
+        let (own, root) = BvhPairs::over_instances(&bvh.top, pairs.roots[0].reach, first as u32);
         pairs.pairs[first..][..own.len()].copy_from_slice(&own);
         Apart {
             exhaustive: Levels::new(world, Exhaustive::new),

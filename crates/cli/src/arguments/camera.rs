@@ -1,6 +1,6 @@
 //! Flags that override the scene's camera.
 
-use super::values::{number, triple};
+use super::values::{number, place, triple};
 use crate::failure::Failure;
 use clap::Args;
 use eosphor::math::Vec3;
@@ -13,11 +13,11 @@ pub(crate) struct CameraFlags {
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// Where the camera is
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
-    eye: Option<Vec3>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
+    eye: Option<[f64; 3]>,
     /// A point in the middle of the picture
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true, conflicts_with = "direction")]
-    look_at: Option<Vec3>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, conflicts_with = "direction")]
+    look_at: Option<[f64; 3]>,
     /// The way the camera looks
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     direction: Option<Vec3>,
@@ -56,23 +56,28 @@ impl CameraFlags {
             Some(camera) => camera,
             None => framed(scene)?,
         };
-        self.change(&mut camera)?;
+        self.change(&mut camera, scene)?;
         scene.camera = Some(camera);
         Ok(())
     }
 
     fn is_given(&self) -> bool {
-        let vectors = [self.eye, self.look_at, self.direction, self.up];
+        let places = [self.eye, self.look_at];
+        let vectors = [self.direction, self.up];
         let numbers = [self.fov, self.aperture, self.focus_distance];
-        vectors.iter().any(Option::is_some) || numbers.iter().any(Option::is_some)
+        places.iter().any(Option::is_some)
+            || vectors.iter().any(Option::is_some)
+            || numbers.iter().any(Option::is_some)
     }
 
-    fn change(&self, camera: &mut Camera) -> Result<(), Failure> {
-        camera.position = self.eye.unwrap_or(camera.position);
+    fn change(&self, camera: &mut Camera, scene: &Scene) -> Result<(), Failure> {
+        // Flags have coordinates of the file.
+        let of_file = |place: Option<[f64; 3]>| place.map(|p| scene.point_of_file(p));
+        camera.position = of_file(self.eye).unwrap_or(camera.position);
         if let Some(direction) = self.direction {
             (camera.direction, camera.look_at) = (direction, None);
         }
-        camera.look_at = self.look_at.or(camera.look_at);
+        camera.look_at = of_file(self.look_at).or(camera.look_at);
         camera.up = self.up.unwrap_or(camera.up);
         if let Some(fov) = self.fov {
             camera.fov_x_degrees = fov;

@@ -2,12 +2,11 @@
 
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
-use super::values::triple;
+use super::values::place;
 use super::{ClusterFlags, DeviceFlags, FrameFlags, SCENE_HELP};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::{ArgAction, Args, value_parser};
-use eosphor::math::Vec3;
 use eosphor::{Accel, Format, Layer, Preset};
 use std::path::PathBuf;
 
@@ -49,8 +48,8 @@ pub(crate) struct PictureFlags {
     #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1), ("course", Preset::Course)]))]
     pub(crate) preset: Option<Preset>,
     /// Move all geometry; camera and lights stay
-    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
-    pub(crate) translate: Option<Vec3>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
+    pub(crate) translate: Option<[f64; 3]>,
     /// The hierarchy over the primitives; changes no pixel. Otherwise bvh8 on the CPU, bvh on GPUs, which have all but bvh8
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,

@@ -5,7 +5,7 @@ use clap::builder::TypedValueParser;
 use clap::{Args, value_parser};
 use eosphor::math::Vec3;
 use eosphor::settings::{FresnelMode, LightingModel, ShadowMode};
-use eosphor::{Composition, NormalMode, PixelSampling, RenderSettings, Transfer};
+use eosphor::{Composition, LightUnits, NormalMode, PixelSampling, RenderSettings, Transfer};
 
 /// Each wins over the preset, which wins over the scene.
 #[derive(Debug, Args)]
@@ -32,7 +32,7 @@ pub(crate) struct SettingsFlags {
     /// Rays of a smaller weight die
     #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
     energy_threshold: Option<f32>,
-    /// How surfaces are lit
+    /// How surfaces are lit; unlit ones (distance, diffuse) at exposure 0
     #[arg(long, value_name = "MODEL", value_parser = lighting_models())]
     lighting: Option<LightingModel>,
     /// What stands between a point and a light does this
@@ -59,19 +59,22 @@ pub(crate) struct SettingsFlags {
     /// They do not
     #[arg(long, overrides_with = "light_from_behind")]
     no_light_from_behind: bool,
+    /// What the colours of lights and lamps mean to the surfaces that they light
+    #[arg(long, value_name = "UNITS", value_parser = light_units())]
+    light_units: Option<LightUnits>,
     /// Point and spot lights fall off with the square of the distance
     #[arg(long, overrides_with = "no_light_falloff")]
     light_falloff: bool,
     /// They do not
     #[arg(long, overrides_with = "light_falloff")]
     no_light_falloff: bool,
-    /// The ambient term is this times the diffuse colour
+    /// Radiance of the surroundings that surfaces are lit by, times their diffuse colour
     #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
     ambient: Option<f32>,
     /// Distance of black with --lighting distance, over 1.5
     #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
     max_distance: Option<f32>,
-    /// Linear colour of rays that hit nothing
+    /// Radiance of rays that hit nothing, linear
     #[arg(long, value_name = "R,G,B", value_parser = triple, allow_hyphen_values = true)]
     background: Option<Vec3>,
     /// What reflects and transmits in MTL materials
@@ -114,6 +117,7 @@ impl SettingsFlags {
         set(&mut settings.crease_degrees, self.crease);
         set(&mut settings.cull_back_faces, switch(self.cull, self.no_cull));
         set(&mut settings.light_from_behind, switch(self.light_from_behind, self.no_light_from_behind));
+        set(&mut settings.light_units, self.light_units);
         set(&mut settings.light_falloff, switch(self.light_falloff, self.no_light_falloff));
         set(&mut settings.ambient, self.ambient);
         set(&mut settings.max_distance, self.max_distance.map(Some));
@@ -121,7 +125,10 @@ impl SettingsFlags {
         set(&mut settings.composition, self.composition);
         set(&mut settings.srgb_textures, switch(self.srgb_textures, self.linear_textures));
         set(&mut settings.transfer, self.transfer);
-        set(&mut settings.exposure, self.exposure);
+        // Unlit models show colours, which need none.
+        let is_unlit = |model| matches!(model, LightingModel::Distance | LightingModel::Diffuse);
+        let unlit = self.lighting.filter(|&model| is_unlit(model)).map(|_| 0.0);
+        set(&mut settings.exposure, self.exposure.or(unlit));
         set(&mut settings.seed, self.seed);
     }
 }
@@ -171,6 +178,10 @@ fn normal_modes() -> impl TypedValueParser<Value = NormalMode> {
     ])
 }
 
+fn light_units() -> impl TypedValueParser<Value = LightUnits> {
+    named([("physical", LightUnits::Physical), ("plain", LightUnits::Plain)])
+}
+
 fn compositions() -> impl TypedValueParser<Value = Composition> {
     named([("native", Composition::Native), ("pg1", Composition::Pg1), ("eos", Composition::Eos)])
 }
@@ -209,6 +220,14 @@ mod tests {
         let settings = apply(&flags, default);
         assert!(!settings.cull_back_faces);
         assert_eq!((settings.size, settings.exposure, settings.background.x), ([7, 9], -1.0, -1.0));
+    }
+
+    #[test]
+    fn unlit_models_are_not_exposed_unless_a_flag_says_so() {
+        let exposed = RenderSettings { exposure: 2.0, ..RenderSettings::default() };
+        assert_eq!(apply(&["--lighting", "diffuse"], exposed).exposure, 0.0);
+        assert_eq!(apply(&["--lighting", "distance", "--exposure", "1"], exposed).exposure, 1.0);
+        assert_eq!(apply(&["--lighting", "lambert"], exposed).exposure, 2.0);
     }
 
     #[test]

@@ -32,6 +32,14 @@ pub(super) fn triple(text: &str) -> Result<Vec3, String> {
     Ok(triple.into())
 }
 
+/// A place, in double precision, for it may be far from 0; within the range of single precision.
+pub(super) fn place(text: &str) -> Result<[f64; 3], String> {
+    triple(text)?;
+    let exact = |word: &str| word.trim().parse().map_err(|_| format!("\"{word}\" is no finite number"));
+    let numbers = text.split(',').map(exact).collect::<Result<Vec<f64>, String>>()?;
+    numbers.try_into().map_err(|_| "it must be three numbers, as 1,0,-2.5".into())
+}
+
 /// A finite number.
 pub(super) fn number(text: &str) -> Result<f32, String> {
     let number = text.trim().parse::<f32>().ok().filter(|x| x.is_finite());
@@ -55,8 +63,9 @@ mod tests {
     #[test]
     fn triples() {
         assert_eq!(triple("1, -2.5,3e2"), Ok(vec3(1.0, -2.5, 300.0)));
+        assert_eq!(place("5000000.001, -2.5,3e2"), Ok([5_000_000.001, -2.5, 300.0]));
         for bad in ["", "1,2", "1,2,3,4", "1,,3", "a,b,c", "1,nan,2", "inf,0,0", "1e39,0,0"] {
-            assert!(triple(bad).is_err(), "{bad}");
+            assert!(triple(bad).is_err() && place(bad).is_err(), "{bad}");
         }
     }
 }

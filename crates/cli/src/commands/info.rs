@@ -10,7 +10,7 @@ use crate::text::grouped;
 use eosphor::math::Vec3;
 use eosphor::{HierarchyStatistics, LoadOptions, Scene, SceneData, load};
 use serde::Serialize;
-use std::fmt::Write;
+use std::fmt::{self, Write};
 use std::sync::Arc;
 
 #[derive(Serialize)]
@@ -25,8 +25,8 @@ struct Info {
     textures: usize,
     /// Emissive triangles included.
     lights: usize,
-    /// `None` for an empty scene.
-    bounds: Option<[Vec3; 2]>,
+    /// `None` for an empty scene. Places are in coordinates of the file.
+    bounds: Option<[Place; 2]>,
     camera: CameraInfo,
     hierarchy: HierarchyStatistics,
     files: Vec<String>,
@@ -38,12 +38,38 @@ struct Info {
 struct CameraInfo {
     /// Whether the scene says it; otherwise the whole scene is framed.
     given: bool,
-    eye: Vec3,
+    eye: Place,
     direction: Vec3,
     up: Vec3,
     fov_x_degrees: f32,
     aperture_radius: f32,
     focus_distance: f32,
+}
+
+/// A place in coordinates of the file, with the digits that it has.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Place {
+    Near(Vec3),
+    Far([f64; 3]),
+}
+
+impl Place {
+    fn new(scene: &Scene, p: Vec3) -> Place {
+        match scene.origin == [0.0; 3] {
+            true => Place::Near(p),
+            false => Place::Far(scene.point_in_file(p)),
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Near(p) => f.write_str(&point(*p)),
+            Place::Far([x, y, z]) => write!(f, "({x}, {y}, {z})"),
+        }
+    }
 }
 
 pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
@@ -69,7 +95,7 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
         materials: scene.materials.len(),
         textures: scene.textures.len(),
         lights: data.lights.len(),
-        bounds: bounds(scene),
+        bounds: bounds(scene).map(|corners| corners.map(|p| Place::new(scene, p))),
         camera: camera_info(scene, &data),
         hierarchy: backend_for(&flags.device, accel, true, Verbosity::Normal)?
             .prepare(Arc::new(data))?
@@ -84,7 +110,7 @@ fn camera_info(scene: &Scene, data: &SceneData) -> CameraInfo {
     let camera = &data.camera;
     CameraInfo {
         given: scene.camera.is_some(),
-        eye: camera.eye,
+        eye: Place::new(scene, camera.eye),
         direction: camera.forward,
         up: camera.up,
         fov_x_degrees: 2.0 * camera.half_width.atan().to_degrees(),
@@ -127,13 +153,13 @@ fn describe(info: &Info) -> String {
     row("materials", grouped(info.materials as u64));
     row("textures", grouped(info.textures as u64));
     row("lights", grouped(info.lights as u64));
-    match info.bounds {
-        Some([low, high]) => row("bounds", format!("{} to {}", point(low), point(high))),
+    match &info.bounds {
+        Some([low, high]) => row("bounds", format!("{low} to {high}")),
         None => row("bounds", "none: the scene is empty".into()),
     }
     let camera = &info.camera;
     let given = if camera.given { "" } else { " (framed; the scene has none)" };
-    let (eye, direction) = (point(camera.eye), point(camera.direction));
+    let (eye, direction) = (&camera.eye, point(camera.direction));
     row("camera", format!("{eye} looking {direction}, {:.2} degrees wide{given}", camera.fov_x_degrees));
     if camera.aperture_radius > 0.0 {
         let (radius, distance) = (camera.aperture_radius, camera.focus_distance);

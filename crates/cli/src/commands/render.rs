@@ -161,7 +161,11 @@ fn settle_orbit(scene: &mut Scene) -> Result<(), Failure> {
 }
 
 /// Moves all geometry.
-fn move_all(scene: &mut Scene, offset: Vec3) {
+fn move_all(scene: &mut Scene, by: [f64; 3]) {
+    if scene.move_far_geometry(by) {
+        return;
+    }
+    let offset = Vec3::from(by.map(|x| x as f32));
     let motion = Arc::new(Move { transform: Transform::translation(offset), ..Move::default() });
     for instance in &mut scene.instances {
         if !instance.moves.is_empty() {

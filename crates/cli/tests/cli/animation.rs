@@ -149,7 +149,7 @@ fn objects_move() {
     fs::write(place.path("tri.obj"), "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let scene = |x: f32| {
         let text = format!(
-            r#"{{"eosphor": 1, "animation": {{"frames": 4, "fps": 4}}, "camera": {{"position": [0, 0, 5], "direction": [0, 0, -1]}},
+            r#"{{"eosphor": 2, "animation": {{"frames": 4, "fps": 4}}, "camera": {{"position": [0, 0, 5], "direction": [0, 0, -1]}},
             "meshes": [{{"file": "tri.obj", "moves": [{{"keys": [
                 {{"seconds": 0, "translate": [0, 0, 0]}}, {{"seconds": 1, "translate": [{x}, 0, 0], "scale": 2}}]}}]}}]}}"#
         );

@@ -63,7 +63,7 @@ fn bytes(place: &Place, name: &str) -> Vec<u8> {
 }
 
 /// An object that moves.
-const SCENE: &str = r#"{"eosphor": 1, "animation": {"frames": 7, "fps": 4},
+const SCENE: &str = r#"{"eosphor": 2, "animation": {"frames": 7, "fps": 4},
     "camera": {"position": [0, 0, 5], "direction": [0, 0, -1]}, "meshes": [{"file": "tri.obj", "moves": [{"keys": [
     {"seconds": 0, "translate": [0, 0, 0]}, {"seconds": 2, "translate": [1, 0, 0], "scale": 2}]}]}]}"#;
 

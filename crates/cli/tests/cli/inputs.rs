@@ -6,7 +6,7 @@ use std::os::unix::fs::symlink;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-const SCENE: &str = r#"{ "eosphor": 1,
+const SCENE: &str = r#"{ "eosphor": 2,
 "materials": { "m": { "matte": { "color": [1, 1, 1] }, "texture": "wood.png" } },
 "spheres": [{ "center": [0, 0, 0], "radius": 1, "material": "m" }] }
 "#;

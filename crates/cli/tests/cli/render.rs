@@ -69,6 +69,45 @@ fn moving_the_geometry_is_moving_the_camera_the_other_way() {
     assert!(run.json()["max_difference"].as_f64().unwrap() <= 1.0, "{}", run.stdout);
 }
 
+/// A model at UTM coordinates: flags have the coordinates of the file, and nothing is lost.
+#[test]
+fn a_far_model_is_seen_as_a_near_one() {
+    let place = Place::new();
+    let obj = |name: &str, [x, y, z]: [f64; 3]| {
+        let corners = [[0.25, 0.0, 0.0], [2.0 + 1.0 / 1024.0, 0.0, 0.5], [0.5, 1.5, -1.0 / 512.0]];
+        let vertex = |c: &[f64; 3]| format!("v {} {} {}\n", x + c[0], y + c[1], z + c[2]);
+        let text = corners.iter().map(vertex).collect::<String>() + "f 1 2 3\n";
+        fs::write(place.path(name), text).unwrap();
+    };
+    obj("near.obj", [0.0; 3]);
+    obj("far.obj", [500_000.0, 5_000_000.0, 96.0]);
+    let render = |scene: &str, name: &str, more: &[&str]| {
+        place.run(&[&["render", scene, "-o", name, "--size", "24x16"], more].concat()).succeeded().stderr
+    };
+    let (eye, look_at) = ("1,0.5,4.0009765625", "0.5,0.25,0");
+    let (far_eye, far_look_at) = ("500001,5000000.5,100.0009765625", "500000.5,5000000.25,96");
+    let note = "it is rendered about (500000, 5000000, 96)";
+
+    assert!(!render("near.obj", "near.ppm", &["--eye", eye, "--look-at", look_at]).contains("far from 0"));
+    let said = render("far.obj", "far.ppm", &["--eye", far_eye, "--look-at", far_look_at]);
+    assert!(said.contains(note), "{said}");
+    let back = ["--translate", "-500000,-5000000,-96", "--eye", eye, "--look-at", look_at];
+    assert!(!render("far.obj", "back.ppm", &back).contains("far from 0"));
+    let there = ["--translate", "500000,5000000,96", "--eye", far_eye, "--look-at", far_look_at];
+    assert!(render("near.obj", "there.ppm", &there).contains(note));
+    for other in ["far.ppm", "back.ppm", "there.ppm"] {
+        place.run(&["compare", "near.ppm", other]).succeeded();
+    }
+
+    // What is shown without a camera is the same, too, and said in coordinates of the file.
+    render("near.obj", "a.ppm", &[]);
+    assert!(render("far.obj", "b.ppm", &[]).contains("framing the whole scene from (500001."));
+    place.run(&["compare", "a.ppm", "b.ppm"]).succeeded();
+    let info = place.run(&["info", "far.obj", "--json"]).succeeded().json();
+    assert_eq!(info["bounds"][0], serde_json::json!([500_000.25, 5_000_000.0, 96.0 - 1.0 / 512.0]));
+    assert_eq!(info["bounds"][1], serde_json::json!([500_002.0 + 1.0 / 1024.0, 5_000_001.5, 96.5]));
+}
+
 #[test]
 fn a_scene_without_a_camera_can_be_zoomed() {
     let place = Place::new();
@@ -146,7 +185,7 @@ fn wrong_flags_are_wrong_usage() {
 #[test]
 fn scenes_that_cannot_be_read_are_one_line() {
     let place = Place::new();
-    fs::write(place.path("bad.json"), "{ \"eosphor\": 1,\n \"nonsense\": }").unwrap();
+    fs::write(place.path("bad.json"), "{ \"eosphor\": 2,\n \"nonsense\": }").unwrap();
     fs::write(place.path("binary.obj"), [0u8, 159, 146, 150, 255, 10, 118, 32, 255]).unwrap();
     for (scene, word) in [
         ("none.obj", "none.obj"),

@@ -16,7 +16,7 @@ fn the_schema_and_the_reference_go_to_stdout() {
 #[test]
 fn the_line_of_a_wrong_scene_is_shown() {
     let place = Place::new();
-    fs::write(place.path("s.json"), "{\n  \"eosphor\": 1,\n\t\"settings\": { \"dept\": 3 }\n}\n").unwrap();
+    fs::write(place.path("s.json"), "{\n  \"eosphor\": 2,\n\t\"settings\": { \"dept\": 3 }\n}\n").unwrap();
     for command in [&["info", "s.json"][..], &["render", "s.json", "-o", "a.png"]] {
         let run = place.run(command);
         let expected = "eosphor: s.json:3:16: unknown key \"dept\"; did you mean \"depth\"?\n \

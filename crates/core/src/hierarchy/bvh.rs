@@ -1,7 +1,8 @@
 //! Bounding volume hierarchy with two children a node: the nodes, and the scalar traversal.
 
 use super::candidates::{Placement, PrimitivesView, item};
-use super::search::{Any, Search};
+use super::far::{FarRay, is_far};
+use super::search::{Any, Moved, Search};
 use super::two_level::{InstanceTreeView, SearchScene, answer_queries};
 use super::{Stack, Tracer, Work};
 use crate::geometry::Bounds;
@@ -16,11 +17,11 @@ pub const MAX_BVH_DEPTH: usize = 64;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
 pub struct BvhNode {
-    /// Smallest coordinates of what is inside, padded.
+    /// Smallest coordinates of what is inside, with slack.
     pub min: Vec3,
     /// Inner node: number of the first child. Leaf: number of the first primitive (or instance) in its array.
     pub first: u32,
-    /// Largest coordinates of what is inside, padded.
+    /// Largest coordinates of what is inside, with slack.
     pub max: Vec3,
     /// 0 for inner nodes; else the number of primitives, with [`BvhNode::SPHERES`] where they are spheres.
     pub count: u32,
@@ -96,7 +97,7 @@ impl<C: Work> VisitLeaf for PrimitiveLeaves<'_, '_, C> {
         if leaf.count & BvhNode::SPHERES == 0 {
             primitives.search_triangles(leaf.first, count, self.ray, self.placement, self.filter, search)
         } else {
-            primitives.search_spheres(leaf.first, count, self.placement, search)
+            primitives.search_spheres(leaf.first, count, self.ray, self.placement, search)
         }
     }
 }
@@ -130,9 +131,20 @@ impl<C: Work> SearchScene for BvhTracer<'_, C> {
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {
+        let (nodes, root) = (self.bvh.nodes, *item(self.bvh.roots, geometry));
+        let bounds = item(nodes, root).bounds();
+        // A ray with numbers out of range hits nothing, from wherever it is looked at.
+        if is_far(ray.origin, bounds.extent()) & !ray.t_min.is_nan() {
+            let (map, _) = self.bvh.primitives.space(placement.instance);
+            let Some(FarRay { ray, from }) = FarRay::new(placement.world_ray, map, &bounds) else {
+                return false;
+            };
+            let mut leaves = PrimitiveLeaves { tracer: self, ray: &ray, placement, filter };
+            let mut search = Moved { search, from };
+            return walk(nodes, root, &ray.slab, ray.t_min, &self.work, &mut search, &mut leaves);
+        }
         let mut leaves = PrimitiveLeaves { tracer: self, ray, placement, filter };
-        let root = *item(self.bvh.roots, geometry);
-        walk(self.bvh.nodes, root, &ray.slab, ray.t_min, &self.work, search, &mut leaves)
+        walk(nodes, root, &ray.slab, ray.t_min, &self.work, search, &mut leaves)
     }
 
     #[inline(always)]

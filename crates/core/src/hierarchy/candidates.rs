@@ -4,10 +4,12 @@ use super::SPHERE_REFERENCE;
 use super::search::{Offered, Place, Search};
 use crate::geometry::{Geometry, Instance, Sphere};
 use crate::intersect::{
-    Confirmed, LocalRay, PackedTriangle, Slab, decide_sphere, decide_triangle, intersect_triangle_unless,
+    LocalRay, PackedTriangle, Slab, TriangleHit, intersect_sphere, intersect_triangle, may_meet_sphere,
+    t_rest,
 };
 use crate::math::Affine;
-use crate::ray::{PrimitiveId, Ray, RayFilter};
+use crate::out_of_line::out_of_line;
+use crate::ray::{PrimitiveId, Ray, RayFilter, UNKNOWN_REST};
 
 /// Primitives and instances, as every hierarchy holds them. Primitives stand in the hierarchy's own order within each
 /// geometry's range; triangles carry their number with them.
@@ -25,14 +27,11 @@ pub struct PrimitivesView<'a> {
     pub instances: &'a [Instance],
 }
 
-/// What a traversal in the space of one instance needs besides the ray there: whose primitives these are, and when hits
-/// count.
+/// What a traversal in the space of one instance needs besides the ray there: whose primitives these are.
 #[derive(Clone, Copy)]
 pub(super) struct Placement<'a> {
     /// Number of the instance.
     pub(super) instance: u32,
-    /// Where the world ray is inside the instance's world box; all of it for the world itself.
-    pub(super) world_interval: (f32, f32),
     /// The ray in the world.
     pub(super) world_ray: &'a Ray,
 }
@@ -40,7 +39,7 @@ pub(super) struct Placement<'a> {
 impl<'a> Placement<'a> {
     #[inline(always)]
     pub(super) fn world(world_ray: &'a Ray) -> Placement<'a> {
-        Placement { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY), world_ray }
+        Placement { instance: 0, world_ray }
     }
 
     /// A primitive of the instance.
@@ -51,39 +50,36 @@ impl<'a> Placement<'a> {
 }
 
 impl PrimitivesView<'_> {
-    /// Searches triangles `first .. first + count` of the array; `true` ends the search. A hit may be left pending.
+    /// Searches triangles `first .. first + count` of the array; `true` ends the search.
     #[inline(always)]
-    pub(super) fn search_triangles(
+    pub(super) fn search_triangles<S: Search>(
         &self,
         first: u32,
         count: u32,
         ray: &LocalRay,
         placement: &Placement,
         filter: &RayFilter,
-        search: &mut impl Search,
+        search: &mut S,
     ) -> bool {
         let mut k = first;
         while k < first + count {
             let number = k;
             k += 1;
             let triangle = item(self.triangles, number);
-            let look = triangle.first_look(ray);
-            if !look.may_meet {
+            let step = triangle.first_step(ray);
+            if !step.may_meet {
                 continue;
             }
-            let meeting = look.meeting(triangle, ray);
-            // NaN is neither: it says nothing.
-            let too_far = (meeting.low > search.t_max()) | (meeting.high < ray.t_min);
+            let meeting = step.meeting(ray);
             let id = PrimitiveId { instance: placement.instance, primitive: triangle.primitive };
-            let is_left_out = (filter.cull_back_faces & !look.meets_front) | filter.skips(id);
-            if (meeting.is_steep & too_far) | is_left_out {
+            let is_left_out = (filter.cull_back_faces & !step.meets_front) | filter.skips(id);
+            if meeting.is_beyond(ray.t_min, search.t_max()) | is_left_out {
                 continue;
             }
-            let (near, _) = placement.world_interval;
             let place = placement.place(number);
             let mut offered = Offered::Unclear;
-            if meeting.is_certain & (meeting.low > ray.t_min) & (meeting.low >= near) {
-                offered = search.offer_certain(place, meeting.low, meeting.high);
+            if !S::IS_MOVED & meeting.is_clear {
+                offered = search.offer_clear(place, meeting.t - meeting.error, meeting.t + meeting.error);
             }
             if offered == Offered::Ends
                 || offered == Offered::Unclear && search.unclear(self, place, id, placement)
@@ -96,37 +92,44 @@ impl PrimitivesView<'_> {
 
     /// The whole test of a triangle by the ray that is this one in the world.
     #[inline(always)]
-    pub(super) fn exact_triangle(&self, place: Place, world_ray: &Ray) -> Confirmed {
+    pub(super) fn exact_triangle(&self, place: Place, world_ray: &Ray) -> TriangleHit {
         let (map, extent) = self.space(place.instance);
-        decide_triangle(item(self.triangles, place.primitive), world_ray, map, extent)
+        intersect_triangle(item(self.triangles, place.primitive), world_ray, map, extent)
     }
 
-    /// What [`PrimitivesView::enter_instance`] says of an instance that is entered.
+    /// What the `t` of a triangle's hit lacks of that of double precision.
     #[inline(always)]
-    pub(super) fn placement<'r>(&self, instance: u32, world_ray: &'r Ray) -> Placement<'r> {
-        if instance == 0 {
-            return Placement::world(world_ray);
+    pub(super) fn rest(&self, place: Place, t: f32, world_ray: &Ray) -> f32 {
+        let (map, _) = self.space(place.instance);
+        t_rest(item(self.triangles, place.primitive), t, world_ray, map)
+    }
+
+    /// The `t` of a hit in double precision.
+    #[inline(always)]
+    pub(super) fn t64(&self, place: Place, hit: &TriangleHit, world_ray: &Ray) -> f64 {
+        let rest = if hit.t_rest == UNKNOWN_REST { self.rest(place, hit.t, world_ray) } else { hit.t_rest };
+        hit.t as f64 + rest as f64
+    }
+
+    /// What the `t` of a triangle's hit lacks of that of double precision, by the triangle's name. Looks at all there are:
+    /// hardly ever asked for.
+    pub(super) fn rest_by_name(&self, id: PrimitiveId, t: f32, world_ray: &Ray) -> f32 {
+        if id.instance as usize >= self.instances.len() {
+            return 0.0;
         }
-        let slab = Slab::new(world_ray.origin, world_ray.direction);
-        let world_interval = slab.interval(&item(self.instances, instance).world_bounds, world_ray.t_min);
-        Placement { instance, world_interval, world_ray }
+        let (map, extent) = self.space(id.instance);
+        rest_among(self.triangles, id.primitive, t, world_ray, map, extent)
     }
 
-    /// The same where it is certain that they meet: mostly that needs no double precision.
+    /// For the world boxes of instances. (These have slack of their own: no extent is needed.)
     #[inline(always)]
-    pub(super) fn confirmed_triangle(&self, place: Place, world_ray: &Ray) -> Confirmed {
-        let (map, extent) = self.space(place.instance);
-        let triangle = item(self.triangles, place.primitive);
-        let local = LocalRay::of(world_ray, map, extent);
-        let normal = triangle.normal();
-        let edges = triangle.test_edges(&local, normal, false);
-        let hit = triangle.confirm(&local, normal, edges.determinant);
-        if edges.clear & hit.meets { hit } else { decide_triangle(triangle, world_ray, map, extent) }
+    pub(super) fn world_slab(&self, world_ray: &Ray) -> Slab {
+        Slab::new(world_ray.origin, world_ray.direction, 0.0)
     }
 
     /// How rays come into an instance's space, if not as they are, and the extent of what is there.
     #[inline(always)]
-    fn space(&self, instance: u32) -> (Option<&Affine>, f32) {
+    pub(super) fn space(&self, instance: u32) -> (Option<&Affine>, f32) {
         if instance == 0 {
             return (None, item(self.geometries, 0).extent);
         }
@@ -149,15 +152,11 @@ impl PrimitivesView<'_> {
         while k < first + count {
             let triangle = item(self.triangles, k);
             let id = PrimitiveId { instance: placement.instance, primitive: triangle.primitive };
+            let step = triangle.first_step(ray);
             // Rays meet the triangle that they start on, and the one that they go to, more often than any other.
-            let skips = || filter.skips(id);
-            if let Some((t, _, _)) = intersect_triangle_unless(ray, triangle, filter.cull_back_faces, skips) {
-                let (near, far) = placement.world_interval;
-                if Slab::passes(near, far, t)
-                    && search.offer(self, placement.world_ray, placement.place(k), id, t)
-                {
-                    return true;
-                }
+            let is_left_out = (filter.cull_back_faces & !step.meets_front) | filter.skips(id);
+            if step.may_meet && !is_left_out && search.unclear(self, placement.place(k), id, placement) {
+                return true;
             }
             k += 1;
         }
@@ -170,6 +169,7 @@ impl PrimitivesView<'_> {
         &self,
         first: u32,
         count: u32,
+        ray: &LocalRay,
         placement: &Placement,
         search: &mut impl Search,
     ) -> bool {
@@ -177,7 +177,9 @@ impl PrimitivesView<'_> {
         while k < first + count {
             let id =
                 PrimitiveId { instance: placement.instance, primitive: *item(self.sphere_primitives, k) };
-            if search.unclear(self, placement.place(k | SPHERE_REFERENCE), id, placement) {
+            if may_meet_sphere(ray, item(self.spheres, k))
+                && search.unclear(self, placement.place(k | SPHERE_REFERENCE), id, placement)
+            {
                 return true;
             }
             k += 1;
@@ -195,20 +197,22 @@ impl PrimitivesView<'_> {
         search: &mut impl Search,
     ) -> bool {
         let ray = placement.world_ray;
-        let (near, far) = placement.world_interval;
         if place.primitive & SPHERE_REFERENCE == 0 {
             let hit = self.exact_triangle(place, ray);
-            return hit.meets & Slab::passes(near, far, hit.t) && search.offer(self, ray, place, id, hit.t);
+            return hit.meets && search.offer(self, ray, place, id, &hit);
         }
-        let (map, extent) = self.space(place.instance);
-        let [t0, t1] =
-            decide_sphere(item(self.spheres, place.primitive & !SPHERE_REFERENCE), ray, map, extent);
+        let (map, _) = self.space(place.instance);
+        let [first, second] =
+            intersect_sphere(item(self.spheres, place.primitive & !SPHERE_REFERENCE), ray, map);
         let mut root = 0;
         while root < 2 {
-            let t = if root == 0 { t0 } else { t1 };
+            let crossing = if root == 0 { first } else { second };
             // Roots that are not hits are NaN.
-            if !t.is_nan() & Slab::passes(near, far, t) && search.offer(self, ray, place, id, t) {
-                return true;
+            if !crossing.t.is_nan() {
+                let hit = TriangleHit::of_sphere(&crossing);
+                if search.offer(self, ray, place, id, &hit) {
+                    return true;
+                }
             }
             root += 1;
         }
@@ -231,7 +235,29 @@ impl PrimitivesView<'_> {
         }
         let extent = item(self.geometries, instance.geometry).extent;
         let local = LocalRay::of(ray, Some(&instance.object_from_world), extent);
-        Some((Placement { instance: number, world_interval: (near, far), world_ray: ray }, local))
+        Some((Placement { instance: number, world_ray: ray }, local))
+    }
+}
+
+out_of_line! {
+    /// [`PrimitivesView::rest_by_name`].
+    fn rest_among(
+        triangles: &[PackedTriangle],
+        primitive: u32,
+        t: f32,
+        ray: &Ray,
+        map: Option<&Affine>,
+        extent: f32,
+    ) -> f32 {
+        let mut k = 0;
+        while k < triangles.len() as u32 {
+            let triangle = item(triangles, k);
+            if triangle.primitive == primitive && intersect_triangle(triangle, ray, map, extent).t == t {
+                return t_rest(triangle, t, ray, map);
+            }
+            k += 1;
+        }
+        0.0
     }
 }
 

@@ -4,7 +4,7 @@ use super::candidates::{Placement, PrimitivesView, item};
 use super::search::Search;
 use super::two_level::{SearchScene, answer_queries};
 use super::{Tracer, Work};
-use crate::intersect::{LocalRay, Slab};
+use crate::intersect::LocalRay;
 use crate::ray::{Hit, Ray, RayFilter};
 
 /// Tests every primitive of every instance.
@@ -34,12 +34,12 @@ impl<C: Work> SearchScene for ExhaustiveTracer<'_, C> {
         let g = item(self.primitives.geometries, geometry);
         self.work.primitives(g.triangle_count + g.sphere_count);
         self.primitives.test_triangles(g.first_triangle, g.triangle_count, ray, placement, filter, search)
-            || self.primitives.search_spheres(g.first_sphere, g.sphere_count, placement, search)
+            || self.primitives.search_spheres(g.first_sphere, g.sphere_count, ray, placement, search)
     }
 
     #[inline(always)]
     fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
-        let slab = Slab::new(ray.origin, ray.direction);
+        let slab = self.primitives.world_slab(ray);
         let mut number = 1;
         while number < self.primitives.instances.len() as u32 {
             self.work.nodes(1);

@@ -4,6 +4,7 @@ mod bvh;
 mod candidates;
 mod cell_ray;
 mod exhaustive;
+mod far;
 mod grid;
 mod kdtree;
 mod octree;
@@ -25,14 +26,16 @@ pub use bvh::{BvhNode, BvhTracer, BvhView, MAX_BVH_DEPTH};
 pub use candidates::PrimitivesView;
 pub(crate) use candidates::item;
 pub use exhaustive::ExhaustiveTracer;
+pub use far::{FAR, FarRay, is_far};
 pub use grid::{GridRoot, GridTracer, GridView, MAX_GRID_CELLS};
 pub use kdtree::{KdNode, KdRoot, KdTreeTracer, KdTreeView, MAX_KD_DEPTH};
 pub use octree::{
     MAX_OCTREE_DEPTH, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
 };
 pub use pair_tracer::PairTracer;
-pub use pairs::{BvhPair, Company, Link, PAIR_SLACK, PairView, REACH, Target};
+pub use pairs::{BvhPair, Company, Link, PAIR_SLACK, PairView, Root, Target};
 pub use references::SPHERE_REFERENCE;
+pub use search::{bounds_of_last, moved_end, upper};
 pub use stack::Stack;
 pub use tracer::{ShadowBatch, Tracer};
 pub use two_level::InstanceTreeView;

@@ -3,24 +3,23 @@
 //!
 //! A box is its centre and half its size, so that its entry and its exit are one fused multiply-add each, without telling
 //! near planes from far ones. It is larger than the node's by what rounding can bring about for rays that start within
-//! [`REACH`] extents; for others `Space::slack` is added as they go.
+//! [`Root::reach`]; for others `Space::slack` is added as they go.
 //!
 //! What is not certain in single precision would need a function that every walk keeps registers for. So it is put aside
 //! (`put_off.rs`) until the walk is over.
 
 use super::candidates::{Placement, PrimitivesView, item};
-use super::search::Search;
+use super::far::{FarRay, is_far};
+use super::search::{Moved, Search};
 use super::warp::Warp;
 use super::{MAX_BVH_DEPTH, Stack};
-use crate::intersect::{LocalRay, Slab};
-use crate::math::{Vec3, fma, max, min};
+use crate::geometry::Bounds;
+use crate::intersect::{LocalRay, Slab, sphere_bounds};
+use crate::math::{Affine, Vec3, fma, max, min};
 use crate::ray::{Ray, RayFilter};
 
-/// Boxes are padded for rays whose origin is this many extents of the geometry from 0, along each axis.
-pub const REACH: f32 = 8.0;
-
-/// What boxes are padded by, over the extent of the geometry and the largest coordinate of the ray's origin together: more
-/// than [`crate::intersect::SLAB_SLACK`] and the rounding errors of either test, which are some 8 times 2^-24 of that.
+/// What boxes are padded by, over the coordinates of the box and of the ray's origin: more than the rounding errors of the
+/// test, which are some 5 times 2^-24 of that.
 pub const PAIR_SLACK: f32 = 1.0 / 1_048_576.0;
 
 /// Two children.
@@ -189,21 +188,55 @@ pub enum Target {
     Nothing,
 }
 
+/// A geometry's tree, by what it begins with: a link or a node's number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct Root<N> {
+    /// What it begins with.
+    pub first: N,
+    /// Its boxes are large enough for rays that start within this of 0 along each axis. No larger than most of what is
+    /// inside needs, so that boxes there are not swollen by what lies far away.
+    pub reach: f32,
+}
+
 /// Trees of pairs.
 #[derive(Clone, Copy, Debug)]
 pub struct PairView<'a> {
     /// Pairs of all trees.
     pub pairs: &'a [BvhPair],
     /// For each geometry, its tree.
-    pub roots: &'a [Link],
-    /// The tree over the instances but the world.
+    pub roots: &'a [Root<Link>],
+    /// The tree over the instances but the world, with boxes for the same rays as the world's tree.
     pub instance_root: Link,
-    /// The largest coordinate of the world and of what instances place in it.
-    pub world_extent: f32,
     /// How threads of a warp walk.
     pub company: Company,
     /// Primitives, in the order of the leaves.
     pub primitives: PrimitivesView<'a>,
+}
+
+impl PairView<'_> {
+    /// The box around what a link leads to.
+    fn bounds_of(&self, link: Link) -> Bounds {
+        let around = |center: Vec3, half: Vec3| Bounds { min: center - half, max: center + half };
+        match link.target() {
+            Target::Node(number) => {
+                let pair = item(self.pairs, number);
+                around(pair.center0, pair.half0).union(&around(pair.center1, pair.half1))
+            }
+            Target::Triangles(first, count) => {
+                let mut bounds = Bounds::EMPTY;
+                let mut k = first;
+                while k < first + count {
+                    bounds = bounds.union(&item(self.primitives.triangles, k).bounds());
+                    k += 1;
+                }
+                bounds
+            }
+            Target::Sphere(number) => sphere_bounds(item(self.primitives.spheres, number)),
+            Target::Instance(number) => item(self.primitives.instances, number).world_bounds,
+            Target::Nothing => Bounds::EMPTY,
+        }
+    }
 }
 
 /// Whether the threads of a warp walk through the tree together, each for its own ray. It changes no hit.
@@ -238,21 +271,39 @@ pub(super) struct Space<'a> {
     pub(super) steps: Vec3,
     /// What halves of boxes are too small by.
     pub(super) slack: f32,
+    /// The ray's own `t` of the point that the walk measures from.
+    pub(super) from: f64,
 }
 
 impl<'a> Space<'a> {
     #[inline(always)]
-    pub(super) fn new(placement: Placement<'a>, ray: LocalRay, extent: f32) -> Space<'a> {
+    pub(super) fn new(placement: Placement<'a>, ray: LocalRay, reach: f32) -> Space<'a> {
         let inverse = ray.slab.inverse;
-        let reach = ray.origin.abs().max_component();
-        let slack = if reach <= REACH * extent { 0.0 } else { PAIR_SLACK * (reach + extent) };
-        Space { placement, ray, offset: -(ray.origin * inverse), steps: inverse.abs(), slack }
+        let largest = ray.origin.abs().max_component();
+        let slack = if largest <= reach { 0.0 } else { PAIR_SLACK * largest };
+        Space { placement, ray, offset: -(ray.origin * inverse), steps: inverse.abs(), slack, from: 0.0 }
     }
 
     #[inline(always)]
-    pub(super) fn world(primitives: &PrimitivesView, world_extent: f32, world_ray: &'a Ray) -> Space<'a> {
+    pub(super) fn world(primitives: &PrimitivesView, reach: f32, world_ray: &'a Ray) -> Space<'a> {
         let ray = LocalRay::of(world_ray, None, item(primitives.geometries, 0).extent);
-        Space::new(Placement::world(world_ray), ray, world_extent)
+        Space::new(Placement::world(world_ray), ray, reach)
+    }
+
+    /// The same from where the ray enters a box, if it starts far from it; `None` where it passes it by.
+    #[inline(always)]
+    pub(super) fn seen_from_box(
+        self,
+        map: Option<&Affine>,
+        bounds: &Bounds,
+        reach: f32,
+    ) -> Option<Space<'a>> {
+        // Of rays with numbers out of range nobody asks.
+        if !is_far(self.ray.origin, bounds.extent()) {
+            return Some(self);
+        }
+        let FarRay { ray, from } = FarRay::new(self.placement.world_ray, map, bounds)?;
+        Some(Space { from, ..Space::new(self.placement, ray, reach) })
     }
 
     /// The signs of the direction, x lowest.
@@ -315,11 +366,54 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
                 stack.push(view.instance_root);
             }
         }
-        Walk {
-            space: Space::world(&view.primitives, view.world_extent, world_ray),
-            next: *item(view.roots, 0),
-            stack,
+        let root = item(view.roots, 0);
+        let mut walk =
+            Walk { space: Space::world(&view.primitives, root.reach, world_ray), next: root.first, stack };
+        if ANYWHERE {
+            match walk.world_from_box(view) {
+                Some(space) => walk.space = space,
+                None => walk.next = Link::DONE,
+            }
         }
+        walk
+    }
+
+    /// The world, from where the ray enters what is there.
+    #[inline(always)]
+    fn world_from_box(&self, view: &PairView) -> Option<Space<'a>> {
+        let root = item(view.roots, 0);
+        let space = Space::world(&view.primitives, root.reach, self.space.placement.world_ray);
+        if space.ray.t_min.is_nan() {
+            return None;
+        }
+        let bounds = view.bounds_of(root.first).union(&view.bounds_of(view.instance_root));
+        space.seen_from_box(None, &bounds, root.reach)
+    }
+
+    /// [`Search::t_max`], from where the walk measures.
+    #[inline(always)]
+    fn t_max<S: Search>(&self, search: &mut S) -> f32 {
+        if ANYWHERE { Moved { search, from: self.space.from }.t_max() } else { search.t_max() }
+    }
+
+    /// Searches a leaf of triangles; `true` ends the search.
+    #[inline(always)]
+    fn search_triangles<S: Search>(&self, view: &PairView, filter: &RayFilter, search: &mut S) -> bool {
+        let (first, count) = self.next.range();
+        let (primitives, Space { placement, ray, .. }) = (&view.primitives, &self.space);
+        if ANYWHERE {
+            let mut search = Moved { search, from: self.space.from };
+            primitives.search_triangles(first, count, ray, placement, filter, &mut search)
+        } else {
+            primitives.search_triangles(first, count, ray, placement, filter, search)
+        }
+    }
+
+    /// Searches a leaf of one sphere; `true` ends the search.
+    #[inline(always)]
+    fn search_sphere(&self, view: &PairView, search: &mut impl Search) -> bool {
+        let Space { placement, ray, .. } = &self.space;
+        view.primitives.search_spheres(self.next.0 & NUMBER, 1, ray, placement, search)
     }
 
     /// Visits the leaves that the ray enters, the nearer child first. A node is left out only when the ray enters it
@@ -338,12 +432,11 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         }
         loop {
             while self.next.is_pair() {
-                self.pass(&item(view.pairs, self.next.0).read(), search.t_max());
+                let t_max = self.t_max(search);
+                self.pass(&item(view.pairs, self.next.0).read(), t_max);
             }
             if self.next.is_triangles() {
-                let (first, count) = self.next.range();
-                let Space { placement, ray, .. } = &self.space;
-                if view.primitives.search_triangles(first, count, ray, placement, filter, search) {
+                if self.search_triangles(view, filter, search) {
                     return Outcome::Over;
                 }
             } else if let Some(outcome) = self.enter(view, search) {
@@ -385,13 +478,12 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     #[inline(always)]
     fn step(&mut self, view: &PairView, filter: &RayFilter, search: &mut impl Search) -> Option<Outcome> {
         if self.next.is_pair() {
-            self.pass(&item(view.pairs, self.next.0).read(), search.t_max());
+            let t_max = self.t_max(search);
+            self.pass(&item(view.pairs, self.next.0).read(), t_max);
             return None;
         }
         if self.next.is_triangles() {
-            let (first, count) = self.next.range();
-            let Space { placement, ray, .. } = &self.space;
-            if view.primitives.search_triangles(first, count, ray, placement, filter, search) {
+            if self.search_triangles(view, filter, search) {
                 return Some(Outcome::Over);
             }
         } else if let Some(outcome) = self.enter(view, search) {
@@ -433,7 +525,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         loop {
             while self.next.is_pair() {
                 let pair = item(view.pairs, self.next.0).read();
-                let crossing = self.cross(&pair, search.t_max());
+                let crossing = self.cross(&pair, self.t_max(search));
                 let (enters0, enters1) = (crossing.enters0 & !is_over, crossing.enters1 & !is_over);
                 let (any0, any1) = (warp.count(enters0) > 0, warp.count(enters1) > 0);
                 if any0 & any1 {
@@ -450,13 +542,10 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
                 break;
             }
             if !is_over {
-                let Space { placement, ray, .. } = &self.space;
                 is_over = if self.next.is_triangles() {
-                    let (first, count) = self.next.range();
-                    view.primitives.search_triangles(first, count, ray, placement, filter, search)
+                    self.search_triangles(view, filter, search)
                 } else {
-                    self.next.is_sphere()
-                        && view.primitives.search_spheres(self.next.0 & NUMBER, 1, placement, search)
+                    self.next.is_sphere() && self.search_sphere(view, search)
                 };
             }
             self.next = self.pop();
@@ -519,30 +608,37 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         let (kind, number) = (self.next.0 & !NUMBER, self.next.0 & NUMBER);
         let world_ray = self.space.placement.world_ray;
         if self.next.is_sphere() {
-            return view
-                .primitives
-                .search_spheres(number, 1, &self.space.placement, search)
-                .then_some(Outcome::Over);
+            return self.search_sphere(view, search).then_some(Outcome::Over);
         }
         if PLACED && kind == INSTANCE {
-            let slab = Slab::new(world_ray.origin, world_ray.direction);
+            let slab = view.primitives.world_slab(world_ray);
             let (placement, ray) =
                 view.primitives.enter_instance(number, world_ray, &slab, search.t_max())?;
-            let geometry = item(view.primitives.instances, number).geometry;
-            self.space = Space::new(placement, ray, item(view.primitives.geometries, geometry).extent);
+            let instance = item(view.primitives.instances, number);
+            let root = item(view.roots, instance.geometry);
+            let mut space = Space::new(placement, ray, root.reach);
+            if ANYWHERE {
+                let map = Some(&instance.object_from_world);
+                space = space.seen_from_box(map, &view.bounds_of(root.first), root.reach)?;
+            }
+            self.space = space;
             if !ANYWHERE && self.space.slack > 0.0 {
                 return Some(Outcome::Far);
             }
             // SAFETY: as above.
             unsafe { self.stack.push(Link::WORLD) };
-            self.next = *item(view.roots, geometry);
+            self.next = root.first;
             // A tree that is a leaf is visited from there like any other.
             if !self.next.is_pair() {
                 // SAFETY: as above.
                 unsafe { self.stack.push(self.next) };
             }
         } else if PLACED && self.next == Link::WORLD {
-            self.space = Space::world(&view.primitives, view.world_extent, world_ray);
+            let root = item(view.roots, 0);
+            self.space = Space::world(&view.primitives, root.reach, world_ray);
+            if ANYWHERE && let Some(space) = self.world_from_box(view) {
+                self.space = space;
+            }
         } else if self.next == Link::DONE {
             return Some(Outcome::Over);
         }

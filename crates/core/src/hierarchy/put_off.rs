@@ -6,6 +6,7 @@
 
 use super::candidates::{Placement, PrimitivesView};
 use super::search::{Offered, Place, Search};
+use crate::intersect::TriangleHit;
 use crate::ray::{PrimitiveId, Ray};
 use core::mem::MaybeUninit;
 
@@ -52,7 +53,7 @@ impl<'a, S: Search> PutOff<'a, S> {
                 let instance = self.aside.instances.get_unchecked(k as usize).assume_init();
                 Place { instance, primitive: self.aside.primitives.get_unchecked(k as usize).assume_init() }
             };
-            let placement = primitives.placement(place.instance, world_ray);
+            let placement = Placement { instance: place.instance, world_ray };
             if self.search.unclear(primitives, place, place.id(primitives), &placement) {
                 break;
             }
@@ -63,14 +64,26 @@ impl<'a, S: Search> PutOff<'a, S> {
 }
 
 impl<S: Search> Search for PutOff<'_, S> {
+    type Whole = Self;
+
+    #[inline(always)]
+    fn whole(&mut self) -> &mut Self {
+        self
+    }
+
     #[inline(always)]
     fn t_max(&self) -> f32 {
         self.search.t_max()
     }
 
     #[inline(always)]
-    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
-        self.search.offer_certain(place, low, high)
+    fn end(&self) -> f64 {
+        self.search.end()
+    }
+
+    #[inline(always)]
+    fn offer_clear(&mut self, place: Place, low: f32, high: f32) -> Offered {
+        self.search.offer_clear(place, low, high)
     }
 
     #[inline(always)]
@@ -92,9 +105,9 @@ impl<S: Search> Search for PutOff<'_, S> {
         ray: &Ray,
         place: Place,
         id: PrimitiveId,
-        t: f32,
+        hit: &TriangleHit,
     ) -> bool {
-        self.search.offer(primitives, ray, place, id, t)
+        self.search.offer(primitives, ray, place, id, hit)
     }
 
     #[inline(always)]

@@ -64,7 +64,7 @@ impl<C: Work> References<'_, C> {
             let ends = if reference & SPHERE_REFERENCE == 0 {
                 primitives.search_triangles(reference, 1, ray, placement, self.filter, search)
             } else {
-                primitives.search_spheres(reference & !SPHERE_REFERENCE, 1, placement, search)
+                primitives.search_spheres(reference & !SPHERE_REFERENCE, 1, ray, placement, search)
             };
             if ends {
                 return true;

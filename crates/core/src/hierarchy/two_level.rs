@@ -3,7 +3,8 @@
 use super::Work;
 use super::bvh::{BvhNode, VisitLeaf, walk};
 use super::candidates::{Placement, PrimitivesView, item};
-use super::search::{Any, Closest, Next, Search};
+use super::far::{FarRay, is_far};
+use super::search::{Any, Closest, Moved, Next, Search};
 use crate::intersect::{LocalRay, Slab};
 use crate::ray::{Hit, Ray, RayFilter};
 
@@ -90,7 +91,7 @@ pub(super) trait SearchScene {
     /// [`super::Tracer::next_hit`].
     #[inline(always)]
     fn find_next(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        let mut search = Next::new(ray.t_max, after);
+        let mut search = Next::new(ray, after);
         self.search(ray, filter, &mut search);
         search.hit(self.primitives(), ray)
     }
@@ -134,7 +135,7 @@ impl<T: SearchScene> VisitLeaf for InstanceLeaves<'_, T> {
         let mut k = leaf.first;
         while k < leaf.first + (leaf.count & !BvhNode::SPHERES) {
             let number = *item(self.order, k);
-            if self.scene.search_instance(number, self.ray, &self.slab, self.filter, search) {
+            if self.scene.search_instance(number, self.ray, &self.slab, self.filter, search.whole()) {
                 return true;
             }
             k += 1;
@@ -154,8 +155,14 @@ impl InstanceTreeView<'_> {
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {
-        let slab = Slab::new(ray.origin, ray.direction);
+        let slab = scene.primitives().world_slab(ray);
         let mut leaves = InstanceLeaves { scene, order: self.order, ray, slab, filter };
+        let bounds = item(self.nodes, self.root).bounds();
+        if is_far(ray.origin, bounds.extent()) {
+            let Some(far) = FarRay::new(ray, None, &bounds) else { return false };
+            let mut search = Moved { search, from: far.from };
+            return walk(self.nodes, self.root, &far.ray.slab, far.ray.t_min, work, &mut search, &mut leaves);
+        }
         walk(self.nodes, self.root, &slab, ray.t_min, work, search, &mut leaves)
     }
 }

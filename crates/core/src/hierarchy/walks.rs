@@ -56,7 +56,7 @@ macro_rules! tracer_by_walks {
         #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
         #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
         fn $next(view: &$view, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-            let mut found = Next::new(ray.t_max, after);
+            let mut found = Next::new(ray, after);
             $search_for_any_ray(view, ray, filter, &mut found);
             found.hit(&view.primitives, ray)
         }
@@ -86,7 +86,7 @@ macro_rules! tracer_by_walks {
 
             #[inline(always)]
             fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-                match search_by(self, ray, filter, Next::new(ray.t_max, after)) {
+                match search_by(self, ray, filter, Next::new(ray, after)) {
                     Some(found) => found.hit(&self.view.primitives, ray),
                     None => {
                         let copy = self.view;

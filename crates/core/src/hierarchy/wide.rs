@@ -5,7 +5,7 @@
 //! node with the children that are left of it, in the order in which a ray of this octant meets them.
 
 use super::candidates::{PrimitivesView, item};
-use super::pairs::{Link, Outcome, Space, Target};
+use super::pairs::{Link, Outcome, Root, Space, Target};
 use super::search::Search;
 use super::warp::Warp;
 use super::{MAX_BVH_DEPTH, Stack};
@@ -80,11 +80,9 @@ pub struct WideView<'a> {
     /// Nodes of all trees.
     pub nodes: &'a [WideNode],
     /// For each geometry, the number of its root.
-    pub roots: &'a [u32],
+    pub roots: &'a [Root<u32>],
     /// The root of the tree over the instances but the world.
     pub instance_root: u32,
-    /// The largest coordinate of the world and of what instances place in it.
-    pub world_extent: f32,
     /// Primitives, in the order of the leaves.
     pub primitives: PrimitivesView<'a>,
 }
@@ -148,7 +146,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             }
             stack.push(Rest::ROOT);
         }
-        let space = Space::world(&view.primitives, view.world_extent, world_ray);
+        let space = Space::world(&view.primitives, item(view.roots, 0).reach, world_ray);
         let octant = space.octant();
         Walk { space, octant, rest: Rest::DONE, stack }
     }
@@ -235,7 +233,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             Target::Triangles(first, count) => {
                 view.primitives.search_triangles(first, count, ray, placement, filter, search)
             }
-            Target::Sphere(sphere) => view.primitives.search_spheres(sphere, 1, placement, search),
+            Target::Sphere(sphere) => view.primitives.search_spheres(sphere, 1, ray, placement, search),
             _ => false,
         }
     }
@@ -244,12 +242,12 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     #[inline(always)]
     fn turn(&mut self, view: &WideView) -> Option<u32> {
         match self.rest {
-            Rest::ROOT => Some(*item(view.roots, 0)),
+            Rest::ROOT => Some(item(view.roots, 0).first),
             Rest::INSTANCES => Some(view.instance_root),
             _ => {
                 self.go_on_in(Space::world(
                     &view.primitives,
-                    view.world_extent,
+                    item(view.roots, 0).reach,
                     self.space.placement.world_ray,
                 ));
                 self.rest = Rest::DONE;
@@ -262,7 +260,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     #[inline(always)]
     fn enter(&mut self, view: &WideView, number: u32, t_max: f32) -> Option<u32> {
         let world_ray = self.space.placement.world_ray;
-        let slab = Slab::new(world_ray.origin, world_ray.direction);
+        let slab = view.primitives.world_slab(world_ray);
         let (placement, ray) = view.primitives.enter_instance(number, world_ray, &slab, t_max)?;
         let geometry = item(view.primitives.instances, number).geometry;
         // SAFETY: as in `visit`.
@@ -273,8 +271,9 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             self.stack.push(Rest::WORLD);
         }
         self.rest = Rest::DONE;
-        self.go_on_in(Space::new(placement, ray, item(view.primitives.geometries, geometry).extent));
-        Some(*item(view.roots, geometry))
+        let root = item(view.roots, geometry);
+        self.go_on_in(Space::new(placement, ray, root.reach));
+        Some(root.first)
     }
 
     #[inline(always)]

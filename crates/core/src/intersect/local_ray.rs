@@ -1,6 +1,7 @@
 //! A ray in the space of a geometry, with what the intersection tests need of it.
 
-use super::{EDGE_TOLERANCE, HIT_TOLERANCE, PADDING, STEEP, Slab, T_SLACK, USUAL_LENGTH, USUAL_REACH};
+use super::Slab;
+use super::precise::{PreciseRay, single};
 use crate::math::{Affine, Vec3};
 use crate::ray::Ray;
 
@@ -14,20 +15,17 @@ pub struct LocalRay {
     pub direction: Vec3,
     /// Hits must lie beyond this. NaN where the ray has numbers beyond [`LARGEST_NUMBER`]: nothing is a hit then.
     pub t_min: f32,
+    /// Hits must not lie beyond this.
+    pub t_max: f32,
     /// For boxes.
     pub slab: Slab,
-    /// One over the squared length of the direction, for spheres.
-    pub inverse_direction_squared: f32,
-    /// What the edge functions of a triangle may be below 0, over the length of the edge.
-    pub edge_tolerance: f32,
-    /// From this times the lengths of two edges on, a determinant is one that single precision can be trusted with.
-    pub steep: f32,
-    /// What [`super::T_SLACK`] is multiplied with for this ray, and it; infinite where that does not hold.
-    pub t_slack: f32,
-    /// What the points on ray and primitive may differ.
-    pub hit_tolerance: f32,
-    /// Primitive bounds are grown by this.
-    pub padding: f32,
+    /// At least the direction's length, with what mapping it into this space may have changed. Infinite where products
+    /// might leave the range of numbers: nothing is clear then.
+    pub length: f32,
+    /// Added to distances from the origin: mapping it into this space may have moved it by a share of this.
+    pub reach: f32,
+    /// The distance from 0 to the origin, in the world, as long as it is here.
+    pub scale: f32,
 }
 
 /// Rays whose direction is shorter hit nothing: beside it, the slab test's smallest component would be a tilt.
@@ -36,41 +34,72 @@ pub const SHORTEST_DIRECTION: f32 = 1e-11;
 /// Rays with larger numbers, infinities or NaN hit nothing: products of smaller ones stay finite.
 pub const LARGEST_NUMBER: f32 = 1e18;
 
+/// Single precision is only trusted where the largest coordinate of the origin is at most this,
+pub const USUAL_REACH: f32 = 1e12;
+/// and the direction's length is in this range: products neither underflow nor overflow.
+pub const USUAL_LENGTH: [f32; 2] = [1e-6, 3e4];
+
+/// Mapped directions count as longer by this factor, which covers their rounding.
+pub const WORLD_FROM_OBJECT_ROUNDING: f32 = 1.25;
+
+#[inline(always)]
+fn sum(v: Vec3) -> f32 {
+    v.x.abs() + v.y.abs() + v.z.abs()
+}
+
 impl LocalRay {
     /// A ray of the world in a geometry's space, into which the map takes it; the world itself has none.
     #[inline(always)]
     pub(crate) fn of(ray: &Ray, object_from_world: Option<&Affine>, extent: f32) -> LocalRay {
-        let (origin, direction) = match object_from_world {
-            Some(map) => (map.point(ray.origin), map.direction(ray.direction)),
-            None => (ray.origin, ray.direction),
-        };
-        LocalRay::new(origin, direction, ray.t_min, extent)
+        match object_from_world {
+            Some(map) => LocalRay::mapped(ray, map, extent),
+            None => LocalRay::new(ray, extent),
+        }
     }
 
-    /// For a geometry of the given extent ([`crate::geometry::Geometry::extent`]).
+    /// In the world, whose largest coordinate is `extent`.
     #[inline(always)]
-    pub fn new(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> LocalRay {
-        let squared = direction.length_squared();
-        let (o, d) = (origin.abs(), direction.abs());
-        // At least the length, and cheaper.
-        let length = d.x + d.y + d.z;
+    pub fn new(ray: &Ray, extent: f32) -> LocalRay {
+        let length = sum(ray.direction);
+        LocalRay::in_space(ray, ray.origin, ray.direction, extent, length, 0.0, sum(ray.origin))
+    }
+
+    /// In an object's space.
+    #[inline(always)]
+    pub fn mapped(ray: &Ray, map: &Affine, extent: f32) -> LocalRay {
+        // Mapped in double precision: what is rounded is no more than the ray in this space.
+        let PreciseRay { origin, direction } = PreciseRay::of(ray, Some(map));
+        let (origin, direction) = (single(origin), single(direction));
+        let length = WORLD_FROM_OBJECT_ROUNDING * sum(direction);
+        let scale = sum(ray.origin) * (length / sum(ray.direction));
+        LocalRay::in_space(ray, origin, direction, extent, length, sum(origin), scale)
+    }
+
+    #[inline(always)]
+    fn in_space(
+        ray: &Ray,
+        origin: Vec3,
+        direction: Vec3,
+        extent: f32,
+        length: f32,
+        reach: f32,
+        scale: f32,
+    ) -> LocalRay {
+        let own = sum(direction);
         // The sum is NaN where one of them is.
-        let in_range = ((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
-        let reach = extent + origin.abs().max_component();
-        let [[reach_low, reach_high], [length_low, length_high]] = [USUAL_REACH, USUAL_LENGTH];
-        let is_usual =
-            (reach_low <= reach) & (reach <= reach_high) & (length_low <= length) & (length <= length_high);
+        let in_range = (sum(origin) + own <= LARGEST_NUMBER) & (own >= SHORTEST_DIRECTION);
+        let [shortest, longest] = USUAL_LENGTH;
+        let largest = origin.abs().max_component();
+        let is_usual = (largest + reach <= USUAL_REACH) & (shortest <= own) & (length <= longest);
         LocalRay {
             origin,
             direction,
-            t_min: if in_range { t_min } else { f32::NAN },
-            slab: Slab::new(origin, direction),
-            inverse_direction_squared: 1.0 / squared,
-            edge_tolerance: EDGE_TOLERANCE * reach * length,
-            steep: STEEP * length,
-            t_slack: if is_usual { T_SLACK * reach } else { f32::INFINITY },
-            hit_tolerance: HIT_TOLERANCE * extent,
-            padding: PADDING * extent,
+            t_min: if in_range { ray.t_min } else { f32::NAN },
+            t_max: ray.t_max,
+            slab: Slab::new(origin, direction, extent),
+            length: if is_usual { length } else { f32::INFINITY },
+            reach,
+            scale,
         }
     }
 }

@@ -1,39 +1,65 @@
-//! The canonical hit: a function of ray and primitive alone, never of the hierarchy that led to it.
+//! The canonical hit: a function of ray and primitive alone, never of the hierarchy that led to it, and never of what else
+//! is in the scene.
 //!
-//! A hit counts when (a) the one intersection formula accepts it, (b) the ray passes the primitive's own padded bounds
-//! no later than the hit, under the one slab function, and (c) the point on the ray and the point on the primitive
-//! agree within a tolerance that follows from the scene's extent. Every node box contains those bounds and is tested
-//! by the same slab function, which is monotone in the planes: so no hierarchy can cull a hit that counts. For
-//! triangles (b) follows from (a) and (c), also for the bounds of a part of it that holds the point: so they may be cut.
+//! A triangle is met where the ray's line passes within its edges. Single precision answers where its own rounding errors
+//! cannot matter: the ray is *clear* of the edges, of its ends and of the triangle's plane, by bounds that follow from the
+//! magnitudes in the test itself. Then `t`, `u` and `v` are those of one formula in one order of operations. What is not
+//! clear is decided in double precision, close to the triangle ([`precise`]). Spheres always are.
+//!
+//! Hits are ordered by their `t` in double precision. For a clear hit single precision has bounds of that, which tell most
+//! hits apart; double precision is asked where bounds overlap.
+//!
+//! Boxes of hierarchies have to let pass every ray that meets what is inside. The slab test is monotone in the planes, and
+//! [`BOX_SLACK`], [`ORIGIN_SLACK`] and [`EXTENT_SLACK`] are larger than all rounding. So no hierarchy can cull a hit that
+//! counts. A box may be larger than it needs to be: that costs time and changes no hit.
 
-/// Cosine of the angle between ray and normal from which on single precision is trusted (times the sine of the angle at
-/// the triangle's first corner).
-pub const STEEP: f32 = 1.0 / 32.0;
-
-/// Determinants below this, 2^-90, may have lost bits at the end of the range of numbers.
-pub const SMALLEST_DETERMINANT: f32 = 1.0 / (1u128 << 90) as f32;
-
-mod first_look;
+mod first_step;
 mod local_ray;
+pub mod precise;
 mod slab;
 mod sphere;
 mod triangle;
 
-pub use first_look::{EDGE_SLACK, FirstLook, Meeting, T_SLACK, USUAL_LENGTH, USUAL_REACH};
-pub use local_ray::{LARGEST_NUMBER, LocalRay, SHORTEST_DIRECTION};
-pub use slab::{SLAB_SLACK, SMALLEST_DIRECTION, Slab};
-pub(crate) use sphere::decide_sphere;
-pub use sphere::{intersect_sphere, sphere_bounds};
-pub use triangle::{Confirmed, EdgeTest, PackedTriangle, intersect_triangle, longest_edge_last};
-pub(crate) use triangle::{decide_triangle, intersect_triangle_unless};
+pub use first_step::{FirstStep, Meeting};
+pub use local_ray::{
+    LARGEST_NUMBER, LocalRay, SHORTEST_DIRECTION, USUAL_LENGTH, USUAL_REACH, WORLD_FROM_OBJECT_ROUNDING,
+};
+pub use slab::{BOX_SLACK, EXTENT_SLACK, ORIGIN_SLACK, SHORT, SMALLEST_DIRECTION, Slab};
+pub use sphere::{SphereHit, intersect_sphere, may_meet_sphere, sphere_bounds};
+pub use triangle::{
+    PackedTriangle, T_ROUNDING, TriangleHit, intersect_precisely, intersect_triangle, longest_edge_last,
+    t_rest,
+};
 
-/// Bounds of primitives are padded by this times the extent of their geometry: over the rounding errors of the slab
-/// test (2^-24 of the coordinates) and the tolerance of hits ([`HIT_TOLERANCE`]).
-pub const PADDING: f32 = 1.0 / 131_072.0;
+/// Edge functions of single precision are wrong by at most this (8 · 2^-24) times the length of the direction, the distance
+/// from the origin to the first vertex with the lengths of the edges, and the lengths of the edges.
+///
+/// With u = 2^-24, C the first vertex minus the origin, D the direction, E an edge, and sums of absolute coordinates for
+/// lengths: C is rounded by u |C|, its cross product with D by 2u |C| |D| more, the product with E by 3u |C| |D| |E|, and E
+/// itself by u |E|: 7u in all. The third edge function is the determinant less the other two; its own errors, 8u |E1| |E2|
+/// |D|, are what the lengths beside the distance are for.
+pub const EDGE_SLACK: f32 = 1.0 / 2_097_152.0;
 
-/// A hit's point on the ray and on the primitive may differ by this times the extent of the geometry.
-pub const HIT_TOLERANCE: f32 = 1.0 / 262_144.0;
+/// More than underflow can make of edge functions.
+pub const UNDERFLOW_SLACK: f32 = 1e-26;
 
-/// Triangles are tested as if their edges lay further out by this times the extent of geometry and ray, which covers
-/// the rounding of the edge functions: rays aimed at a shared edge hit at least one of its triangles.
-pub const EDGE_TOLERANCE: f32 = 1.0 / 2_097_152.0;
+/// The `t` of single precision is wrong by at most this (13 · 2^-24) times the lengths of the edges over the determinant,
+/// times the distance from the origin to the first vertex and the distance along the ray. The numerator is wrong by 8u of
+/// its product of lengths, the determinant by 7u, the quotient by 2u; the rest is room for [`STEEP`].
+pub const T_SLACK: f32 = 13.0 / 16_777_216.0;
+
+/// More than underflow can make of the numerator of `t`.
+pub const T_UNDERFLOW: f32 = f32::MIN_POSITIVE;
+
+/// From this times the product of all lengths on, a determinant is known well enough for the bounds of `t`.
+pub const STEEP: f32 = 1.0 / 4096.0;
+
+/// Determinants below this, 2^-90, may have lost bits at the end of the range of numbers.
+pub const SMALLEST_DETERMINANT: f32 = 1.0 / (1u128 << 90) as f32;
+
+/// A hit is clear where the error of `t` is at most this (256 · 2^-24) times the distances from 0 to the origin and from
+/// there to the hit,
+pub const T_ERROR: f32 = 1.0 / 65_536.0;
+
+/// and the errors of `u` and `v` are at most this.
+pub const UV_ERROR: f32 = 1.0 / 256.0;

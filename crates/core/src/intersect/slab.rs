@@ -1,5 +1,6 @@
 //! Ray against box: the slab test (Kay and Kajiya 1986) with one fused multiply-add a plane.
 
+use super::LARGEST_NUMBER;
 use crate::geometry::Bounds;
 use crate::math::{Vec3, fma, max, min, vec3};
 
@@ -15,21 +16,34 @@ pub struct Slab {
 }
 
 /// Directions smaller than this in a component are taken as this, so that no infinity meets a zero.
-pub const SMALLEST_DIRECTION: f32 = 1e-18;
+pub const SMALLEST_DIRECTION: f32 = 1e-20;
 
-/// Boxes count as larger by this times the largest coordinate of the ray's origin: over the rounding errors that the
-/// origin brings into distances (those of the box are covered by its padding). It is taken into the offsets, so it
-/// costs nothing in the test.
-pub const SLAB_SLACK: f32 = 1.0 / 2_097_152.0;
+/// Shorter rays meet every box: beside them [`SMALLEST_DIRECTION`] would be a tilt.
+pub const SHORT: f32 = 1e-8;
+
+/// Planes of boxes lie further out by this (8 · 2^-24) times their own distance from 0: over the rounding errors that they
+/// bring into the test, 2 · 2^-24 ([`Bounds::with_slack`]).
+pub const BOX_SLACK: f32 = 1.0 / 2_097_152.0;
+
+/// Boxes count as larger along an axis by this times the origin's coordinate: over the rounding errors that it brings into
+/// the test, 3 · 2^-24. It is taken into the offsets, so it costs nothing in the test.
+pub const ORIGIN_SLACK: f32 = 1.0 / 2_097_152.0;
+
+/// And by this (2^-42) times all coordinates of box and origin, along every axis: over the tolerance of hits in double
+/// precision, and what [`SMALLEST_DIRECTION`] tilts.
+pub const EXTENT_SLACK: f32 = 1.0 / (1u64 << 42) as f32;
 
 impl Slab {
-    /// For a ray from `origin` along `direction` (any length).
+    /// For a ray from `origin` along `direction` (any length), and boxes with coordinates up to `extent`.
     #[inline(always)]
-    pub fn new(origin: Vec3, direction: Vec3) -> Slab {
+    pub fn new(origin: Vec3, direction: Vec3, extent: f32) -> Slab {
         let safe = |d: f32| if d.abs() > SMALLEST_DIRECTION { d } else { SMALLEST_DIRECTION.copysign(d) };
         let inverse = vec3(1.0 / safe(direction.x), 1.0 / safe(direction.y), 1.0 / safe(direction.z));
         let offset = -(origin * inverse);
-        let slack = inverse.abs() * (SLAB_SLACK * origin.abs().max_component());
+        let (o, d) = (origin.abs(), direction.abs());
+        let everywhere = EXTENT_SLACK * (extent + o.max_component());
+        let everywhere = if d.max_component() >= SHORT { everywhere } else { LARGEST_NUMBER };
+        let slack = inverse.abs() * (o * ORIGIN_SLACK + Vec3::splat(everywhere));
         Slab { inverse, near_offset: offset - slack, far_offset: offset + slack }
     }
 

@@ -1,53 +1,67 @@
 //! The one sphere test.
 
-use super::{LocalRay, Slab};
+use super::precise::PreciseRay;
+use super::{EDGE_SLACK, LocalRay};
 use crate::geometry::{Bounds, Sphere};
-use crate::math::{Affine, Vec3, sqrt};
+use crate::math::{Affine, Vec3, fma};
+use crate::out_of_line::out_of_line;
 use crate::ray::Ray;
 
-/// The sphere's bounds, grown by `padding`.
+/// The sphere's bounds, grown as boxes have to be ([`Bounds::with_slack`]).
 #[inline(always)]
-pub fn sphere_bounds(sphere: &Sphere, padding: f32) -> Bounds {
+pub fn sphere_bounds(sphere: &Sphere) -> Bounds {
     let r = Vec3::splat(sphere.radius);
-    Bounds { min: sphere.center - r, max: sphere.center + r }.padded(padding)
+    Bounds { min: sphere.center - r, max: sphere.center + r }.with_slack()
 }
 
-/// The `t`s, nearer first, at which the ray passes through the sphere's surface; NaN where it does not or where a
-/// crossing is not a hit. The nearer one comes first; a ray that starts inside has only the second.
-///
-/// The discriminant is taken from the point of the ray closest to the centre, where it does not cancel (Haines et al.,
-/// "Precision improvements for ray/sphere intersection", Ray Tracing Gems 2019).
-#[inline(always)]
-pub fn intersect_sphere(ray: &LocalRay, sphere: &Sphere) -> [f32; 2] {
-    let d = ray.direction;
-    let from_center = ray.origin - sphere.center;
-    let t_closest = -(from_center.dot(d) * ray.inverse_direction_squared);
-    let closest = from_center.along(d, t_closest);
-    let discriminant = sphere.radius * sphere.radius - closest.length_squared();
-    if (discriminant < 0.0) | discriminant.is_nan() {
-        return [f32::NAN; 2];
+/// Where a ray passes through a sphere's surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereHit {
+    /// Rounded; NaN where there is no hit.
+    pub t: f32,
+    /// What rounding took away.
+    pub t_rest: f32,
+}
+
+impl SphereHit {
+    /// No hit.
+    pub const NONE: SphereHit = SphereHit { t: f32::NAN, t_rest: 0.0 };
+
+    #[inline(always)]
+    fn at(root: f64, ray: &Ray) -> SphereHit {
+        let t = root as f32;
+        if (t > ray.t_min) & (t <= ray.t_max) & (t < f32::INFINITY) {
+            SphereHit { t, t_rest: (root - t as f64) as f32 }
+        } else {
+            SphereHit::NONE
+        }
     }
-    let half = sqrt(discriminant * ray.inverse_direction_squared);
-    let (near, far) = ray.slab.interval(&sphere_bounds(sphere, ray.padding), ray.t_min);
-    let checked = |t: f32, step: f32| {
-        let off = closest.along(d, step).length() - sphere.radius;
-        let counts = (t > ray.t_min)
-            & (t < f32::INFINITY)
-            & (off.abs() <= ray.hit_tolerance)
-            & Slab::passes(near, far, t);
-        if counts { t } else { f32::NAN }
-    };
-    [checked(t_closest - half, -half), checked(t_closest + half, half)]
 }
 
-/// The same by a ray that is this one in the world; like [`super::decide_triangle`], a function of its own on GPUs.
-#[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
-#[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-pub(crate) fn decide_sphere(
-    sphere: &Sphere,
-    ray: &Ray,
-    object_from_world: Option<&Affine>,
-    extent: f32,
-) -> [f32; 2] {
-    intersect_sphere(&LocalRay::of(ray, object_from_world, extent), sphere)
+/// Whether a ray may meet a sphere, in single precision.
+#[inline(always)]
+pub fn may_meet_sphere(ray: &LocalRay, sphere: &Sphere) -> bool {
+    let to_center = sphere.center - ray.origin;
+    let c = to_center.abs();
+    let distance = (c.x + c.y) + (c.z + ray.reach);
+    let across = to_center.cross(ray.direction).length();
+    let slack = (EDGE_SLACK * ray.length) * distance;
+    // NaN says nothing, but for the start: nothing is hit then.
+    !(across > fma(sphere.radius, ray.length, slack)) & !ray.t_min.is_nan()
+}
+
+out_of_line! {
+    /// Where a ray of the world passes through the surface of a sphere of a space into which the map takes it, between its
+    /// ends, nearer first. A ray that starts inside has only the second.
+    pub fn intersect_sphere(
+        sphere: &Sphere,
+        ray: &Ray,
+        object_from_world: Option<&Affine>,
+    ) -> [SphereHit; 2] {
+        let mut hits = [SphereHit::NONE; 2];
+        if let Some([first, second]) = PreciseRay::of(ray, object_from_world).meet_sphere(sphere) {
+            hits = [SphereHit::at(first, ray), SphereHit::at(second, ray)];
+        }
+        hits
+    }
 }

@@ -39,6 +39,36 @@ impl Affine {
         vec3(self.columns[0].dot(n), self.columns[1].dot(n), self.columns[2].dot(n))
     }
 
+    /// The map of absolute numbers: of a point's absolute coordinates it makes the magnitudes in the sums for its image.
+    #[inline(always)]
+    pub fn abs(&self) -> Affine {
+        let [a, b, c] = self.columns;
+        Affine { columns: [a.abs(), b.abs(), c.abs()], translation: self.translation.abs() }
+    }
+
+    /// Maps a point in double precision.
+    #[inline(always)]
+    pub fn point64(&self, p: [f64; 3]) -> [f64; 3] {
+        let t = [self.translation.x as f64, self.translation.y as f64, self.translation.z as f64];
+        self.add64(t, p)
+    }
+
+    /// Maps a direction in double precision.
+    #[inline(always)]
+    pub fn direction64(&self, d: [f64; 3]) -> [f64; 3] {
+        self.add64([0.0; 3], d)
+    }
+
+    #[inline(always)]
+    fn add64(&self, sum: [f64; 3], v: [f64; 3]) -> [f64; 3] {
+        let [a, b, c] = &self.columns;
+        [
+            add_products64(sum[0], [a.x, b.x, c.x], v),
+            add_products64(sum[1], [a.y, b.y, c.y], v),
+            add_products64(sum[2], [a.z, b.z, c.z], v),
+        ]
+    }
+
     /// `self` after `first`: maps `p` to `self(first(p))`.
     pub fn after(&self, first: &Affine) -> Affine {
         Affine {
@@ -84,6 +114,7 @@ impl Affine {
     }
 
     /// The largest absolute row sum of the linear part: how much a box can grow.
+    #[inline(always)]
     pub fn growth(&self) -> f32 {
         let [a, b, c] = self.columns;
         let row = |x: f32, y: f32, z: f32| x.abs() + y.abs() + z.abs();
@@ -93,6 +124,11 @@ impl Affine {
     fn columns_f64(&self) -> [[f64; 3]; 3] {
         self.columns.map(|c| [c.x as f64, c.y as f64, c.z as f64])
     }
+}
+
+#[inline(always)]
+fn add_products64(sum: f64, a: [f32; 3], b: [f64; 3]) -> f64 {
+    fma64(a[2] as f64, b[2], fma64(a[1] as f64, b[1], fma64(a[0] as f64, b[0], sum)))
 }
 
 fn cross64(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -18,9 +18,10 @@ pub struct LightSample {
 #[inline(always)]
 pub fn emitted(light: &Light) -> Vec3 {
     match *light {
-        Light::Point { intensity, .. } | Light::Spot { intensity, .. } => intensity,
-        Light::Directional { irradiance, .. } => irradiance,
-        Light::Triangle { radiance, .. } => radiance,
+        Light::Point { color, .. }
+        | Light::Directional { color, .. }
+        | Light::Spot { color, .. }
+        | Light::Triangle { color, .. } => color,
     }
 }
 

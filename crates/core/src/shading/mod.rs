@@ -3,13 +3,14 @@
 mod appearance;
 mod directions;
 mod fresnel;
+mod hit_point;
 mod light_sample;
 mod lobe;
 mod normal_map;
 mod surface;
 
 pub use appearance::{Appearance, MaterialTexels};
-pub use directions::{Refracted, reflect, refract};
+pub use directions::{Refracted, mirror_above, reflect, refract, through_surface, turned_up};
 pub use fresnel::{fresnel_exact, fresnel_factor, fresnel_schlick, reflectance_at_normal_incidence};
 pub use light_sample::{LightSample, emitted, sample_light, triangle_sample};
 pub use lobe::specular_lobe;

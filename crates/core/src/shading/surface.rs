@@ -1,16 +1,14 @@
 //! A point of a surface, ready to be shaded.
 
+use super::hit_point::HitPoint;
 use crate::hierarchy::item;
 use crate::material::NONE;
 use crate::math::elementary::exp2;
 use crate::math::{Vec3, fma, vec3};
 use crate::ray::{Hit, PrimitiveId, Ray};
-use crate::shading::{Appearance, MaterialTexels, normal_map};
+use crate::shading::{Appearance, MaterialTexels, normal_map, turned_up};
 use crate::texture::Rgba;
 use crate::view::SceneView;
-
-/// Shadow and child rays start this times (scene extent + distance travelled) off the surface.
-const OFFSET: f32 = 1.0 / 131_072.0;
 
 /// A point of a surface, as the ray that found it sees it.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +17,7 @@ pub struct SurfacePoint {
     pub position: Vec3,
     /// Unit normal of the surface itself, on the viewer's side.
     pub geometric_normal: Vec3,
-    /// Unit normal for shading; on the viewer's side of the surface it was interpolated on.
+    /// Unit normal for shading, on the same side of the surface, whatever the file says: see [`turned_up`].
     pub normal: Vec3,
     /// Unit vector to the origin of the ray.
     pub to_viewer: Vec3,
@@ -57,13 +55,15 @@ impl SurfacePoint {
     pub fn new(view: &SceneView, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let instance = item(view.instances, hit.id.instance);
         let geometry = item(view.geometries, instance.geometry);
-        let position = ray.origin.along(ray.direction, hit.t);
+        let point;
         let mut local = if hit.id.primitive < geometry.triangle_count {
             let number = geometry.first_triangle + hit.id.primitive;
+            point = HitPoint::on_triangle(ray, instance, item(view.triangles, number), hit);
             on_triangle(view, number, instance.material, hit)
         } else {
             let number = geometry.first_sphere + (hit.id.primitive - geometry.triangle_count);
-            let outward = instance.object_from_world.point(position) - item(view.spheres, number).center;
+            let outward;
+            (point, outward) = HitPoint::on_sphere(ray, instance, item(view.spheres, number), hit);
             let own = *item(view.sphere_materials, number);
             let material = if instance.material == NONE { own } else { instance.material };
             Local {
@@ -89,18 +89,19 @@ impl SurfacePoint {
         let outward = to_world(local.outward).normalize_or(to_viewer);
         let smooth = to_world(local.smooth).normalize_or(outward);
         let front = outward.dot(to_viewer) >= 0.0;
+        let geometric_normal = if front { outward } else { -outward };
         let look = Appearance::new(material, &texels, &local.color);
         SurfacePoint {
-            position,
-            geometric_normal: if front { outward } else { -outward },
-            normal: if front { smooth } else { -smooth },
+            position: point.position,
+            geometric_normal,
+            normal: turned_up(if front { smooth } else { -smooth }, geometric_normal),
             to_viewer,
             front,
             look,
             material: local.material,
             seen: if front | !material.single_sided { look.opacity } else { 0.0 },
             id: hit.id,
-            offset: OFFSET * (view.extent + hit.t),
+            offset: point.offset(outward),
         }
     }
 

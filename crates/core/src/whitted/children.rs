@@ -5,7 +5,9 @@ use super::{MAX_RADIANCE, PathRay, RayKind};
 use crate::material::{FresnelUse, Refraction};
 use crate::math::{Vec3, max};
 use crate::sampling::{cosine_lobe, hash_pair, orthonormal_basis, point_2d};
-use crate::shading::{Appearance, Refracted, SurfacePoint, fresnel_factor, reflect, refract};
+use crate::shading::{
+    Appearance, Refracted, SurfacePoint, fresnel_factor, mirror_above, refract, through_surface,
+};
 use crate::view::SceneView;
 
 /// Keys of the random numbers of lobes: about the mirrored ray, and about the transmitted one.
@@ -46,14 +48,13 @@ pub fn child_ray(
 ) -> Option<PathRay> {
     let (settings, look) = (view.settings, &point.look);
     let d = parent.direction;
-    let n = point.normal;
+    let (mirror, n) = mirror_above(d, point.normal, point.geometric_normal);
     // Index on this side over the index beyond.
     let eta = if point.front { 1.0 / look.ior } else { look.ior };
     let cos = max(-d.dot(n), 0.0);
     let factor =
         if look.fresnel == FresnelUse::Ignore { 1.0 } else { fresnel_factor(settings.fresnel, cos, eta) };
     let reflected = reflected_rays(look, parent.depth);
-    let mirror = mirror_direction(point, d);
     let key = |dimension: u32| hash_pair(hash_pair(pixel_key(settings.seed, x, y), parent.path), dimension);
     let mut spread = 1.0;
     let (direction, share, kind, inside) = if branch < reflected {
@@ -86,9 +87,7 @@ pub fn child_ray(
             Refraction::Straight => (d, RayKind::Refracted, beyond),
             Refraction::Snell => match refract(d, n, eta) {
                 Refracted::Through(direction) => {
-                    // Interpolated normals can bend a ray back to where it came from: it goes straight on then.
-                    let through = direction.dot(point.geometric_normal) < 0.0;
-                    (if through { direction } else { d }, RayKind::Refracted, beyond)
+                    (through_surface(direction, point.geometric_normal), RayKind::Refracted, beyond)
                 }
                 // All of it is reflected. With Fresnel the share is 0: the reflected ray has it.
                 Refracted::TotalReflection => (mirror, RayKind::Reflected, parent.inside),
@@ -139,14 +138,4 @@ fn lobe_direction(axis: Vec3, exponent: f32, index: u32, key: u32) -> Vec3 {
     let local = cosine_lobe(exponent, point_2d(index, key));
     let (tangent, bitangent) = orthonormal_basis(axis);
     (axis * local.z).along(tangent, local.x).along(bitangent, local.y).normalize()
-}
-
-/// The mirror direction, on the viewer's side of the surface: where the interpolated normal would send it below, it is
-/// mirrored up again at the surface itself.
-#[inline(always)]
-fn mirror_direction(point: &SurfacePoint, d: Vec3) -> Vec3 {
-    let mirrored = reflect(d, point.normal);
-    let height = mirrored.dot(point.geometric_normal);
-    let above = if height > 0.0 { mirrored } else { mirrored.along(point.geometric_normal, -2.0 * height) };
-    above.normalize_or(-d)
 }

@@ -5,8 +5,9 @@
 
 use super::Receivers;
 use crate::hierarchy::ShadowBatch;
+use crate::intersect::precise::{dot64, double, minus64};
 use crate::light::Light;
-use crate::math::{Vec3, max, vec3};
+use crate::math::{Vec3, fma, max, vec3};
 use crate::ray::Ray;
 use crate::sampling::{point_2d, triangle_point};
 use crate::settings::{LightingModel, Settings};
@@ -25,8 +26,25 @@ pub struct LightLanes<const W: usize> {
     pub specular: [f32; W],
 }
 
-/// Shadow rays end this share of the distance before the light.
-const STOP_SHORT: f32 = 1.0 - 1.0 / 8192.0;
+/// The plane of a light triangle is off its samples by less than this (4 · 2^-24) times the lengths of its edges.
+const OFF_PLANE: f32 = 1.0 / 4_194_304.0;
+
+/// Where a ray that goes to a light triangle ends: the last number before it meets the triangle's plane, so that what lies on
+/// the light does not hide it and what stands before it does.
+#[inline(always)]
+fn end_at_plane(origin: Vec3, direction: Vec3, v0: Vec3, normal: Vec3, off_plane: f32) -> f32 {
+    let normal = double(normal);
+    let height = dot64(normal, minus64(double(v0), double(origin))).abs() - off_plane as f64;
+    let t = (height / dot64(normal, double(direction)).abs()) as f32;
+    fma(t, -1.0 / 16_777_216.0, t)
+}
+
+/// Where a ray that goes to a point ends. Its direction is rounded, and its length is not quite 1.
+#[inline(always)]
+fn end_at_point(origin: Vec3, direction: Vec3, point: Vec3) -> f32 {
+    let (way, direction) = (minus64(double(point), double(origin)), double(direction));
+    (dot64(way, direction) / dot64(direction, direction)) as f32
+}
 
 impl<const W: usize> LightLanes<W> {
     /// One sample of the light in each lane.
@@ -74,11 +92,23 @@ impl<const W: usize> LightLanes<W> {
                     let offset = v0.along(e1, b1).along(e2, b2) - receivers.origin(lane);
                     weight[lane] = self.take(lane, triangle_sample(offset, normal, power));
                 }
+                let (a, b) = (e1.abs(), e2.abs());
+                let off_plane = OFF_PLANE * ((a.x + a.y + a.z) + (b.x + b.y + b.z));
+                for lane in 0..W {
+                    let (origin, direction) = (receivers.origin(lane), self.direction(lane));
+                    self.t_max[lane] = end_at_plane(origin, direction, v0, normal, off_plane);
+                }
             }
             // An arm for each kind, so that none is chosen inside the loop.
-            light @ Light::Point { .. } => self.sample_each(settings, &light, receivers, weight),
+            light @ Light::Point { position, .. } => {
+                self.sample_each(settings, &light, receivers, weight);
+                self.end_at(position, receivers);
+            }
             light @ Light::Directional { .. } => self.sample_each(settings, &light, receivers, weight),
-            light @ Light::Spot { .. } => self.sample_each(settings, &light, receivers, weight),
+            light @ Light::Spot { position, .. } => {
+                self.sample_each(settings, &light, receivers, weight);
+                self.end_at(position, receivers);
+            }
         }
     }
 
@@ -97,13 +127,21 @@ impl<const W: usize> LightLanes<W> {
         }
     }
 
+    /// Ends the rays at a point.
+    #[inline(always)]
+    fn end_at<R: Receivers>(&mut self, point: Vec3, receivers: &R) {
+        for lane in 0..W {
+            self.t_max[lane] = end_at_point(receivers.origin(lane), self.direction(lane), point);
+        }
+    }
+
     /// Direction and distance of a sample; returns its weight.
     #[inline(always)]
     fn take(&mut self, lane: usize, sample: LightSample) -> f32 {
         self.direction[0][lane] = sample.to_light.x;
         self.direction[1][lane] = sample.to_light.y;
         self.direction[2][lane] = sample.to_light.z;
-        self.t_max[lane] = sample.distance * STOP_SHORT;
+        self.t_max[lane] = sample.distance;
         sample.weight
     }
 

@@ -2,7 +2,7 @@
 
 use super::MAX_RADIANCE;
 use crate::hierarchy::{Tracer, item};
-use crate::math::Vec3;
+use crate::math::{Vec3, fma};
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use crate::shading::SurfacePoint;
 use crate::view::SceneView;
@@ -21,7 +21,7 @@ pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter:
         }
         let point = SurfacePoint::new(view, ray, &hit);
         let again = !after.is_miss()
-            && hit.t - after.t <= point.offset
+            && is_close(&after, &hit, &point)
             && point.front == after_front
             && meet_at_corner(view, after.id, hit.id);
         // What a body takes between its front and its back; a ray that starts inside one begins at its start.
@@ -43,6 +43,18 @@ pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter:
         }
     }
 }
+
+/// Whether the second of two hits is no farther behind the first than where a ray meets the edge that two triangles share:
+/// to one of them it may have passed it at a grazing angle.
+#[inline(always)]
+fn is_close(first: &Hit, second: &Hit, point: &SurfacePoint) -> bool {
+    let p = point.position.abs();
+    let apart = (second.t as f64 + second.t_rest as f64) - (first.t as f64 + first.t_rest as f64);
+    apart <= fma(SAME_POINT, (p.x + p.y) + p.z, 4.0 * point.offset) as f64
+}
+
+/// Hits this share of their coordinates apart may be one crossing of an edge.
+const SAME_POINT: f32 = 1.0 / 1_048_576.0;
 
 /// Whether two triangles of one material are neighbours: they share a corner or two. A ray through an edge that
 /// neighbours share hits both, but crosses their surface once. (Triangles that share all corners lie on each other.)

@@ -128,6 +128,7 @@ pub(crate) fn scene() -> Scene {
     settings.background = vec3(0.2, 0.3, 0.4);
     settings.ambient = 0.1;
     Scene {
+        origin: [0.0; 3],
         // 288 triangles: too many to be baked.
         meshes: vec![sheet(12)],
         instances: (0..8).map(placed).collect(),

@@ -4,11 +4,12 @@ use crate::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
 use eosphor_scene::{Light, MaterialKind, Scene};
+use std::f64::consts::FRAC_1_PI;
 
 const KD: Vec3 = vec3(0.8, 0.5, 0.25);
 
 #[test]
-fn sphere_under_a_point_light_is_kd_i_cos_over_d_squared() {
+fn sphere_under_a_point_light_is_kd_over_pi_times_i_cos_over_d_squared() {
     let mut scene = scene();
     let red = matte(&mut scene, KD);
     let (center, radius) = (vec3(0.3, -0.2, -1.0), 1.5);
@@ -40,7 +41,7 @@ fn sphere_under_a_point_light_is_kd_i_cos_over_d_squared() {
         let cos = dot(normal, unit(to_light));
         // Light is taken from where shadow rays start, a little off the surface: the error is a share of what a surface that
         // faces the light has.
-        let facing = double(KD * color).map(|c| c / dot(to_light, to_light));
+        let facing = double(KD * color).map(|c| c * FRAC_1_PI / dot(to_light, to_light));
         if cos > 0.05 {
             lit += 1;
             for (got, facing) in <[f32; 3]>::from(got).into_iter().zip(facing) {
@@ -59,9 +60,9 @@ fn sphere_under_a_point_light_is_kd_i_cos_over_d_squared() {
 fn falloff_can_be_switched_off() {
     let mut scene = lit_floor(Light::Point { position: vec3(0.0, 3.0, 0.0), color: Vec3::ONE });
     let to = vec3(4.0, 0.0, 0.0);
-    assert_near(probe(&scene, vec3(1.0, 5.0, 1.0), to), double(KD).map(|k| k * 0.6 / 25.0), 1e-4);
+    assert_near(probe(&scene, vec3(1.0, 5.0, 1.0), to), double(KD).map(|k| k * FRAC_1_PI * 0.6 / 25.0), 1e-4);
     scene.settings.light_falloff = false;
-    assert_near(probe(&scene, vec3(1.0, 5.0, 1.0), to), double(KD).map(|k| k * 0.6), 1e-4);
+    assert_near(probe(&scene, vec3(1.0, 5.0, 1.0), to), double(KD).map(|k| k * FRAC_1_PI * 0.6), 1e-4);
 }
 
 /// A floor at height 0 of [`KD`] and one light.
@@ -74,11 +75,11 @@ fn lit_floor(light: Light) -> Scene {
 }
 
 #[test]
-fn directional_light_is_kd_e_cos_at_any_distance() {
+fn directional_light_is_kd_over_pi_times_e_cos_at_any_distance() {
     let scene = lit_floor(Light::Directional { direction: vec3(3.0, -4.0, 0.0), color: vec3(1.0, 2.0, 3.0) });
     for x in [-4.0, 0.1, 5.0] {
         let got = probe(&scene, vec3(x, 5.0, 1.0), vec3(x, 0.0, 0.0));
-        assert_near(got, double(KD * vec3(1.0, 2.0, 3.0)).map(|k| k * 0.8), 1e-5);
+        assert_near(got, double(KD * vec3(1.0, 2.0, 3.0)).map(|k| k * FRAC_1_PI * 0.8), 1e-5);
     }
 }
 
@@ -95,7 +96,7 @@ fn spot_light_is_full_inside_none_outside_and_smoothstep_between() {
     let (cos_inner, cos_outer) = (inner.to_radians().cos(), outer.to_radians().cos());
     let check = |cos: f64, cone: f64| {
         let x = 2.0 * (1.0 - cos * cos).sqrt() / cos;
-        let expected = 100.0 * cos * cone / (4.0 + x * x);
+        let expected = 100.0 * FRAC_1_PI * cos * cone / (4.0 + x * x);
         let got = probe(&scene, vec3(x as f32, 4.0, 2.0), vec3(x as f32, 0.0, 0.0));
         // The cone is steep in between.
         let tolerance = if cone == 1.0 { 1e-4 } else { 5e-4 };
@@ -115,7 +116,7 @@ fn lights_add_up() {
     let mut scene = lit_floor(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::ONE });
     scene.lights.push(Light::Directional { direction: vec3(0.0, -3.0, 4.0), color: vec3(0.0, 5.0, 0.0) });
     let got = probe(&scene, vec3(0.0, 3.0, 1.0), vec3(0.0, 0.0, 0.0));
-    assert_near(got, [0.8, 0.5 * 4.0, 0.25], 1e-5);
+    assert_near(got, [0.8, 0.5 * 4.0, 0.25].map(|x| x * FRAC_1_PI), 1e-5);
 }
 
 #[test]
@@ -198,7 +199,7 @@ fn rectangle_error(scene: &Scene) -> f64 {
     let mut sum = 0.0;
     for (x, y) in (0..8).flat_map(|y| (0..8).map(move |x| (x, y))) {
         let integral = lambert_integral(on_floor(scene, x, y), [0.0, 1.0, 0.0], &light_corners()).abs();
-        let expected = KD.x as f64 * 2.0 * integral;
+        let expected = KD.x as f64 * FRAC_1_PI * 2.0 * integral;
         sum += (pixel(&film, x, y).x as f64 / expected - 1.0).powi(2);
     }
     (sum / 64.0).sqrt()
@@ -327,7 +328,7 @@ fn straight_below_an_area_light_no_sample_is_lost() {
     let got = probe(&scene, vec3(0.5, 0.5, 0.5), vec3(0.0, 0.0, 0.0));
     let corners = [[-0.3, 1.9, -0.25], [0.3, 1.9, -0.25], [0.3, 1.9, 0.25], [-0.3, 1.9, 0.25]];
     let integral = lambert_integral([0.0; 3], [0.0, 1.0, 0.0], &corners).abs();
-    assert_grey(got, 0.7 * integral, 1e-4);
+    assert_grey(got, 0.7 * FRAC_1_PI * integral, 1e-4);
 }
 
 #[test]
@@ -336,7 +337,7 @@ fn emissive_surfaces_add_their_radiance_to_what_they_reflect() {
     let mtl = eosphor_scene::Mtl { Kd: KD, Ke: vec3(0.5, 0.0, 0.0), ..Default::default() };
     let glowing = material(&mut scene, MaterialKind::Mtl(mtl));
     floor(&mut scene, 0.0, 2.0, glowing);
-    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::ONE });
+    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(PI) });
     scene.settings.light_samples = 1;
     // Its own light is one-sided and in its own plane: it does not light itself.
     assert_near(probe(&scene, vec3(0.0, 3.0, 1.0), vec3(0.0, 0.0, 0.0)), [1.3, 0.5, 0.25], 1e-5);

@@ -59,7 +59,9 @@ fn a_mask_has_holes_for_rays_and_for_light() {
         let mut scene = scene();
         let white = matte(&mut scene, Vec3::ONE);
         floor(&mut scene, 0.0, 2.0, white);
-        scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(0.5) });
+        scene
+            .lights
+            .push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(0.5 * PI) });
         let black = matte(&mut scene, Vec3::ZERO);
         let texture = one_texel(&mut scene, [1.0, alpha, 1.0, 1.0]);
         scene.materials[black as usize].alpha = AlphaMode::Mask { cutoff: 0.5 };
@@ -79,7 +81,7 @@ fn a_single_sided_sheet_is_there_from_the_front_alone_but_always_casts_its_shado
     scene.settings.depth = 0;
     let white = matte(&mut scene, Vec3::ONE);
     floor(&mut scene, 0.0, 2.0, white);
-    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(0.5) });
+    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(0.5 * PI) });
     let red = emissive(&mut scene, vec3(1.0, 0.0, 0.0));
     scene.materials[red as usize].single_sided = true;
     // Textured emitters are no lights.
@@ -97,7 +99,7 @@ fn a_blended_sheet_casts_a_shadow_of_its_opacity() {
     let mut scene = scene();
     let white = matte(&mut scene, Vec3::ONE);
     floor(&mut scene, 0.0, 2.0, white);
-    scene.lights.push(Light::Point { position: vec3(0.0, 4.0, 0.0), color: Vec3::splat(16.0) });
+    scene.lights.push(Light::Point { position: vec3(0.0, 4.0, 0.0), color: Vec3::splat(16.0 * PI) });
     let m = pbr(&mut scene, Pbr { opacity: 0.25, ..Pbr::default() });
     scene.materials[m as usize].alpha = AlphaMode::Blend;
     rectangle(&mut scene, vec3(0.0, 2.0, 0.0), vec3(0.0, 0.0, 1.0), X, m);
@@ -131,7 +133,7 @@ fn bodies_take_light_by_beers_law() {
     // The same in its shadow.
     scene.settings.background = Vec3::ZERO;
     scene.settings.shadows = ShadowMode::Coloured;
-    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::ONE });
+    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(PI) });
     let white = matte(&mut scene, Vec3::ONE);
     floor(&mut scene, -0.6, 2.0, white);
     let got = probe(&scene, vec3(1.5, -0.3, 0.0), vec3(0.0, -0.6, 0.0));
@@ -163,7 +165,9 @@ fn metallic_roughness_at_normal_incidence() {
     ] {
         let mut scene = scene();
         scene.settings.background = Vec3::splat(0.5);
-        scene.lights.push(Light::Directional { direction: vec3(0.0, 0.0, -1.0), color: Vec3::splat(0.7) });
+        scene
+            .lights
+            .push(Light::Directional { direction: vec3(0.0, 0.0, -1.0), color: Vec3::splat(0.7 * PI) });
         let m = pbr(&mut scene, kind);
         sheet(&mut scene, 0.0, m);
         assert_near(seen(&scene), expected, 1e-3);
@@ -239,7 +243,7 @@ fn a_normal_map_tilts_what_light_meets() {
         let mut scene = scene();
         let light = [0.6f64, 0.0, 0.8];
         let direction = -single(light);
-        scene.lights.push(Light::Directional { direction, color: Vec3::ONE });
+        scene.lights.push(Light::Directional { direction, color: Vec3::splat(PI) });
         let m = matte(&mut scene, Vec3::ONE);
         let texel = expected.map(|n: f64| (n * 0.5 + 0.5) as f32);
         let texture = one_texel(&mut scene, [texel[0], texel[1], texel[2], 1.0]);

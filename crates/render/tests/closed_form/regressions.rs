@@ -94,7 +94,7 @@ fn textured_shadow(kind: MaterialKind, texel: u32) -> Vec3 {
     let mut scene = scene();
     let white = matte(&mut scene, Vec3::ONE);
     floor(&mut scene, 0.0, 2.0, white);
-    scene.lights.push(Light::Point { position: vec3(0.5, 4.0, 0.25), color: Vec3::splat(16.0) });
+    scene.lights.push(Light::Point { position: vec3(0.5, 4.0, 0.25), color: Vec3::splat(16.0 * PI) });
     let m = material(&mut scene, kind);
     scene.images.push(Image {
         name: "plain".into(),
@@ -181,7 +181,7 @@ fn huge_shadow_filters_stay_finite() {
     let mut scene = scene();
     let white = matte(&mut scene, Vec3::ONE);
     floor(&mut scene, 0.0, 2.0, white);
-    scene.lights.push(Light::Point { position: vec3(0.5, 4.0, 0.25), color: Vec3::splat(16.0) });
+    scene.lights.push(Light::Point { position: vec3(0.5, 4.0, 0.25), color: Vec3::splat(16.0 * PI) });
     for k in 0..5 {
         // The last lets no green through.
         let color = if k < 4 { Vec3::splat(1e12) } else { vec3(1.0, 0.0, 1.0) };
@@ -221,7 +221,7 @@ fn tiny_triangles_have_their_own_normal_and_back() {
     for (direction, cosine) in
         [(vec3(0.0, 0.0, -1.0), 0.8), (vec3(0.0, 1.0, 0.0), 0.6), (vec3(0.0, 0.6, -0.8), 1.0)]
     {
-        scene.lights = vec![Light::Directional { direction, color: Vec3::ONE }];
+        scene.lights = vec![Light::Directional { direction, color: Vec3::splat(PI) }];
         for cull_back_faces in [false, true] {
             scene.settings.cull_back_faces = cull_back_faces;
             scene.settings.lighting = LightingModel::Lambert;

@@ -19,7 +19,7 @@ fn under_panes(panes: &[(f32, Vec3, f32)], shadows: ShadowMode) -> Scene {
     let mut scene = scene();
     let white = matte(&mut scene, Vec3::ONE);
     floor(&mut scene, 0.0, 2.0, white);
-    scene.lights.push(Light::Point { position: vec3(0.5, 4.0, 0.25), color: Vec3::splat(16.0) });
+    scene.lights.push(Light::Point { position: vec3(0.5, 4.0, 0.25), color: Vec3::splat(16.0 * PI) });
     for &(height, color, transparency) in panes {
         let m = pane(&mut scene, color, transparency);
         // Away from the axis, so that the diagonal is not met.
@@ -180,12 +180,12 @@ fn opaque_and_coloured_modes_agree_where_everything_is_opaque() {
 }
 
 #[test]
-fn light_from_behind_is_kt_kd_i_cos_when_switched_on_and_nothing_when_off() {
+fn light_from_behind_is_kt_kd_over_pi_times_i_cos_when_switched_on_and_nothing_when_off() {
     let color = vec3(0.6, 0.4, 0.2);
     let mut scene = scene();
     let m = pane(&mut scene, color, 0.5);
     floor(&mut scene, 0.0, 2.0, m);
-    scene.lights.push(Light::Point { position: vec3(0.0, -1.5, 0.0), color: Vec3::splat(10.0) });
+    scene.lights.push(Light::Point { position: vec3(0.0, -1.5, 0.0), color: Vec3::splat(10.0 * PI) });
     let (from, to) = (vec3(0.5, 1.0, 0.3), vec3(2.0, 0.0, 0.0));
     for shadows in [ShadowMode::None, ShadowMode::Opaque, ShadowMode::Coloured] {
         scene.settings.shadows = shadows;

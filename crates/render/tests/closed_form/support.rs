@@ -10,6 +10,9 @@ use eosphor_scene::{
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, OnceLock};
 
+/// The irradiance that a white matte surface answers by a radiance of 1.
+pub(crate) const PI: f32 = std::f32::consts::PI;
+
 /// Lambert, opaque shadows, black background, nothing cut off, one sample in the middle of one pixel.
 pub(crate) fn scene() -> Scene {
     let settings = RenderSettings {

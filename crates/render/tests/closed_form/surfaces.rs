@@ -7,6 +7,7 @@ use eosphor_core::texture::{TextureFilter, TextureWrap};
 use eosphor_scene::{
     Image, Instance, Light, MaterialKind, Mesh, Mtl, NO_INDEX, Scene, Texels, Texture, Transform, Triangle,
 };
+use std::f64::consts::FRAC_1_PI;
 
 const KD: Vec3 = vec3(0.8, 0.5, 0.25);
 const KS: Vec3 = vec3(0.3, 0.6, 0.9);
@@ -46,7 +47,9 @@ fn phong_and_blinn_phong_are_their_formulas() {
             ] {
                 scene.settings.lighting = model;
                 let (kd, ks, i) = (double(KD), double(KS), double(color));
-                let expected = [0, 1, 2].map(|c| i[c] * falloff * (kd[c] * cos + ks[c] * lobe));
+                // Highlights are divided by pi as what is scattered is: their ratio is that of the file.
+                let arriving = FRAC_1_PI * falloff;
+                let expected = [0, 1, 2].map(|c| i[c] * arriving * (kd[c] * cos + ks[c] * lobe));
                 let got = probe(&scene, eye, at);
                 worst = worst.max((got.z as f64 / expected[2] - 1.0).abs());
                 // An exponent multiplies relative errors.
@@ -72,7 +75,7 @@ fn ambient_is_its_share_of_kd_with_or_without_light() {
     scene.lights.push(Light::Directional { direction: vec3(0.0, 1.0, 0.0), color: Vec3::ONE });
     let (from, to) = (vec3(0.3, 1.0, 0.4), vec3(0.1, 0.0, 0.1));
     assert_near(probe(&scene, from, to), double(KD).map(|k| 0.15 * k), 1e-6);
-    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::ONE });
+    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(PI) });
     assert_near(probe(&scene, from, to), double(KD).map(|k| 1.15 * k), 1e-6);
 }
 
@@ -119,7 +122,7 @@ fn smooth_normals_light_a_triangle_by_their_interpolation() {
     });
     scene.instances.push(Instance::new(0, Transform::default()));
     scene.settings.normals = eosphor_scene::NormalMode::Smooth;
-    scene.lights.push(Light::Directional { direction: vec3(-0.48, -0.8, 0.36), color: Vec3::ONE });
+    scene.lights.push(Light::Directional { direction: vec3(-0.48, -0.8, 0.36), color: Vec3::splat(PI) });
     for [a, b, c] in [[0.2, 0.3, 0.5], [0.9, 0.05, 0.05], [0.1, 0.6, 0.3]] {
         let mix = |v: [V; 3]| along(along(v[0].map(|x| x * a), v[1], b), v[2], c);
         let at = mix(positions.map(double));
@@ -180,7 +183,7 @@ fn culling_hides_a_triangle_from_behind_only() {
 fn culled_triangles_still_cast_shadows() {
     let mut scene = shiny_floor(1.0);
     scene.settings.cull_back_faces = true;
-    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::ONE });
+    scene.lights.push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(PI) });
     let m = matte(&mut scene, KD);
     // Faces down: the camera looks through it, the light does not.
     rectangle(&mut scene, vec3(0.05, 0.5, 0.0), vec3(0.5, 0.0, 0.0), vec3(0.0, 0.0, 0.5), m);

@@ -95,8 +95,8 @@ fn dress_cornell(scene: &mut Scene) {
         depth: 10,
         shadows: ShadowMode::Coloured,
         // What the walls throw at each other, which Whitted's model leaves out.
-        ambient: 0.16,
-        exposure: 0.25,
+        ambient: 0.051,
+        exposure: 1.9,
         ..RenderSettings::default()
     };
 }

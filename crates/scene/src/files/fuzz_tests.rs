@@ -12,7 +12,7 @@ const OBJ: &str = "mtllib m.mtl\no a\nv 0 0 0\nv 1 0 0.5\nv 1 1 0\nv -1e3 .5 0 1
                    usemtl red\nf 1/1/1 2/2/1 3/1/1 \\\n4/1/1\nusemtl glass\nf -1//-1 -2//1 -3//1\nl 1 2\n# end\n";
 const MTL: &str = "newmtl red\nKd 1 0 0 # red\nKs .5\nNs 100\nd 0.5\nillum 2\nmap_Kd -o 1 1 -clamp on t.ppm\n\
                    newmtl glass\nillum 7\nNi 1.5\nTf 1 1 1\nTr 0.1\nKe 0 0 1e3\n";
-const JSON: &str = r#"{"eosphor": 1, "camera": {"position": [0, 0, 5], "look-at": [0, 0, 0], "fov-y-degrees": 30},
+const JSON: &str = r#"{"eosphor": 2, "camera": {"position": [0, 0, 5], "look-at": [0, 0, 0], "fov-y-degrees": 30},
     "lights": [{"spot": {"position": [0, 5, 0], "direction": [0, -1, 0], "inner-degrees": 10,
     "outer-degrees": 20, "color": [9, 9, 9]}}], "materials": {"a": {"dielectric": {"ior": "water"}},
     "b": {"matte": {"color": [1, 0, 0]}, "texture": {"file": "t.ppm", "wrap": "clamp"}}, "c": {"pbr":

@@ -4,6 +4,7 @@ use super::source::Source;
 use super::warnings::Warnings;
 use super::{LoadOptions, LoadedScene, images};
 use crate::error::{Place, Problem, SceneError};
+use crate::model::origin::APART;
 use crate::model::{Image, Material, Scene, Texture};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -13,6 +14,8 @@ use std::path::{Path, PathBuf};
 pub(super) struct Loader {
     pub(super) scene: Scene,
     pub(super) warnings: Warnings,
+    /// Meshes more of their sizes than this from 0 are counted from a point of their own.
+    pub(super) apart: f64,
     source: Source,
     options: LoadOptions,
     files_read: Vec<PathBuf>,
@@ -25,6 +28,7 @@ impl Loader {
         Loader {
             scene: Scene::default(),
             warnings: Warnings::default(),
+            apart: APART,
             source,
             options: options.clone(),
             files_read: Vec::new(),

@@ -1,6 +1,7 @@
 //! Files in: models (OBJ with MTL, glTF, PLY), our own JSON, and the built-in scenes.
 
 mod builtin;
+mod components;
 mod course;
 mod gltf;
 mod images;
@@ -9,11 +10,17 @@ mod loader;
 mod obj;
 mod pg1;
 mod ply;
+mod polygon;
 mod source;
 mod warnings;
+mod winding;
 
 #[cfg(test)]
+mod far_tests;
+#[cfg(test)]
 mod fuzz_tests;
+#[cfg(test)]
+mod winding_tests;
 
 use crate::error::{Place, SceneError, Warning};
 use crate::model::{Instance, Scene};
@@ -103,6 +110,7 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
         _ => {
             let instances = read_model(&mut loader, path)?;
             loader.scene.instances.extend(instances);
+            loader.scene.settle_origin();
         }
     }
     loader.finish(path)

@@ -20,7 +20,7 @@ const FLAT: f32 = 4.0;
 /// Room around a framed scene.
 const MARGIN: f32 = 1.05;
 
-/// What a headlight gives a white surface that faces it.
+/// The radiance of a white surface that faces the headlight, whatever the units of light.
 const HEADLIGHT: f32 = 0.8;
 
 /// The camera, and the headlight to be used where the scene has no light.
@@ -38,7 +38,7 @@ pub(super) fn build(
         None => {
             let camera = framing(world, width, height)?;
             if !world.is_empty() {
-                notes.push(Note::FramedCamera { position: camera.eye.into() });
+                notes.push(Note::FramedCamera { position: scene.point_in_file(camera.eye) });
             }
             camera
         }
@@ -112,5 +112,5 @@ fn framing(world: &Bounds, width: u32, height: u32) -> Result<Camera, SceneError
 /// A point light at the camera. It is the only light where it is used, and then there is no falloff: near and far are
 /// equally bright, inside a room as well as before an object.
 pub(super) fn headlight(camera: &Camera) -> Light {
-    Light::Point { position: camera.eye, intensity: Vec3::splat(HEADLIGHT) }
+    Light::Point { position: camera.eye, color: Vec3::splat(HEADLIGHT) }
 }

@@ -76,7 +76,7 @@ impl Flat {
     }
 
     fn place(&mut self, geometry: u32, (world_from_object, object_from_world): Maps, part: Part) {
-        let world_bounds = self.bounds[geometry as usize].placed(&world_from_object);
+        let world_bounds = self.bounds[geometry as usize].placed(&world_from_object, &object_from_world);
         let (material, object) = (part.material.unwrap_or(NONE), part.object);
         self.instances.push(Instance {
             object_from_world,

@@ -1,9 +1,9 @@
-//! Lights: those of the scene, then every triangle that shines.
+//! Lights: those of the scene, then every triangle that shines. Here light becomes what surfaces answer: [`answered`].
 
 use super::SceneData;
 use super::normals;
 use super::note::Note;
-use crate::model::{Light as ModelLight, Scene};
+use crate::model::{Light as ModelLight, LightUnits, RenderSettings, Scene};
 use eosphor_core::geometry::{Geometry, Instance, TriangleShading};
 use eosphor_core::light::Light;
 use eosphor_core::material::{Material, NONE};
@@ -14,20 +14,32 @@ const MANY: u32 = 256;
 
 /// The scene's own lights in a frame, in its order.
 pub(super) fn explicit(scene: &Scene, frame: u32) -> Vec<Light> {
-    scene.lights_at(frame).iter().map(light).collect()
+    let units = scene.settings.light_units;
+    scene.lights_at(frame).iter().map(|l| light(l, units)).collect()
 }
 
-fn light(light: &ModelLight) -> Light {
+/// What surfaces answer light of this colour by, before their own: a Lambertian surface that reflects a share rho of what it
+/// gets sends rho / pi of its irradiance into every direction. The division is done here, once, so that shading has no factor
+/// for it, and highlights keep their ratio to what is scattered.
+fn answered(color: Vec3, units: LightUnits) -> Vec3 {
+    let over_pi = |x: f32| (f64::from(x) * std::f64::consts::FRAC_1_PI) as f32;
+    match units {
+        LightUnits::Physical => vec3(over_pi(color.x), over_pi(color.y), over_pi(color.z)),
+        LightUnits::Plain => color,
+    }
+}
+
+fn light(light: &ModelLight, units: LightUnits) -> Light {
     let unit = |d: Vec3| d.normalize_or(vec3(0.0, -1.0, 0.0));
     match *light {
-        ModelLight::Point { position, color } => Light::Point { position, intensity: color },
+        ModelLight::Point { position, color } => Light::Point { position, color: answered(color, units) },
         ModelLight::Directional { direction, color } => {
-            Light::Directional { to_light: -unit(direction), irradiance: color }
+            Light::Directional { to_light: -unit(direction), color: answered(color, units) }
         }
         ModelLight::Spot { position, direction, inner_degrees, outer_degrees, color } => Light::Spot {
             position,
             axis: unit(direction),
-            intensity: color,
+            color: answered(color, units),
             cos_inner: cos_degrees(inner_degrees),
             cos_outer: cos_degrees(outer_degrees),
         },
@@ -69,10 +81,15 @@ impl Emitters {
 
     /// One light for each placed triangle that shines and has an area: those of the world first, then those of each
     /// instance. Spheres that shine are only seen.
-    pub(super) fn lights(&self, samples: u32, data: &SceneData, instances: &[Instance]) -> Vec<Light> {
+    pub(super) fn lights(
+        &self,
+        settings: &RenderSettings,
+        data: &SceneData,
+        instances: &[Instance],
+    ) -> Vec<Light> {
         let mut lights = Vec::new();
         for (number, instance) in instances.iter().enumerate() {
-            self.add_lights(number as u32, instance, samples, data, &mut lights);
+            self.add_lights(number as u32, instance, settings, data, &mut lights);
         }
         lights
     }
@@ -81,7 +98,7 @@ impl Emitters {
         &self,
         number: u32,
         instance: &Instance,
-        samples: u32,
+        settings: &RenderSettings,
         data: &SceneData,
         lights: &mut Vec<Light>,
     ) {
@@ -115,15 +132,15 @@ impl Emitters {
                 continue;
             };
             let [v0, v1, v2] = vertices;
-            let radiance = data.materials[material as usize].emission;
-            let instance = number;
+            let color = answered(data.materials[material as usize].emission, settings.light_units);
+            let (samples, instance) = (settings.light_samples, number);
             lights.push(Light::Triangle {
                 v0,
                 e1: v1 - v0,
                 e2: v2 - v0,
                 normal,
                 area,
-                radiance,
+                color,
                 samples,
                 instance,
                 primitive,

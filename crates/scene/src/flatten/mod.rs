@@ -79,6 +79,9 @@ impl SceneData {
     pub fn flatten(scene: &Scene) -> Result<(SceneData, Vec<Note>), SceneError> {
         scene.validate()?;
         let mut notes = Vec::new();
+        if scene.origin != [0.0; 3] {
+            notes.push(Note::FarOrigin { origin: scene.origin });
+        }
 
         let materials: Vec<Material> =
             scene.materials.iter().map(|m| materials::compose(m, scene.settings.composition)).collect();
@@ -110,16 +113,15 @@ impl SceneData {
             camera,
             settings,
         };
-        let samples = scene.settings.light_samples;
         let emitters = data.emitters();
-        let shining = emitters.lights(samples, &data, &data.instances);
-        lights::notes(&shining, samples, &data, &mut notes);
+        let shining = emitters.lights(&scene.settings, &data, &data.instances);
+        lights::notes(&shining, scene.settings.light_samples, &data, &mut notes);
         data.lights.extend(shining);
         // What moves may shine in another frame, though it has no area in this one.
         let may_shine = data.instances_move && !emitters.is_empty();
         let is_dark = data.lights.is_empty() && !may_shine && settings::needs_light(&scene.settings);
         if let Some(light) = headlight.filter(|_| is_dark) {
-            notes.push(Note::Headlight { position: camera.eye.into() });
+            notes.push(Note::Headlight { position: scene.point_in_file(camera.eye) });
             data.lights.push(light);
             data.settings.light_falloff = false;
         }

@@ -30,8 +30,6 @@ pub struct Moment {
 pub struct Places {
     /// Placed geometries; number 0 is the world itself.
     pub instances: Vec<Instance>,
-    /// The largest absolute coordinate in world space.
-    pub extent: f32,
 }
 
 /// The frames of a scene.
@@ -92,7 +90,7 @@ impl<'a> Moments<'a> {
         let mut all = lights::explicit(self.scene, frame);
         match (&self.emitters, places) {
             (Some(emitters), Some(Places { instances, .. })) => {
-                all.extend(emitters.lights(self.scene.settings.light_samples, self.data, instances));
+                all.extend(emitters.lights(&self.scene.settings, self.data, instances));
             }
             _ => all.extend_from_slice(&self.data.lights[all.len()..]),
         }
@@ -110,10 +108,9 @@ impl<'a> Moments<'a> {
             let bounds = &self.bounds[instance.geometry as usize];
             let (map, inverse) = places::maps_of_geometry(self.scene, number, frame, bounds)?;
             (instance.world_from_object, instance.object_from_world) = (map, inverse);
-            instance.world_bounds = bounds.placed(&map);
+            instance.world_bounds = bounds.placed(&map, &inverse);
         }
-        let extent = places::extent(&self.data.geometries, &instances);
-        Ok(Places { instances, extent })
+        Ok(Places { instances })
     }
 }
 
@@ -124,7 +121,7 @@ impl SceneData {
         let Some(Moment { camera, lights, settings, places }) = moment else { return view };
         let view = SceneView { camera, lights, settings, ..view };
         match places {
-            Some(Places { instances, extent }) => SceneView { instances, extent: *extent, ..view },
+            Some(Places { instances }) => SceneView { instances, ..view },
             None => view,
         }
     }
@@ -198,9 +195,8 @@ mod tests {
                 instance.moves = motion(vec![MoveKey { seconds: 0.0, ..key(frame as f32) }]);
             }
             let (expected, _) = SceneData::flatten(&still).unwrap();
-            let extent = expected.extent();
             let SceneData { camera, lights, settings, instances, .. } = expected;
-            let places = Some(Places { instances, extent });
+            let places = Some(Places { instances });
             assert_eq!(moments.at(frame).unwrap(), Moment { camera, lights, settings, places }, "{frame}");
         }
         assert!(moments.at(1).unwrap().lights != moments.at(2).unwrap().lights);

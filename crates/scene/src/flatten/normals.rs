@@ -1,6 +1,7 @@
 //! Shading normals at the corners of triangles: the file's, flat or generated.
 
 use crate::model::{Mesh, NO_INDEX, NormalMode, Triangle};
+use crate::positions::merge_positions;
 use eosphor_core::math::{Vec3, elementary64, sqrt64, vec3};
 
 /// The normal of triangles that have none: they have no area and are never hit.
@@ -152,26 +153,6 @@ impl<'a> Generator<'a> {
         };
         unit_double(self.sum(self.around(position).iter().copied().filter(smooth))).map(single)
     }
-}
-
-/// Numbers positions so that vertices with equal coordinates (compared exactly; -0 is 0) share a number.
-fn merge_positions(positions: &[Vec3]) -> (Vec<u32>, usize) {
-    let key = |v: u32| {
-        let p = positions[v as usize];
-        // Adding 0 turns -0 into 0.
-        [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f32::to_bits)
-    };
-    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
-    order.sort_unstable_by_key(|&v| (key(v), v));
-    let mut numbers = vec![0; positions.len()];
-    let mut count = 0;
-    for (i, &v) in order.iter().enumerate() {
-        if i == 0 || key(order[i - 1]) != key(v) {
-            count += 1;
-        }
-        numbers[v as usize] = count as u32 - 1;
-    }
-    (numbers, count)
 }
 
 /// Lists the triangles around each position, ascending, as one array with starts.

@@ -8,15 +8,20 @@ use std::fmt;
 pub enum Note {
     /// There is no camera.
     FramedCamera {
-        /// Where it was put.
-        position: [f32; 3],
+        /// Where it was put, in coordinates of the file.
+        position: [f64; 3],
+    },
+    /// The scene lies far from 0.
+    FarOrigin {
+        /// From where its coordinates are counted.
+        origin: [f64; 3],
     },
     /// There is nothing to see.
     Empty,
     /// There is no light.
     Headlight {
-        /// Where it was put: at the camera.
-        position: [f32; 3],
+        /// Where it was put, in coordinates of the file: at the camera.
+        position: [f64; 3],
     },
     /// Spheres shine but are no lights.
     EmissiveSpheres {
@@ -37,6 +42,13 @@ impl fmt::Display for Note {
         match self {
             Note::FramedCamera { position: [x, y, z] } => {
                 write!(f, "no camera: framing the whole scene from ({x:.4}, {y:.4}, {z:.4})")
+            }
+            Note::FarOrigin { origin: [x, y, z] } => {
+                write!(
+                    f,
+                    "the scene lies far from 0: it is rendered about ({x}, {y}, {z}); camera, lights and flags keep the \
+                     coordinates of the file"
+                )
             }
             Note::Empty => f.write_str("the scene is empty: there is nothing to see"),
             Note::Headlight { position: [x, y, z] } => {

@@ -1,8 +1,8 @@
 //! Where instances are, in a frame.
 
 use crate::error::{Problem, SceneError};
-use crate::model::{MAX_COORDINATE, Matrix, Move, Scene};
-use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
+use crate::model::{MAX_COORDINATE, Move, Scene};
+use eosphor_core::geometry::{Bounds, Instance, Sphere};
 use eosphor_core::math::{Affine, Vec3};
 
 /// From an object into the world, and back.
@@ -16,7 +16,7 @@ pub(super) fn maps(scene: &Scene, number: usize, frame: u32) -> Result<Maps, Sce
         true => own,
         false => {
             let moved = Move::map_of_all(instance.moves.iter().map(|motion| &**motion), scene.seconds(frame));
-            moved.after(&Matrix::of_affine(&own)).affine()
+            moved.after(&instance.world_from_object.to_double()).affine()
         }
     };
     let inverse = map.inverse().ok_or_else(|| {
@@ -65,10 +65,4 @@ pub(super) fn world_bounds(bounds: &[Bounds], instances: &[Instance]) -> Bounds 
     instances.iter().fold(Bounds::EMPTY, |all, instance| {
         all.union(&bounds[instance.geometry as usize].transformed(&instance.world_from_object))
     })
-}
-
-/// The largest absolute coordinate in world space.
-pub(super) fn extent(geometries: &[Geometry], instances: &[Instance]) -> f32 {
-    let world = geometries.first().map_or(0.0, |g| g.extent);
-    instances.iter().skip(1).map(|i| i.world_bounds.extent()).fold(world, f32::max)
 }

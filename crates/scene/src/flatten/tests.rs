@@ -1,13 +1,15 @@
 //! Known answers of flattening.
 
 use super::materials::compose;
-use super::{Note, SceneData};
+use super::{Moments, Note, SceneData};
 use crate::model::*;
+use crate::presets::Preset;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::light::Light as CoreLight;
 use eosphor_core::material::{FresnelUse, NONE, Refraction};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use eosphor_core::settings::LightingModel;
+use eosphor_core::shading::emitted;
 
 fn flatten(scene: &Scene) -> (SceneData, Vec<Note>) {
     SceneData::flatten(scene).unwrap()
@@ -101,8 +103,11 @@ fn a_mesh_is_baked_unless_placed_twice_and_large() {
     assert_eq!(twice.instances[0].world_from_object, Affine::IDENTITY);
     assert_eq!((twice.geometries[1].triangle_count, twice.geometries[1].extent), (288, 1.0));
     let bounds = twice.instances[2].world_bounds;
-    let pad = (6.0 + 1.0) / 131_072.0;
-    assert_eq!(bounds, Bounds { min: vec3(5.0, 0.0, 0.0), max: vec3(6.0, 1.0, 0.0) }.padded(pad));
+    let exact = Bounds { min: vec3(5.0, 0.0, 0.0), max: vec3(6.0, 1.0, 0.0) };
+    // By 2^-20 of what both maps make of absolute numbers one after the other: 11 + 6 + 6 along x.
+    let margins = [exact.min - bounds.min, bounds.max - exact.max];
+    assert!(margins.iter().all(|m| m.min_component() >= 0.0), "{bounds:?}");
+    assert!(margins.iter().all(|m| (22.0..24.0).contains(&(m.x * 1_048_576.0))), "{bounds:?}");
     assert_eq!(twice.instances[2].object_from_world.translation, vec3(-5.0, 0.0, 0.0));
 }
 
@@ -112,10 +117,11 @@ fn padded_bounds_hold_mapped_points() {
         scale: vec3(3.0, -0.01, 1.0),
         rotate_degrees: vec3(10.0, 77.0, 200.0),
         translate: vec3(1e4, 2.0, -3.0),
-        matrix: None,
+        ..Transform::default()
     };
     let object = Bounds { min: vec3(-1.0, -2.0, -3.0), max: vec3(0.5, 7.0, 1.0) };
-    let world = object.placed(&transform.affine());
+    let map = transform.affine();
+    let world = object.placed(&map, &map.inverse().unwrap());
     for i in 0..=10 {
         let x = object.min + (object.max - object.min) * (i as f32 / 10.0);
         let p = transform.affine().point(x);
@@ -372,16 +378,51 @@ fn lights_of_the_scene_come_before_emissive_triangles() {
         matches!(data.lights[1], CoreLight::Directional { to_light, .. } if to_light == vec3(0.0, 0.0, 1.0))
     );
     for (light, number, side, z) in [(2, 1, 1.0, 0.0), (3, 2, -1.0, 3.0)] {
-        let CoreLight::Triangle { v0, e1, e2, normal, area, radiance, samples, instance, primitive } =
+        let CoreLight::Triangle { v0, e1, e2, normal, area, color, samples, instance, primitive } =
             data.lights[light]
         else {
             panic!()
         };
         assert_eq!((normal, v0.z, instance, primitive), (vec3(0.0, 0.0, side), z, number, 5));
-        assert_eq!((radiance, samples), (vec3(5.0, 6.0, 7.0), 16));
+        assert_eq!((color, samples), (over_pi(vec3(5.0, 6.0, 7.0)), 16));
         assert!((area - 0.5 / 144.0).abs() < 1e-7 && e1.cross(e2).dot(normal) > 0.0);
     }
     assert!(notes.contains(&Note::EmissiveSpheres { count: 1 }));
+}
+
+fn over_pi(color: Vec3) -> Vec3 {
+    <[f32; 3]>::from(color).map(|x| (f64::from(x) / std::f64::consts::PI) as f32).into()
+}
+
+#[test]
+fn physical_light_is_divided_by_pi_once_and_plain_light_and_headlights_are_not() {
+    let color = vec3(3.0, 2.0, 1.0);
+    let (position, direction) = (Vec3::ZERO, vec3(0.0, -1.0, 0.0));
+    let of = |scene: &Scene| -> Vec<Vec3> { flatten(scene).0.lights.iter().map(emitted).collect() };
+    let mut scene = placed(cube(), &[Transform::default()]);
+    assert_eq!(scene.settings.light_units, LightUnits::Physical);
+    let headlight = of(&scene);
+    scene.materials[0] = material(MaterialKind::Emissive { radiance: color });
+    scene.lights = vec![
+        Light::Point { position, color },
+        Light::Directional { direction, color },
+        Light::Spot { position, direction, inner_degrees: 10.0, outer_degrees: 20.0, color },
+    ];
+    assert_eq!(of(&scene), [over_pi(color); 3 + 12]);
+    // What lamps look like does not depend on it.
+    assert_eq!(flatten(&scene).0.materials[0].emission, color);
+    // Animations have it from the same place.
+    let (data, _) = flatten(&scene);
+    assert_eq!(Moments::new(&scene, &data).at(0).unwrap().lights, data.lights);
+    scene.settings.light_units = LightUnits::Plain;
+    assert_eq!(of(&scene), [color; 3 + 12]);
+    for preset in Preset::ALL {
+        preset.apply(&mut scene);
+        assert_eq!(of(&scene), [color; 3 + 12], "{preset}");
+    }
+    let mut dark = placed(cube(), &[Transform::default()]);
+    dark.settings.light_units = LightUnits::Plain;
+    assert_eq!(of(&dark), headlight);
 }
 
 #[test]
@@ -411,11 +452,8 @@ fn a_scene_without_camera_is_framed() {
 fn the_headlight_has_no_falloff() {
     let mut scene = placed(cube(), &[Transform::default()]);
     let (data, _) = flatten(&scene);
-    let CoreLight::Point { position, intensity } = data.lights[0] else { panic!() };
-    assert_eq!(
-        (position, intensity, data.settings.light_falloff),
-        (data.camera.eye, Vec3::splat(0.8), false)
-    );
+    let CoreLight::Point { position, color } = data.lights[0] else { panic!() };
+    assert_eq!((position, color, data.settings.light_falloff), (data.camera.eye, Vec3::splat(0.8), false));
     scene.settings.lighting = LightingModel::Diffuse;
     // Only the headlight of scenes without lights is left.
     assert!(!flatten(&scene).0.lights.iter().any(|light| matches!(light, CoreLight::Triangle { .. })));

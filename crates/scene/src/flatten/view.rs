@@ -28,13 +28,7 @@ impl SceneData {
             lights: &self.lights,
             camera: &self.camera,
             settings: &self.settings,
-            extent: self.extent(),
         }
-    }
-
-    /// The largest absolute coordinate in world space.
-    pub fn extent(&self) -> f32 {
-        places::extent(&self.geometries, &self.instances)
     }
 
     /// The box around everything in world space; empty where there is nothing.

@@ -1,6 +1,7 @@
 //! What moves: frames are numbered from 0, and each is a scene of its own.
 
 use super::stand_ins::{Color, Vector};
+use super::transform::{double, single};
 use super::{Camera, Interpolation, Light, Move, Scene};
 use eosphor_core::math::{Affine, Vec3, elementary64};
 use schemars::JsonSchema;
@@ -161,6 +162,10 @@ pub struct Law {
 impl Law {
     /// The point at a time from 0 to 2π.
     pub fn point(&self, t: f64) -> Vec3 {
+        single(self.exact_point(t))
+    }
+
+    fn exact_point(&self, t: f64) -> [f64; 3] {
         let swing = |middle: f32, amplitude: f32, frequency: f32, phase: f32| {
             let angle = f64::from(frequency) * t + f64::from(phase);
             f64::from(middle) + f64::from(amplitude) * elementary64::sin(angle)
@@ -168,7 +173,7 @@ impl Law {
         let r = swing(self.r, self.r_amplitude, self.r_frequency, self.r_phase);
         let z = swing(self.z, self.z_amplitude, self.z_frequency, self.z_phase);
         let phi = f64::from(self.phi) + f64::from(self.phi_frequency) * t;
-        Vec3 { x: (r * elementary64::cos(phi)) as f32, y: (r * elementary64::sin(phi)) as f32, z: z as f32 }
+        [r * elementary64::cos(phi), r * elementary64::sin(phi), z]
     }
 }
 
@@ -209,13 +214,14 @@ impl Animation {
         light
     }
 
-    /// The camera of a frame; `camera` is the scene's.
-    fn camera_at(&self, frame: u32, camera: Camera) -> Camera {
+    /// The camera of a frame; `camera` and `origin` are the scene's.
+    fn camera_at(&self, frame: u32, camera: Camera, origin: [f64; 3]) -> Camera {
+        let of_file = |p: [f64; 3]| single([p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]]);
         let share = f64::from(frame) / f64::from(self.frames);
         match &self.camera {
             None => camera,
             Some(CameraMotion::Orbit { turns, around }) => {
-                let center = around.or(camera.look_at).unwrap_or(Vec3::ZERO);
+                let center = around.or(camera.look_at).unwrap_or_else(|| of_file([0.0; 3]));
                 let up = camera.up.normalize_or(Vec3::ZERO);
                 let turned = |v: Vec3| turn(v, up, f64::from(*turns) * share * TAU);
                 Camera {
@@ -227,7 +233,8 @@ impl Animation {
             }
             Some(CameraMotion::Laws { position, look_at }) => {
                 let t = 2.0 * PI * share;
-                Camera { position: position.point(t), look_at: Some(look_at.point(t)), ..camera }
+                let look_at = of_file(look_at.exact_point(t));
+                Camera { position: of_file(position.exact_point(t)), look_at: Some(look_at), ..camera }
             }
             Some(CameraMotion::Keys { keys, interpolation }) => {
                 let at = |of: fn(&CameraKey) -> Vec3| {
@@ -272,7 +279,11 @@ impl Scene {
     pub fn camera_at(&self, frame: u32) -> Option<Camera> {
         match &self.animation {
             Some(animation) if animation.camera.is_some() => {
-                Some(animation.camera_at(frame, self.camera.unwrap_or_default()))
+                let camera = || Camera {
+                    position: self.point_of_file(double(Camera::default().position)),
+                    ..Camera::default()
+                };
+                Some(animation.camera_at(frame, self.camera.unwrap_or_else(camera), self.origin))
             }
             _ => self.camera,
         }
@@ -332,6 +343,8 @@ mod tests {
     use crate::model::{MoveKey, Transform};
     use eosphor_core::math::vec3;
 
+    const HERE: [f64; 3] = [0.0; 3];
+
     fn near(a: Vec3, b: Vec3) -> bool {
         (a - b).length() < 1e-5
     }
@@ -364,11 +377,11 @@ mod tests {
             Camera { position: vec3(1.0, 2.0, 5.0), look_at: Some(vec3(1.0, 0.0, 0.0)), ..Camera::default() };
         let orbit = CameraMotion::Orbit { turns: 1.0, around: None };
         let animation = Animation { camera: Some(orbit), ..Animation::of_frames(4) };
-        assert!(near(animation.camera_at(0, camera).position, camera.position));
+        assert!(near(animation.camera_at(0, camera, HERE).position, camera.position));
         // A quarter about y takes z to x.
-        assert!(near(animation.camera_at(1, camera).position, vec3(6.0, 2.0, 0.0)));
-        assert!(near(animation.camera_at(2, camera).position, vec3(1.0, 2.0, -5.0)));
-        assert!(near(animation.camera_at(3, camera).look_at.unwrap(), vec3(1.0, 0.0, 0.0)));
+        assert!(near(animation.camera_at(1, camera, HERE).position, vec3(6.0, 2.0, 0.0)));
+        assert!(near(animation.camera_at(2, camera, HERE).position, vec3(1.0, 2.0, -5.0)));
+        assert!(near(animation.camera_at(3, camera, HERE).look_at.unwrap(), vec3(1.0, 0.0, 0.0)));
     }
 
     #[test]
@@ -440,7 +453,7 @@ mod tests {
         for interpolation in [Interpolation::Linear, Interpolation::Smooth] {
             let camera = CameraMotion::Keys { keys: keys.clone(), interpolation };
             let animation = Animation { fps: 4.0, camera: Some(camera), ..Animation::of_frames(12) };
-            let x = |frame| animation.camera_at(frame, Camera::default()).position.x;
+            let x = |frame| animation.camera_at(frame, Camera::default(), HERE).position.x;
             // x goes up by 2 a second, and both keep to that.
             let found: Vec<f32> = (0..12).map(x).collect();
             let expected = [1.0, 1.0, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.0];

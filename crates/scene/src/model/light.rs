@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
 #[schemars(extend("examples" = [
-    { "point": { "position": [0, 3, 0], "color": [20, 20, 20] } },
-    { "directional": { "direction": [-1, -2, -1], "color": [0.9, 0.9, 0.8] } },
+    { "point": { "position": [0, 3, 0], "color": [60, 60, 60] } },
+    { "directional": { "direction": [-1, -2, -1], "color": [2.8, 2.8, 2.5] } },
 ]))]
 pub enum Light {
     /// Shines from a point in all directions.
@@ -18,7 +18,7 @@ pub enum Light {
         /// World space.
         #[schemars(with = "Vector")]
         position: Vec3,
-        /// Radiant intensity.
+        /// Radiant intensity (W/sr); without `light-falloff` the irradiance of surfaces that face it, at any distance.
         #[serde(alias = "colour")]
         #[schemars(with = "Color")]
         color: Vec3,
@@ -28,7 +28,7 @@ pub enum Light {
         /// The way the light goes; any length.
         #[schemars(with = "Vector")]
         direction: Vec3,
-        /// Irradiance on a surface that faces it.
+        /// Irradiance of a surface that faces it (W/m²).
         #[serde(alias = "colour")]
         #[schemars(with = "Color")]
         color: Vec3,
@@ -47,7 +47,7 @@ pub enum Light {
         /// Half angle in degrees outside which there is none.
         #[schemars(extend("exclusiveMinimum" = 0), range(max = 180))]
         outer_degrees: f32,
-        /// Radiant intensity on the axis.
+        /// As of a point light, on the axis.
         #[serde(alias = "colour")]
         #[schemars(with = "Color")]
         color: Vec3,

@@ -1,6 +1,6 @@
 //! Placement in double precision and a fixed order: the same bits on every machine.
 
-use eosphor_core::math::{Affine, Vec3, sqrt64, vec3};
+use eosphor_core::math::{Affine, Vec3, elementary64, sqrt64, vec3};
 
 /// An affine map: the images of the three axes, then that of the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,6 +47,12 @@ impl Matrix {
         Affine { columns: [a, b, c], translation: origin }
     }
 
+    /// Where it takes a point.
+    pub(crate) fn point(&self, p: [f64; 3]) -> [f64; 3] {
+        let [a, b, c, origin] = &self.0;
+        [0, 1, 2].map(|axis| a[axis] * p[0] + b[axis] * p[1] + c[axis] * p[2] + origin[axis])
+    }
+
     pub(crate) fn position(&self) -> Vec3 {
         self.affine().translation
     }
@@ -58,6 +64,19 @@ impl Matrix {
         let unit = vec3((x / length) as f32, (y / length) as f32, (z / length) as f32);
         (length > 0.0 && unit.is_finite()).then_some(unit)
     }
+}
+
+/// Rotation about a coordinate axis, counter-clockwise seen from its tip.
+pub(crate) fn about(axis: usize, degrees: f64) -> Matrix {
+    let radians = degrees * (std::f64::consts::PI / 180.0);
+    let (sin, cos) = (elementary64::sin(radians), elementary64::cos(radians));
+    let (next, after) = ((axis + 1) % 3, (axis + 2) % 3);
+    let mut columns = Matrix::IDENTITY;
+    columns.0[next][next] = cos;
+    columns.0[next][after] = sin;
+    columns.0[after][next] = -sin;
+    columns.0[after][after] = cos;
+    columns
 }
 
 #[cfg(test)]

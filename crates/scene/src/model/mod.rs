@@ -11,6 +11,7 @@ mod material;
 mod matrix;
 mod mesh;
 mod moves;
+pub(crate) mod origin;
 mod pbr;
 mod settings;
 mod stand_ins;
@@ -28,15 +29,19 @@ pub(crate) use matrix::Matrix;
 pub use mesh::{Instance, Mesh, NO_INDEX, Parallelogram, Sphere, Triangle};
 pub use moves::{Move, MoveKey};
 pub use pbr::Pbr;
-pub use settings::{Composition, NormalMode, PixelSampling, RenderSettings, Transfer};
+pub use settings::{Composition, LightUnits, NormalMode, PixelSampling, RenderSettings, Transfer};
 pub(crate) use stand_ins::Vector;
 pub use texture::{Image, Texels, Texture, TextureContent};
 pub use transform::Transform;
+pub(crate) use transform::{ExactTransform, add, double, single};
 pub(crate) use validate::MAX_COORDINATE;
 
 /// A scene: geometry, what it looks like, light, a camera and how to render it.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
+    /// Where coordinates are counted from, in those of the file: 0, but for scenes so far from there that single precision
+    /// would lose their digits ([`Scene::settle_origin`]).
+    pub origin: [f64; 3],
     /// Triangle meshes, each in its own space. A mesh is seen only where an instance places it.
     pub meshes: Vec<Mesh>,
     /// Placed meshes.

@@ -1,10 +1,10 @@
 //! Scale, rotation and translation by time.
 
 use super::interpolation::Interpolation;
-use super::matrix::Matrix;
+use super::matrix::{Matrix, about};
 use super::stand_ins::{Quaternion, Scale, Vector};
-use super::transform::{Transform, one_or_three};
-use eosphor_core::math::{Vec3, elementary64};
+use super::transform::{Transform, add, double, one_or_three, single};
+use eosphor_core::math::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -93,27 +93,28 @@ impl Move {
         let moved = Matrix::of_parts(translate, still, ONE).after(&turned.after(&to_middle));
         match self.transform == Transform::default() {
             true => moved,
-            false => Matrix::of_affine(&self.transform.affine()).after(&moved),
+            false => self.transform.to_double().after(&moved),
         }
+    }
+
+    /// The same motion of things whose coordinates have all grown by this.
+    pub(crate) fn shifted(&self, by: [f64; 3]) -> Move {
+        let around = add(double(self.around), by);
+        let transform = self.transform.conjugated(by, &self.transform.to_double());
+        Move { around: single(around), transform, ..self.clone() }
+    }
+
+    /// The motion, and then a step.
+    pub(crate) fn then_moved(&self, by: [f64; 3]) -> Move {
+        let mut motion = self.clone();
+        motion.transform.offset = add(motion.transform.offset, by);
+        motion
     }
 
     /// The map of motions that are applied one after the other.
     pub(crate) fn map_of_all<'a>(moves: impl IntoIterator<Item = &'a Move>, seconds: f64) -> Matrix {
         moves.into_iter().fold(Matrix::IDENTITY, |before, next| next.map(seconds).after(&before))
     }
-}
-
-/// Rotation about a coordinate axis, counter-clockwise seen from its tip.
-fn about(axis: usize, degrees: f64) -> Matrix {
-    let radians = degrees * (std::f64::consts::PI / 180.0);
-    let (sin, cos) = (elementary64::sin(radians), elementary64::cos(radians));
-    let (next, after) = ((axis + 1) % 3, (axis + 2) % 3);
-    let mut columns = Matrix::IDENTITY;
-    columns.0[next][next] = cos;
-    columns.0[next][after] = sin;
-    columns.0[after][next] = -sin;
-    columns.0[after][after] = cos;
-    columns
 }
 
 fn one_or_three_or_none<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec3>, D::Error> {

@@ -42,16 +42,18 @@ pub struct RenderSettings {
     pub cull_back_faces: bool,
     /// Transparent surfaces also receive light from their far side.
     pub light_from_behind: bool,
+    /// What the colours of lights and lamps mean to the surfaces that they light.
+    pub light_units: LightUnits,
     /// Point and spot lights fall off with the square of the distance.
     pub light_falloff: bool,
-    /// The ambient term is this times the diffuse colour.
+    /// Radiance of uniform surroundings that surfaces are lit by: the ambient term is this times the diffuse colour.
     #[schemars(range(min = 0, max = 1_000_000))]
     pub ambient: f32,
     /// `D` of the lighting model `distance`, in world units; where not given, the distance from the camera to the far side of
     /// the scene over 1.5.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_distance: Option<f32>,
-    /// Linear colour of rays that hit nothing.
+    /// Radiance of rays that hit nothing.
     #[schemars(with = "Color")]
     pub background: Vec3,
     /// What reflects and transmits in MTL materials.
@@ -106,6 +108,16 @@ pub enum Composition {
     Eos,
 }
 
+/// What the colours of lights and lamps mean to the surfaces that they light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightUnits {
+    /// Intensity, irradiance and radiance: a matte surface of colour rho reflects rho over pi of its irradiance.
+    Physical,
+    /// The formula of the reference systems, without the pi: a matte surface reflects rho times what arrives.
+    Plain,
+}
+
 /// How linear colours become bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -132,6 +144,7 @@ impl Default for RenderSettings {
             crease_degrees: 40.0,
             cull_back_faces: false,
             light_from_behind: false,
+            light_units: LightUnits::Physical,
             light_falloff: true,
             ambient: 0.0,
             max_distance: None,

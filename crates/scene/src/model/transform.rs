@@ -1,5 +1,6 @@
 //! How objects are placed.
 
+use super::matrix::{Matrix, about};
 use super::stand_ins::{Scale, Vector};
 use eosphor_core::math::{Affine, Vec3, elementary64, vec3};
 use schemars::JsonSchema;
@@ -25,11 +26,21 @@ pub struct Transform {
     pub translate: Vec3,
     /// A row-major 3 x 4 matrix, applied after the above.
     pub matrix: Option<[[f32; 4]; 3]>,
+    /// Moves the object last, in double precision: for what lies so far that single precision would lose its place.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub offset: [f64; 3],
 }
 
 impl Default for Transform {
     fn default() -> Transform {
-        Transform { scale: Vec3::ONE, rotate_degrees: Vec3::ZERO, translate: Vec3::ZERO, matrix: None }
+        Transform {
+            scale: Vec3::ONE,
+            rotate_degrees: Vec3::ZERO,
+            translate: Vec3::ZERO,
+            matrix: None,
+            offset: [0.0; 3],
+        }
     }
 }
 
@@ -46,8 +57,42 @@ impl Transform {
         Transform { matrix: Some([row(0), row(1), row(2)]), ..Transform::default() }
     }
 
+    /// The transform with the linear part of this map, which takes the object's origin there.
+    pub(crate) fn exactly(map: &Affine, offset: [f64; 3]) -> Transform {
+        if map.columns == Affine::IDENTITY.columns {
+            return Transform { offset, ..Transform::default() };
+        }
+        let linear = Affine { translation: Vec3::ZERO, ..*map };
+        Transform { offset, ..Transform::from_affine(&linear) }
+    }
+
     /// The map from object to world space.
     pub fn affine(&self) -> Affine {
+        match self.offset == [0.0; 3] {
+            true => self.without_offset(),
+            false => self.to_double().affine(),
+        }
+    }
+
+    /// The same map with its offset in full.
+    pub(crate) fn to_double(self) -> Matrix {
+        let mut map = Matrix::of_affine(&self.without_offset());
+        if self.offset != [0.0; 3] {
+            map.0[3] = add(map.0[3], self.offset);
+        }
+        map
+    }
+
+    /// The same map between things whose coordinates have all grown by this. `exact` is the map with all its digits.
+    pub(crate) fn conjugated(&self, by: [f64; 3], exact: &Matrix) -> Transform {
+        let [a, b, c, _] = exact.0;
+        let turned = Matrix([a, b, c, [0.0; 3]]).point(by);
+        // What cancels goes first: a translation stays as it is.
+        let stays = [0, 1, 2].map(|axis| by[axis] - turned[axis]);
+        Transform::exactly(&self.affine(), add(exact.0[3], stays))
+    }
+
+    fn without_offset(&self) -> Affine {
         let s = self.scale;
         let scale = Affine {
             columns: [vec3(s.x, 0.0, 0.0), vec3(0.0, s.y, 0.0), vec3(0.0, 0.0, s.z)],
@@ -66,6 +111,43 @@ impl Transform {
             }
         }
     }
+}
+
+/// A transform as people write it, in double precision.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ExactTransform {
+    pub(crate) scale: [f64; 3],
+    pub(crate) rotate_degrees: [f64; 3],
+    pub(crate) translate: [f64; 3],
+    pub(crate) matrix: Option<[[f64; 4]; 3]>,
+}
+
+impl ExactTransform {
+    pub(crate) fn map(&self) -> Matrix {
+        let sized = Matrix::of_parts([0.0; 3], [0.0, 0.0, 0.0, 1.0], self.scale);
+        let mut placed =
+            (0..3).fold(sized, |before, axis| about(axis, self.rotate_degrees[axis]).after(&before));
+        placed.0[3] = self.translate;
+        match self.matrix {
+            None => placed,
+            Some(rows) => Matrix([0, 1, 2, 3].map(|column| rows.map(|row| row[column]))).after(&placed),
+        }
+    }
+}
+
+/// The sum of two vectors.
+pub(crate) fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// In double precision.
+pub(crate) fn double(v: Vec3) -> [f64; 3] {
+    <[f32; 3]>::from(v).map(f64::from)
+}
+
+/// Rounded to single precision.
+pub(crate) fn single(v: [f64; 3]) -> Vec3 {
+    v.map(|x| x as f32).into()
 }
 
 /// Reads one number for all axes, or three.
@@ -114,7 +196,7 @@ mod tests {
             scale: vec3(2.0, 1.0, 1.0),
             rotate_degrees: vec3(0.0, 0.0, 90.0),
             translate: vec3(10.0, 0.0, 0.0),
-            matrix: None,
+            ..Transform::default()
         };
         let p = t.affine().point(vec3(1.0, 0.0, 0.0));
         assert!((p - vec3(10.0, 2.0, 0.0)).length() < 1e-5);
@@ -132,7 +214,7 @@ mod tests {
             scale: vec3(2.0, -3.0, 0.5),
             rotate_degrees: vec3(10.0, 20.0, 30.0),
             translate: vec3(1.0, 2.0, 3.0),
-            matrix: None,
+            ..Transform::default()
         };
         let (to, from) = (t.affine(), t.affine().inverse().unwrap());
         let p = vec3(0.3, -0.7, 11.0);

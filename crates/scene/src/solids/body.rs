@@ -1,8 +1,8 @@
 //! A solid in the world: its shape, what it is made of and how it is lit.
 
-use super::double::{add, double, length, scale, single, sub};
 use super::shell::{Shell, diode_radius};
 use super::solid::Solid;
+use crate::double::{add, double, length, scale, single, sub};
 use crate::error::Problem;
 use crate::model::{
     Image, Instance, Light, MAX_COORDINATE, Material, MaterialKind, MaterialTextures, Mesh, NO_INDEX, Scene,

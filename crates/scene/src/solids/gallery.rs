@@ -109,9 +109,9 @@ fn settings() -> RenderSettings {
         energy_threshold: 0.02,
         lighting: LightingModel::Phong,
         shadows: ShadowMode::Coloured,
-        ambient: 0.02,
-        exposure: 0.8,
-        background: vec3(0.006, 0.008, 0.014),
+        ambient: 0.0064,
+        exposure: 2.45,
+        background: vec3(0.0019, 0.0025, 0.0045),
         ..RenderSettings::default()
     }
 }

@@ -2,7 +2,6 @@
 //! through, dark ribs along the edges with lights on their inner side, and corners that stay open.
 
 mod body;
-mod double;
 mod gallery;
 #[cfg(test)]
 mod gallery_tests;

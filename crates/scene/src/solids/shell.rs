@@ -5,8 +5,8 @@
 //! `a / tan(e/2)`. Then the long borders of a rib are the moved sides of its two faces, exactly: both are made from the
 //! same corners here. The ribs end where the faces' corners are, so a hole stays at each vertex of the solid.
 
-use super::double::{Vec3d, add, cross, scale, sub, unit};
 use super::solid::Solid;
+use crate::double::{Vec3d, add, cross, scale, sub, unit};
 use eosphor_core::math::sqrt64;
 
 /// Half a rib's width.
@@ -90,7 +90,7 @@ fn diode([a, b]: [Vec3d; 2], i: u32, count: u32) -> [Vec3d; 3] {
     let middle = add(a, scale(way, share));
     let (along, outward) = (unit(way), unit(add(a, b)));
     let across = cross(outward, along);
-    let radius = diode_radius(super::double::length(way), count);
+    let radius = diode_radius(crate::double::length(way), count);
     let corner = |x: f64, y: f64| add(middle, add(scale(along, x * radius), scale(across, y * radius)));
     let x = sqrt64(3.0) / 2.0;
     // Clockwise seen along `outward` from without.

@@ -1,6 +1,6 @@
 //! The five solids: vertices, faces, edges and dihedral angles.
 
-use super::double::{Vec3d, cross, dot, scale, sub};
+use crate::double::{Vec3d, cross, dot, scale, sub};
 use eosphor_core::math::sqrt64;
 use std::fmt;
 use std::str::FromStr;

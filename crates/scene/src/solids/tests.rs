@@ -1,8 +1,8 @@
 //! Known answers about the solids and the bodies made of them.
 
-use super::double::{Vec3d, add, cross, dot, length, scale, sub, unit};
 use super::shell::{RIB, Shell};
 use super::{Body, BodyLighting, MAX_LIGHTS_PER_EDGE, Solid};
+use crate::double::{Vec3d, add, cross, dot, length, scale, sub, unit};
 use crate::flatten::SceneData;
 use crate::model::{MaterialKind, Scene};
 use eosphor_core::light::Light;
@@ -208,8 +208,9 @@ fn the_light_in_the_middle_is_the_only_one() {
     let body = Body { center: vec3(1.0, 2.0, 3.0), lights_per_edge: 2, color, ..Body::new(Solid::Cube) };
     let data = flat(&body);
     assert_eq!(data.triangles.len(), 36 + 24);
-    let [Light::Point { position, intensity }] = data.lights[..] else { panic!("{:?}", data.lights) };
-    assert_eq!((position, intensity), (body.center, Vec3::splat(0.7)));
+    let [Light::Point { position, color }] = data.lights[..] else { panic!("{:?}", data.lights) };
+    let over_pi = (f64::from(0.7f32) / std::f64::consts::PI) as f32;
+    assert_eq!((position, color), (body.center, Vec3::splat(over_pi)));
     let seen = data.materials.iter().filter(|m| m.emission == vec3(1.0, 0.5, 0.5)).count();
     assert_eq!(seen, 1);
 }
@@ -234,11 +235,11 @@ fn diodes_together_have_their_power() {
             let r = (1.0 - z * z).sqrt();
             let out = vec3((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32);
             for light in &data.lights {
-                let Light::Triangle { v0, e1, e2, normal, area, radiance, .. } = *light else { panic!() };
+                let Light::Triangle { v0, e1, e2, normal, area, color, .. } = *light else { panic!() };
                 let middle = v0 + (e1 + e2) * (1.0 / 3.0);
                 let sample = triangle_sample(middle - out * sphere, normal, area);
                 let cos = (-out).dot(sample.to_light).max(0.0);
-                sum += f64::from(sample.weight * cos * radiance.x);
+                sum += std::f64::consts::PI * f64::from(sample.weight * cos * color.x);
             }
         }
         let mean = sum / f64::from(POINTS) * 9.0;

@@ -88,7 +88,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             let mut packet = Packet::load(&rows);
             self.trace(&mut packet, &filters, count, alone, shared);
             if QUERY == ANY {
-                let hidden = packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
+                let hidden = packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 for lane in 0..count {
                     self.hidden[numbers[lane] as usize] = hidden >> lane & 1 == 1;
                 }
@@ -125,7 +125,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             let mut packet = Packet::load(&rows);
             self.trace(&mut packet, &filters, 16, ALONE_COHERENT, shared);
             if QUERY == ANY {
-                let hidden = packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
+                let hidden = packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 let answers = self.hidden.as_mut_ptr().add(first);
                 let mut lane = 0;
                 while lane < 16 {
@@ -241,19 +241,21 @@ impl<'a, S: Simd> Shared<'a, S> {
     }
 }
 
-/// Writes hits: t, u, v, instance and primitive each.
+/// Writes hits: t, its rest, u, v, instance and primitive each.
 ///
 /// # Safety
 /// The rows are hits.
 #[inline(always)]
 unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
-    let primitive = packet.best.primitive.to_array();
-    // SAFETY: the caller's; a hit is five numbers of 32 bits.
+    let best = &packet.best;
+    let (instance, primitive) = (best.instance.to_array(), best.primitive.to_array());
+    // SAFETY: the caller's; a hit is six numbers of 32 bits.
     unsafe {
-        S::scatter16([packet.t_max, packet.best.u, packet.best.v, packet.best.instance], rows);
+        S::scatter16([best.t, best.t_rest, best.u, best.v], rows);
         let mut lane = 0;
         while lane < 16 {
-            rows[lane].add(4).write(primitive.as_ref()[lane]);
+            rows[lane].add(4).write(instance.as_ref()[lane]);
+            rows[lane].add(5).write(primitive.as_ref()[lane]);
             lane += 1;
         }
     }
@@ -287,7 +289,7 @@ impl Kernel for FromOnePoint<'_> {
             };
             packet.trace::<ANY>(self.active, &query);
         }
-        packet.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
+        packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
     }
 }
 

@@ -60,9 +60,9 @@ impl<'a> Bvh8Tracer<'a> {
     /// With the instances of another hierarchy in place of the own ones: they have been moved. That one may have been built
     /// over the instances alone.
     pub fn with_instances_of(self, top: &'a Bvh8) -> Bvh8Tracer<'a> {
-        let Bvh8View { instance_nodes, instance_root, instances, instances_extent, .. } = top.view();
+        let Bvh8View { instance_nodes, instance_root, instances, instance_bounds, .. } = top.view();
         Bvh8Tracer {
-            bvh: Bvh8View { instance_nodes, instance_root, instances, instances_extent, ..self.bvh },
+            bvh: Bvh8View { instance_nodes, instance_root, instances, instance_bounds, ..self.bvh },
             ..self
         }
     }

@@ -1,12 +1,12 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
-use super::single_leaf::{PrimitiveLeaves, settle};
+use super::single_leaf::PrimitiveLeaves;
 use super::single_ray::SingleRay;
-use super::walk::{ANY, COUNTING, Found, KIND, Query, STACK};
+use super::walk::{ANY, COUNTING, Found, KIND, NEXT, Query, STACK};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY, LEAF, Node8, PLACE};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
-use eosphor_core::intersect::{LocalRay, Slab};
+use eosphor_core::intersect::Slab;
 use eosphor_core::ray::{Ray, RayFilter};
 use std::mem::MaybeUninit;
 
@@ -27,17 +27,6 @@ pub(super) unsafe fn planes<S: Simd>(node: &Node8, place: usize) -> S::F8 {
     unsafe { S::F8::load(node.planes.as_ptr().cast::<u8>().add(place).cast()) }
 }
 
-/// Whose primitives these are, and when hits count there.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub(super) instance: u32,
-    /// Where the world ray is in the instance's world box.
-    pub(super) world_interval: (f32, f32),
-}
-
-/// The world itself.
-pub(super) static WORLD: Place = Place { instance: 0, world_interval: (f32::NEG_INFINITY, f32::INFINITY) };
-
 /// Searches the whole scene for one ray.
 ///
 /// # Safety
@@ -49,16 +38,36 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
     filter: &RayFilter,
     found: &mut Found,
 ) {
-    let extent = bvh.geometries[0].extent;
-    let local = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
-    let search =
-        Search::<QUERY> { bvh, root: bvh.roots[0], ray: &local, place: &WORLD, filter, found: &mut *found };
-    // SAFETY: the root is the scene's.
-    unsafe { search.run::<S>() };
-    settle::<S, QUERY>(bvh, &local, 0, found);
+    if let Some(local) = SingleRay::of_world::<S>(ray, bvh.geometries[0].extent, &bvh.bounds[0]) {
+        local.enter(found);
+        let search =
+            Search::<QUERY> { bvh, root: bvh.roots[0], ray: &local, instance: 0, filter, found: &mut *found };
+        // SAFETY: the root is the scene's.
+        unsafe { search.run::<S>() };
+    }
     if bvh.instance_root != EMPTY && !(QUERY & KIND == ANY && found.any) {
         // SAFETY: as above.
         unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
+    }
+    if QUERY & KIND == NEXT {
+        // SAFETY: the caller's.
+        unsafe { S::run(Complete { bvh, ray, found }) };
+    }
+}
+
+/// Computes the rest of the best hit's `t`: a function of its own, since it is large.
+struct Complete<'a> {
+    bvh: &'a Bvh8View<'a>,
+    ray: &'a Ray,
+    found: &'a mut Found,
+}
+
+impl Kernel for Complete<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) {
+        self.found.complete(self.bvh, self.ray);
     }
 }
 
@@ -74,10 +83,11 @@ pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
     filter: &RayFilter,
     found: &mut Found,
 ) {
-    let extent = bvh.geometries[0].extent;
-    let world = LocalRay::new(ray.origin, ray.direction, ray.t_min, extent);
-    let world_ray = SingleRay::new::<S>(ray.origin, ray.direction, ray.t_min, extent);
-    let mut leaves = InstanceLeaves { bvh, ray, world: &world, filter };
+    let world_ray = SingleRay::of_world::<S>(ray, bvh.instance_bounds.extent(), &bvh.instance_bounds);
+    let Some(world_ray) = world_ray.filter(|ray| !ray.origin[3].is_nan()) else { return };
+    let slab = Slab::new(ray.origin, ray.direction, 0.0);
+    let mut leaves = InstanceLeaves { bvh, ray, from: world_ray.from, slab: &slab, filter };
+    world_ray.enter(found);
     // SAFETY: the caller's.
     unsafe { walk::<S, QUERY>(bvh.instance_nodes, root, &world_ray, found, &mut leaves) };
 }
@@ -94,7 +104,9 @@ pub(super) trait VisitLeaf<S: Simd> {
 struct InstanceLeaves<'a> {
     bvh: &'a Bvh8View<'a>,
     ray: &'a Ray,
-    world: &'a LocalRay,
+    /// From where the walk through the tree over the instances measures.
+    from: Option<f64>,
+    slab: &'a Slab,
     filter: &'a RayFilter,
 }
 
@@ -103,24 +115,28 @@ impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
         let (bvh, ray, number) = (self.bvh, self.ray, leaf & PLACE);
         let instance = &bvh.instances[number as usize];
-        let (near, far) = self.world.slab.interval(&instance.world_bounds, self.world.t_min);
-        if !Slab::passes(near, far, found.best.t) {
+        let (near, far) = self.slab.interval(&instance.world_bounds, ray.t_min);
+        if self.from.is_none() && !Slab::passes(near, far, found.end) {
             return false;
         }
         let map = &instance.object_from_world;
-        let extent = bvh.geometries[instance.geometry as usize].extent;
-        let local =
-            SingleRay::new::<S>(map.point(ray.origin), map.direction(ray.direction), ray.t_min, extent);
-        let place = Place { instance: number, world_interval: (near, far) };
-        let root = bvh.roots[instance.geometry as usize];
+        let geometry = instance.geometry as usize;
+        let extent = bvh.geometries[geometry].extent;
+        let Some(local) = SingleRay::of_object::<S>(ray, map, extent, &bvh.bounds[geometry]) else {
+            return false;
+        };
+        local.enter(found);
         // SAFETY: the caller's; the root is the geometry's.
-        let over = unsafe { search::<S, QUERY>(bvh, root, &local, &place, self.filter, found) };
-        settle::<S, QUERY>(bvh, &local, number, found);
+        let over =
+            unsafe { search::<S, QUERY>(bvh, bvh.roots[geometry], &local, number, self.filter, found) };
+        if local.from.is_some() | self.from.is_some() {
+            found.measure_from(self.from);
+        }
         over
     }
 }
 
-/// Searches a part of a geometry's tree, in its space; `true` ends the whole search. A hit may be left pending.
+/// Searches a part of a geometry's tree, in its space; `true` ends the whole search.
 ///
 /// # Safety
 /// As for [`trace`]; `root` is a child of that tree.
@@ -129,20 +145,20 @@ pub(super) unsafe fn search<S: Simd, const QUERY: Query>(
     bvh: &Bvh8View,
     root: Child,
     ray: &SingleRay,
-    place: &Place,
+    instance: u32,
     filter: &RayFilter,
     found: &mut Found,
 ) -> bool {
     // SAFETY: the caller's.
-    unsafe { S::run(Search::<QUERY> { bvh, root, ray, place, filter, found }) }
+    unsafe { S::run(Search::<QUERY> { bvh, root, ray, instance, filter, found }) }
 }
 
 /// A search: a function of its own, which keeps the code small.
 struct Search<'a, const QUERY: Query> {
     bvh: &'a Bvh8View<'a>,
     root: Child,
-    ray: &'a SingleRay,
-    place: &'a Place,
+    ray: &'a SingleRay<'a>,
+    instance: u32,
     filter: &'a RayFilter,
     found: &'a mut Found,
 }
@@ -152,8 +168,8 @@ impl<const QUERY: Query> Kernel for Search<'_, QUERY> {
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> bool {
-        let Search { bvh, root, ray, place, filter, found } = self;
-        let mut leaves = PrimitiveLeaves::new(bvh, ray, place, filter);
+        let Search { bvh, root, ray, instance, filter, found } = self;
+        let mut leaves = PrimitiveLeaves { bvh, ray, instance, filter };
         // SAFETY: the caller's.
         unsafe { walk::<S, QUERY>(bvh.nodes, root, ray, found, &mut leaves) }
     }

@@ -1,93 +1,181 @@
 //! A ray as the search for one ray at a time reads it.
 
-use crate::simd::{Float, Mask, Simd};
+use super::walk::Found;
+use crate::simd::{Float, Kernel, Mask, Simd};
+use eosphor_core::geometry::Bounds;
+use eosphor_core::hierarchy::{FarRay, is_far};
 use eosphor_core::intersect::{
-    EDGE_SLACK, EDGE_TOLERANCE, HIT_TOLERANCE, LARGEST_NUMBER, LocalRay, PADDING, SHORTEST_DIRECTION,
-    SLAB_SLACK, SMALLEST_DIRECTION, STEEP, Slab, T_SLACK, USUAL_LENGTH, USUAL_REACH,
+    EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, LocalRay, ORIGIN_SLACK, SHORTEST_DIRECTION, SMALLEST_DIRECTION,
+    USUAL_LENGTH, USUAL_REACH,
 };
-use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::math::Affine;
+use eosphor_core::ray::Ray;
 
 /// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
 /// is a load away. Vectors have x, y, z and something else.
-pub(super) struct SingleRay {
+pub(super) struct SingleRay<'a> {
     /// And `t_min`; NaN where the ray has numbers out of range.
     pub(super) origin: [f32; 4],
-    /// And the sum of its components, without signs.
+    /// And its length, as in `LocalRay`.
     pub(super) direction: [f32; 4],
     pub(super) inverse: [f32; 4],
     pub(super) near_offset: [f32; 4],
     pub(super) far_offset: [f32; 4],
-    edge_tolerance: f32,
-    /// [`EDGE_SLACK`] tolerances.
+    /// [`EDGE_SLACK`] of the length.
     pub(super) edge_slack: f32,
-    pub(super) t_slack: f32,
-    extent: f32,
+    pub(super) reach: f32,
+    pub(super) scale: f32,
     pub(super) octant: usize,
+    /// The ray in the world, and its way into this space.
+    pub(super) world: Ray,
+    pub(super) map: Option<&'a Affine>,
+    /// The origin is not the ray's own but where it enters the tree's box, at this `t` of the ray.
+    pub(super) from: Option<f64>,
 }
 
-impl SingleRay {
-    /// As `LocalRay::new`, in lanes.
+impl<'a> SingleRay<'a> {
+    /// In the world, whose tree has this box. `None` where the ray passes that by, as far as that is known.
     #[inline(always)]
-    pub(super) fn new<S: Simd>(origin: Vec3, direction: Vec3, t_min: f32, extent: f32) -> SingleRay {
-        let largest = origin.abs().max_component();
-        let reach = extent + largest;
-        let (o, d) = (origin.abs(), direction.abs());
+    pub(super) fn of_world<S: Simd>(ray: &Ray, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
+        if is_far(ray.origin, bounds.extent()) {
+            return SingleRay::far::<S>(ray, None, bounds);
+        }
+        let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let length = d.x + d.y + d.z;
-        let [[reach_low, reach_high], [length_low, length_high]] = [USUAL_REACH, USUAL_LENGTH];
-        let is_usual =
-            (reach_low <= reach) & (reach <= reach_high) & (length_low <= length) & (length <= length_high);
-        // What is usual is in range.
-        let t_min = if is_usual { t_min } else { t_min_of_unusual(o, length, t_min) };
-        let origin = [origin.x, origin.y, origin.z, t_min];
-        let direction = [direction.x, direction.y, direction.z, length];
-        let (o, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
+        let [shortest, longest] = USUAL_LENGTH;
+        let largest = o.max_component();
+        let is_usual = (largest <= USUAL_REACH) & (shortest <= length) & (length <= longest);
+        if !is_usual {
+            return Some(SingleRay::from_local::<S>(&LocalRay::new(ray, extent), ray, None, None));
+        }
+        let origin = [ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min];
+        let direction = [ray.direction.x, ray.direction.y, ray.direction.z, length];
+        let (lanes, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
         let smallest = S::F4::splat(SMALLEST_DIRECTION);
         let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
         let inverse = S::F4::splat(1.0).div(safe);
-        let slack = inverse.abs().mul(S::F4::splat(SLAB_SLACK * largest));
-        let offset = o.mul(inverse).negate();
-        SingleRay {
+        let everywhere = S::F4::splat(EXTENT_SLACK * (extent + largest));
+        let slack = inverse.abs().mul(lanes.abs().mul(S::F4::splat(ORIGIN_SLACK)).add(everywhere));
+        let offset = lanes.mul(inverse).negate();
+        Some(SingleRay {
             origin,
             direction,
             inverse: inverse.to_array(),
             near_offset: offset.sub(slack).to_array(),
             far_offset: offset.add(slack).to_array(),
-            edge_tolerance: EDGE_TOLERANCE * reach * length,
-            edge_slack: EDGE_SLACK * EDGE_TOLERANCE * reach * length,
-            t_slack: if is_usual { T_SLACK * reach } else { f32::INFINITY },
-            extent,
+            edge_slack: EDGE_SLACK * length,
+            reach: 0.0,
+            scale: o.x + o.y + o.z,
             octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
+            world: *ray,
+            map: None,
+            from: None,
+        })
+    }
+
+    /// In an object's space.
+    #[inline(always)]
+    pub(super) fn of_object<S: Simd>(
+        ray: &Ray,
+        map: &'a Affine,
+        extent: f32,
+        bounds: &Bounds,
+    ) -> Option<SingleRay<'a>> {
+        let local = LocalRay::mapped(ray, map, extent);
+        if is_far(local.origin, bounds.extent()) {
+            return SingleRay::far::<S>(ray, Some(map), bounds);
+        }
+        Some(SingleRay::from_local::<S>(&local, ray, Some(map), None))
+    }
+
+    #[inline(always)]
+    fn far<S: Simd>(ray: &Ray, map: Option<&'a Affine>, bounds: &Bounds) -> Option<SingleRay<'a>> {
+        // SAFETY: the caller's.
+        unsafe { S::run(Far { ray, map, bounds }) }
+    }
+
+    #[inline(always)]
+    fn from_box<S: Simd>(ray: &Ray, map: Option<&'a Affine>, bounds: &Bounds) -> Option<SingleRay<'a>> {
+        let (o, d) = (ray.origin.abs(), ray.direction.abs());
+        let length = d.x + d.y + d.z;
+        // Such a ray hits nothing, from wherever it is looked at. NaN is neither.
+        if !(((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION)) {
+            return None;
+        }
+        let far = FarRay::new(ray, map, bounds)?;
+        Some(SingleRay::from_local::<S>(&far.ray, ray, map, Some(far.from)))
+    }
+
+    #[inline(always)]
+    fn from_local<S: Simd>(
+        local: &LocalRay,
+        world: &Ray,
+        map: Option<&'a Affine>,
+        from: Option<f64>,
+    ) -> SingleRay<'a> {
+        let (o, d, slab) = (local.origin, local.direction, &local.slab);
+        let four = |v: eosphor_core::math::Vec3, w: f32| [v.x, v.y, v.z, w];
+        let i = slab.inverse;
+        let octant = (i.x < 0.0) as usize | ((i.y < 0.0) as usize) << 1 | ((i.z < 0.0) as usize) << 2;
+        SingleRay {
+            origin: four(o, local.t_min),
+            direction: four(d, local.length),
+            inverse: four(i, 0.0),
+            near_offset: four(slab.near_offset, 0.0),
+            far_offset: four(slab.far_offset, 0.0),
+            edge_slack: EDGE_SLACK * local.length,
+            reach: local.reach,
+            scale: local.scale,
+            octant,
+            world: *world,
+            map,
+            from,
         }
     }
 
-    /// As `LocalRay::new`: what nobody asks for is not computed.
+    /// Tells the search from where it measures now.
     #[inline(always)]
-    pub(super) fn local(&self) -> LocalRay {
-        let vector = |v: &[f32; 4]| vec3(v[0], v[1], v[2]);
-        let direction = vector(&self.direction);
-        LocalRay {
-            origin: vector(&self.origin),
-            direction,
-            t_min: self.origin[3],
-            slab: Slab {
-                inverse: vector(&self.inverse),
-                near_offset: vector(&self.near_offset),
-                far_offset: vector(&self.far_offset),
-            },
-            inverse_direction_squared: 1.0 / direction.length_squared(),
-            edge_tolerance: self.edge_tolerance,
-            steep: STEEP * self.direction[3],
-            t_slack: self.t_slack,
-            hit_tolerance: HIT_TOLERANCE * self.extent,
-            padding: PADDING * self.extent,
+    pub(super) fn enter(&self, found: &mut Found) {
+        if (self.from != found.from) | self.from.is_some() {
+            found.measure_from(self.from);
         }
     }
 }
 
-/// `t_min`, or NaN where numbers are out of range.
-#[cold]
-fn t_min_of_unusual(origin: Vec3, length: f32, t_min: f32) -> f32 {
-    let in_range =
-        ((origin.x + origin.y + origin.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION);
-    if in_range { t_min } else { f32::NAN }
+/// A ray from far away: a function of its own, since it is rare.
+struct Far<'a, 'b> {
+    ray: &'b Ray,
+    map: Option<&'a Affine>,
+    bounds: &'b Bounds,
+}
+
+impl<'a> Kernel for Far<'a, '_> {
+    type Output = Option<SingleRay<'a>>;
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) -> Option<SingleRay<'a>> {
+        SingleRay::from_box::<S>(self.ray, self.map, self.bounds)
+    }
+}
+
+/// For tests whether a ray may meet a sphere, which read no more of it.
+impl SingleRay<'_> {
+    #[inline(always)]
+    pub(super) fn local(&self) -> LocalRay {
+        let vector = |v: &[f32; 4]| eosphor_core::math::vec3(v[0], v[1], v[2]);
+        LocalRay {
+            origin: vector(&self.origin),
+            direction: vector(&self.direction),
+            t_min: self.origin[3],
+            t_max: self.world.t_max,
+            slab: eosphor_core::intersect::Slab {
+                inverse: vector(&self.inverse),
+                near_offset: vector(&self.near_offset),
+                far_offset: vector(&self.far_offset),
+            },
+            length: self.direction[3],
+            reach: self.reach,
+            scale: self.scale,
+        }
+    }
 }

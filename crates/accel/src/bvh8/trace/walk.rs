@@ -1,6 +1,9 @@
 //! What the traversals share: queries, what was found, and the stack.
 
-use eosphor_core::ray::Hit;
+use crate::bvh8::view::Bvh8View;
+use eosphor_core::hierarchy::{bounds_of_last, moved_end, upper};
+use eosphor_core::intersect::{TriangleHit, intersect_triangle, t_rest};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 
 /// The three queries, as constants so that each traversal is compiled for each.
 pub(super) type Query = u8;
@@ -22,20 +25,23 @@ pub(super) const COUNTING: Query = 4;
 pub(super) const STACK: usize = 64 * 7 + 16;
 
 /// In place of the place of a triangle.
-pub(super) const NOT_PENDING: u32 = u32::MAX;
+pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 
 /// What a single ray has found.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
-    /// The best hit, or a miss at the largest `t` that counts. While it is pending, only its triangle is known.
+    /// The best hit, or a miss at the largest `t` that counts.
     pub(super) best: Hit,
-    /// No earlier than the best hit: what starts beyond it is left out.
+    /// The place of the best hit's triangle, four times its block's number and its lane; or [`NO_TRIANGLE`].
+    pub(super) place: u32,
+    /// No earlier than the best hit: what starts beyond it is left out. From where the walk measures.
     pub(super) end: f32,
-    /// A hit before this is nearer than the best one.
+    /// A hit that is over before this is nearer than the best one.
     pub(super) before: f32,
-    /// Where the best hit is certain but not computed: the place of its triangle, four times its block's number and its
-    /// lane. Else [`NOT_PENDING`].
-    pub(super) pending: u32,
+    /// What [`Found::end`] is from the ray's origin.
+    pub(super) high: f32,
+    /// From where the walk measures, if not from the ray's origin.
+    pub(super) from: Option<f64>,
     /// For [`NEXT`]: only hits after this one count.
     pub(super) after: Hit,
     /// For [`ANY`]: there is one.
@@ -45,14 +51,56 @@ pub(super) struct Found {
     pub(super) primitives: u32,
 }
 
+/// A hit that is offered.
+pub(super) struct Offer<'a> {
+    pub(super) bvh: &'a Bvh8View<'a>,
+    pub(super) ray: &'a Ray,
+    pub(super) hit: TriangleHit,
+    pub(super) id: PrimitiveId,
+    /// As [`Found::place`].
+    pub(super) place: u32,
+}
+
+/// A hit's `t` in double precision.
+fn t64(bvh: &Bvh8View, ray: &Ray, (t, rest): (f32, f32), id: PrimitiveId, place: u32) -> f64 {
+    let rest = if rest == UNKNOWN_REST { rest_of(bvh, ray, t, id, place) } else { rest };
+    f64::from(t) + f64::from(rest)
+}
+
+/// What the `t` of a triangle's hit lacks of that of double precision.
+fn rest_of(bvh: &Bvh8View, ray: &Ray, t: f32, id: PrimitiveId, place: u32) -> f32 {
+    let map = (id.instance != 0).then(|| &bvh.instances[id.instance as usize].object_from_world);
+    let triangle = bvh.blocks[(place >> 2) as usize].get((place & 3) as usize);
+    t_rest(&triangle, t, ray, map)
+}
+
+/// Where a triangle is that the ray meets at `t`. Looks at all there are: hardly ever asked for.
+fn find_triangle(bvh: &Bvh8View, ray: &Ray, hit: &Hit) -> Option<u32> {
+    let instance = bvh.instances.get(hit.id.instance as usize)?;
+    let map = (hit.id.instance != 0).then_some(&instance.object_from_world);
+    let extent = bvh.geometries[instance.geometry as usize].extent;
+    for place in 0..bvh.blocks.len() as u32 * 4 {
+        let triangle = bvh.blocks[(place >> 2) as usize].get((place & 3) as usize);
+        if triangle.primitive == hit.id.primitive
+            && intersect_triangle(&triangle, ray, map, extent).t == hit.t
+        {
+            return Some(place);
+        }
+    }
+    None
+}
+
 impl Found {
     #[inline(always)]
     pub(super) fn nothing(t_max: f32) -> Found {
+        let high = upper(t_max);
         Found {
             best: Hit::miss(t_max),
-            end: t_max,
+            place: NO_TRIANGLE,
+            end: high,
             before: t_max,
-            pending: NOT_PENDING,
+            high,
+            from: None,
             after: Hit::miss(t_max),
             any: false,
             nodes: 0,
@@ -60,32 +108,89 @@ impl Found {
         }
     }
 
-    /// Offers a hit that counts; `true` ends the search.
+    /// Measures from elsewhere.
+    #[cold]
+    pub(super) fn measure_from(&mut self, from: Option<f64>) {
+        self.from = from;
+        self.end = match from {
+            None => self.high,
+            Some(from) => {
+                let is_precise = !self.best.is_miss() && self.best.t_rest != UNKNOWN_REST;
+                let t = f64::from(self.best.t) + f64::from(self.best.t_rest);
+                moved_end(if is_precise { t } else { f64::from(self.high) }, from)
+            }
+        };
+    }
+
+    /// Takes a hit.
     #[inline(always)]
-    pub(super) fn offer<const QUERY: Query>(&mut self, hit: Hit) -> bool {
-        match QUERY & KIND {
-            ANY => {
-                self.any |= hit.t <= self.best.t;
-                self.any
-            }
-            NEXT => {
-                if self.after.before(&hit) & hit.before(&self.best) {
-                    self.set(hit);
-                }
-                false
-            }
-            _ => {
-                if hit.before(&self.best) {
-                    self.set(hit);
-                }
-                false
-            }
+    pub(super) fn take(&mut self, hit: Hit, place: u32, low: f32, high: f32) {
+        (self.best, self.place, self.before, self.end, self.high) = (hit, place, low, high, high);
+    }
+
+    fn set(&mut self, offer: &Offer) {
+        let h = &offer.hit;
+        let (low, high) = h.bounds();
+        self.take(Hit { t: h.t, t_rest: h.t_rest, u: h.u, v: h.v, id: offer.id }, offer.place, low, high);
+        if self.from.is_some() {
+            self.measure_from(self.from);
         }
     }
 
-    /// The best hit is known.
+    /// Whether a hit comes after [`Found::after`].
+    fn is_after(&self, offer: &Offer) -> bool {
+        let (low, high) = offer.hit.bounds();
+        let after = &self.after;
+        let (after_low, after_high) = bounds_of_last(offer.ray, after);
+        if (low > after_high) | (high < after_low) {
+            return low > after_high;
+        }
+        // A triangle has one hit.
+        if (offer.id == after.id) & (offer.place != NO_TRIANGLE) {
+            return false;
+        }
+        let mut rest = after.t_rest;
+        if rest == UNKNOWN_REST {
+            rest = match find_triangle(offer.bvh, offer.ray, after) {
+                Some(place) => rest_of(offer.bvh, offer.ray, after.t, after.id, place),
+                None => 0.0,
+            };
+        }
+        let after_t = f64::from(after.t) + f64::from(rest);
+        let hit = &offer.hit;
+        let t = t64(offer.bvh, offer.ray, (hit.t, hit.t_rest), offer.id, offer.place);
+        (after_t < t) | ((after_t == t) & after.id.before(offer.id))
+    }
+
+    /// Offers a hit that counts; `true` ends the search.
+    pub(super) fn offer<const QUERY: Query>(&mut self, offer: &Offer) -> bool {
+        if QUERY & KIND == ANY {
+            self.any = true;
+            return true;
+        }
+        if QUERY & KIND == NEXT && !self.is_after(offer) {
+            return false;
+        }
+        let (low, high) = offer.hit.bounds();
+        if self.best.is_miss() || high < self.before {
+            self.set(offer);
+        } else if low <= self.high {
+            let Offer { bvh, ray, ref hit, id, place } = *offer;
+            let best = t64(bvh, ray, (self.best.t, self.best.t_rest), self.best.id, self.place);
+            let t = t64(bvh, ray, (hit.t, hit.t_rest), id, place);
+            if (t < best) | ((t == best) & id.before(self.best.id)) {
+                self.set(offer);
+            }
+        }
+        false
+    }
+
+    /// Computes the rest of the best hit's `t`.
     #[inline(always)]
-    pub(super) fn set(&mut self, hit: Hit) {
-        (self.best, self.end, self.before, self.pending) = (hit, hit.t, hit.t, NOT_PENDING);
+    pub(super) fn complete(&mut self, bvh: &Bvh8View, ray: &Ray) {
+        let best = &mut self.best;
+        if best.t_rest == UNKNOWN_REST {
+            best.t_rest = rest_of(bvh, ray, best.t, best.id, self.place);
+        }
     }
 }

@@ -14,7 +14,7 @@ use crate::hierarchy::search::Any;
 use crate::hierarchy::{ShadowBatch, Stack};
 use crate::intersect::{LocalRay, PackedTriangle};
 use crate::math::{Vec3, fma, max, min, vec3};
-use crate::ray::{PrimitiveId, RayFilter};
+use crate::ray::{PrimitiveId, Ray, RayFilter};
 
 /// A number of each ray.
 type Lanes<const W: usize> = [f32; W];
@@ -28,7 +28,7 @@ pub(super) struct Packet<'a, const W: usize> {
     inverse: [Lanes<W>; 3],
     /// Of each axis, the lower and the upper half of a cell.
     halves: [[Half<W>; 2]; 3],
-    edge_tolerance: Lanes<W>,
+    length: Lanes<W>,
     t_max: Lanes<W>,
     /// The interval of each ray within the root.
     enter: Lanes<W>,
@@ -84,14 +84,14 @@ impl<'a, const W: usize> Packet<'a, W> {
     /// No rays yet.
     #[inline(always)]
     pub(super) fn new(rays: &'a ShadowBatch<W>, filter: &'a RayFilter) -> Self {
-        let (none, nowhere) = ([0.0; W], LocalRay::new(Vec3::ZERO, Vec3::ZERO, 0.0, 0.0));
+        let (none, nowhere) = ([0.0; W], LocalRay::new(&Ray::new(Vec3::ZERO, Vec3::ZERO), 0.0));
         Packet {
             rays,
             filter,
             local: [nowhere; W],
             inverse: [none; 3],
             halves: [[Half { near_offset: none, far_offset: none }; 2]; 3],
-            edge_tolerance: none,
+            length: none,
             t_max: [f32::NEG_INFINITY; W],
             enter: [f32::INFINITY; W],
             leave: [f32::NEG_INFINITY; W],
@@ -103,7 +103,7 @@ impl<'a, const W: usize> Packet<'a, W> {
     #[inline(always)]
     pub(super) fn take(&mut self, lane: usize, bounds: &Bounds, extent: f32) -> bool {
         let ray = self.rays.ray(lane);
-        let local = LocalRay::new(ray.origin, ray.direction, ray.t_min, extent);
+        let local = LocalRay::new(&ray, extent);
         let cells = CellRay::new(&local, bounds);
         if !cells.slack.is_finite() | local.t_min.is_nan() {
             return false;
@@ -119,7 +119,7 @@ impl<'a, const W: usize> Packet<'a, W> {
             self.halves[axis][second].set(lane, near, f32::INFINITY);
         }
         self.local[lane] = local;
-        self.edge_tolerance[lane] = local.edge_tolerance;
+        self.length[lane] = local.length;
         (self.t_max[lane], self.enter[lane], self.leave[lane]) = (ray.t_max, enter, leave);
         true
     }
@@ -218,14 +218,14 @@ impl<'a, const W: usize> Packet<'a, W> {
     /// Those among them that pass the first step of the triangle test.
     #[inline(always)]
     fn candidates(&self, triangle: &PackedTriangle) -> [bool; W] {
-        let normal = triangle.normal();
         let mut candidates = self.on_their_way();
         for lane in 0..W {
             let direction = vec3(self.rays.x[lane], self.rays.y[lane], self.rays.z[lane]);
-            let edge_tolerance = self.edge_tolerance[lane];
+            let length = self.length[lane];
             // The first step reads no more of the ray than this.
-            let ray = LocalRay { origin: self.rays.origin, direction, edge_tolerance, ..self.local[0] };
-            candidates[lane] &= triangle.test_edges(&ray, normal, self.filter.cull_back_faces).candidate;
+            let ray = LocalRay { origin: self.rays.origin, direction, length, ..self.local[0] };
+            let step = triangle.first_step(&ray);
+            candidates[lane] &= step.may_meet & !(self.filter.cull_back_faces & !step.meets_front);
         }
         candidates
     }
@@ -239,7 +239,7 @@ impl<'a, const W: usize> Packet<'a, W> {
         if reference & SPHERE_REFERENCE == 0 {
             p.search_triangles(reference, 1, ray, world, self.filter, &mut search);
         } else {
-            p.search_spheres(reference & !SPHERE_REFERENCE, 1, world, &mut search);
+            p.search_spheres(reference & !SPHERE_REFERENCE, 1, ray, world, &mut search);
         }
         if search.found {
             self.hidden[lane] = true;

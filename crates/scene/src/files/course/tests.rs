@@ -168,7 +168,7 @@ fn the_scene_is_platos() {
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!((data.settings.samples, data.settings.pixel_sampling), (256, CoreSampling::Grid));
     let lights = data.lights.iter().map(|light| match light {
-        Light::Point { position, intensity } => (*position, *intensity),
+        Light::Point { position, color } => (*position, *color),
         other => panic!("{other:?}"),
     });
     let dim = Vec3::splat(0.7);

@@ -4,7 +4,7 @@ use super::accessors::Budget;
 use super::nodes::Nodes;
 use super::{Part, quoted};
 use crate::files::warnings::Warnings;
-use crate::model::{Camera, Move};
+use crate::model::{Camera, Move, Scene};
 use gltf::json::Root;
 use gltf::json::camera::{Camera as FileCamera, Type};
 use gltf::json::validation::Checked;
@@ -15,9 +15,20 @@ use std::sync::Arc;
 pub(super) struct NamedCamera {
     /// The camera's own name and that of its node.
     names: [Option<String>; 2],
-    /// Before it moves.
-    pub(super) camera: Camera,
+    /// Before it moves, in coordinates of the file.
+    camera: Camera,
+    position: [f64; 3],
     pub(super) moves: Vec<Arc<Move>>,
+}
+
+impl NamedCamera {
+    /// The camera of a scene, before it moves; motions begin in coordinates of the file.
+    pub(super) fn in_scene(&self, scene: &Scene) -> Camera {
+        match self.moves.is_empty() {
+            true => Camera { position: scene.point_of_file(self.position), ..self.camera },
+            false => self.camera,
+        }
+    }
 }
 
 /// All cameras of the placed nodes. What cannot look has warned and is left out.
@@ -49,7 +60,8 @@ pub(super) fn placed(
         };
         if is_right {
             let names = [file.name.clone(), root.nodes[placed.node].name.clone()];
-            cameras.push(NamedCamera { names, camera, moves: nodes.moves(placed, budget)? });
+            let position = placed.world.0[3];
+            cameras.push(NamedCamera { names, camera, position, moves: nodes.moves(placed, budget)? });
         } else {
             let name = Part::new("camera", number, file.name.as_deref());
             let message = format!(

@@ -3,24 +3,35 @@
 use super::accessors::Budget;
 use super::nodes::{Nodes, PlacedNode};
 use super::{Part, named};
-use crate::model::{Light, Move};
+use crate::model::{Light, Move, Scene};
 use eosphor_core::math::Vec3;
 use gltf::json::Root;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as FileLight, Type};
 use gltf::json::validation::Checked;
 use std::sync::Arc;
 
-/// Our matte surfaces return irradiance · colour, without the 1/π of a Lambertian; the lights bring it along.
-const FRAC_1_PI: f64 = std::f64::consts::FRAC_1_PI;
-
 /// Brighter lights are cut to this.
 const MAX_INTENSITY: f64 = 1e12;
 
 /// A light of a node.
 pub(super) struct PlacedLight {
-    /// Before it moves.
-    pub(super) light: Light,
+    /// Before it moves, in coordinates of the file.
+    light: Light,
+    position: [f64; 3],
     pub(super) moves: Vec<Arc<Move>>,
+}
+
+impl PlacedLight {
+    /// The light of a scene, before it moves; motions begin in coordinates of the file.
+    pub(super) fn in_scene(&self, scene: &Scene) -> Light {
+        let mut light = self.light;
+        if let (Light::Point { position, .. } | Light::Spot { position, .. }, true) =
+            (&mut light, self.moves.is_empty())
+        {
+            *position = scene.point_of_file(self.position);
+        }
+        light
+    }
 }
 
 /// The lights of the placed nodes. Ranges, which are no physics, are ignored.
@@ -33,8 +44,10 @@ pub(super) fn placed(root: &Root, nodes: &Nodes, budget: &Budget) -> Result<Vec<
         let Some(index) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) else { continue };
         let number = index.light.value();
         let file = named(known, number, "light")?;
-        let placed = light(file, placed)
-            .and_then(|light| Ok(PlacedLight { light, moves: nodes.moves(placed, budget)? }));
+        let placed = light(file, placed).and_then(|light| {
+            let moves = nodes.moves(placed, budget)?;
+            Ok(PlacedLight { light, position: placed.world.0[3], moves })
+        });
         let name = || Part::new("light", number, file.name.as_deref());
         lights.push(placed.map_err(|e| format!("{}: {e}", name()))?);
     }
@@ -42,7 +55,8 @@ pub(super) fn placed(root: &Root, nodes: &Nodes, budget: &Budget) -> Result<Vec<
 }
 
 fn light(file: &FileLight, placed: &PlacedNode) -> Result<Light, String> {
-    let scale = f64::from(file.intensity) * FRAC_1_PI;
+    // Candela and lux, which stand for W/sr and W/m^2: they are as they are.
+    let scale = f64::from(file.intensity);
     let color = Vec3::from(file.color.map(|x| (f64::from(x) * scale).clamp(0.0, MAX_INTENSITY) as f32));
     let position = placed.world.position();
     // It shines along its own -z.

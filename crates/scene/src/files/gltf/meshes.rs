@@ -16,6 +16,8 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shown {
     pub(super) mesh: u32,
+    /// Where its coordinates are counted from, in those of the file.
+    pub(super) origin: [f64; 3],
     pub(super) material: Option<u32>,
 }
 
@@ -59,7 +61,7 @@ pub(super) struct Meshes<'a> {
     /// What shows a mesh under weights of its morph targets; `None` where there is nothing to show.
     shown: HashMap<(usize, Vec<u32>), Option<Shown>>,
     /// Built meshes by shape, with their materials.
-    by_shape: HashMap<Vec<Shape>, Vec<(u32, Vec<u32>)>>,
+    by_shape: HashMap<Vec<Shape>, Vec<(Shown, Vec<u32>)>>,
     /// Vertices of which a mesh took a few; others may take more.
     large: HashMap<VertexKey, Vertices>,
     /// Primitives of points and lines.
@@ -120,10 +122,10 @@ impl<'a> Meshes<'a> {
         let one_material = materials.iter().all(|m| *m == materials[0]).then_some(materials[0]);
         for (mesh, own) in self.by_shape.get(&shape).into_iter().flatten() {
             if *own == materials {
-                return Ok(Some(Shown { mesh: *mesh, material: None }));
+                return Ok(Some(*mesh));
             }
             if one_material.is_some() {
-                return Ok(Some(Shown { mesh: *mesh, material: one_material }));
+                return Ok(Some(Shown { material: one_material, ..*mesh }));
             }
         }
 
@@ -136,10 +138,12 @@ impl<'a> Meshes<'a> {
             self.append(&mut assembly, &surface)
                 .map_err(|problem| format!("primitive {number}: {problem}"))?;
         }
-        self.built.push(assembly.finish());
-        let mesh = self.built.len() as u32 - 1;
-        self.by_shape.entry(shape).or_default().push((mesh, materials));
-        Ok(Some(Shown { mesh, material: None }))
+        let mut mesh = assembly.finish();
+        let origin = mesh.count_from_own();
+        self.built.push(mesh);
+        let shown = Shown { mesh: self.built.len() as u32 - 1, origin, material: None };
+        self.by_shape.entry(shape).or_default().push((shown, materials));
+        Ok(Some(shown))
     }
 
     /// A primitive that has triangles; others are passed over.
@@ -227,6 +231,11 @@ impl<'a> Meshes<'a> {
             self.warnings.add(self.path, None, message);
         }
         Ok(vertices)
+    }
+
+    /// A mesh of the model.
+    pub(super) fn built(&self, number: u32) -> &Mesh {
+        &self.built[number as usize]
     }
 
     /// Says what was passed over.

@@ -28,9 +28,9 @@ mod tests;
 
 use super::loader::Loader;
 use crate::error::{Place, SceneError};
-use crate::model::{
-    AlphaMode, CameraMotion, Instance, Interpolation, LightMotion, Material, MaterialKind, Transform,
-};
+use crate::model::origin::is_apart;
+use crate::model::{AlphaMode, CameraMotion, Instance, Interpolation, LightMotion, Material, MaterialKind};
+use crate::model::{Move, Scene, Transform};
 use accessors::{Accessors, Budget};
 use animations::Animations;
 use buffers::Buffers;
@@ -41,6 +41,7 @@ use eosphor_core::settings::ShadowMode;
 use gltf::json::Root;
 use lights::PlacedLight;
 use meshes::Meshes;
+use nodes::{ExactNode, Nodes};
 use std::fmt;
 use std::path::Path;
 
@@ -55,13 +56,17 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
 /// A scene that is one file: its meshes, its lights, one of its cameras, and settings that suit it. `camera` is a name
 /// or number; the first camera is taken without.
 pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>) -> Result<(), SceneError> {
-    let file = read(loader, path)?;
+    let mut file = read(loader, path)?;
+    loader.scene.instances.append(&mut file.instances);
+    loader.scene.settle_origin();
     let chosen = cameras::choose(&mut loader.warnings, path, &file.cameras, camera);
     let chosen = chosen.map_err(|message| invalid(path, message))?;
-    let (camera_motion, light_motions) = motions(&file, chosen).map_err(|message| invalid(path, message))?;
-    loader.scene.camera = chosen.map(|chosen| chosen.camera);
-    loader.scene.lights.extend(file.lights.iter().map(|placed| placed.light));
-    loader.scene.instances.extend(file.instances);
+    let (camera_motion, light_motions) =
+        motions(&file, chosen, &loader.scene).map_err(|message| invalid(path, message))?;
+    let scene = &mut loader.scene;
+    scene.camera = chosen.map(|chosen| chosen.in_scene(scene));
+    let lights: Vec<_> = file.lights.iter().map(|placed| placed.in_scene(scene)).collect();
+    scene.lights.extend(lights);
     loader.scene.animate(camera_motion, light_motions);
 
     let first = file.first_material as usize;
@@ -84,8 +89,17 @@ pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>)
 fn motions(
     file: &Contents,
     camera: Option<&NamedCamera>,
+    scene: &Scene,
 ) -> Result<(Option<CameraMotion>, Vec<LightMotion>), String> {
-    let own = |moves| animations::own(moves, &file.budget);
+    // From the coordinates of the file, where motions end, to those of the scene.
+    let offset = scene.origin.map(|x| -x);
+    let last = (scene.origin != [0.0; 3])
+        .then(|| Move { transform: Transform { offset, ..Transform::default() }, ..Move::default() });
+    let own = |moves| {
+        let mut own = animations::own(moves, &file.budget)?;
+        own.extend(last.clone());
+        Ok::<_, String>(own)
+    };
     let camera = camera.filter(|camera| !camera.moves.is_empty());
     let camera = camera.map(|camera| own(&camera.moves)).transpose()?.map(CameraMotion::Moves);
     let moving = file.lights.iter().enumerate().filter(|(_, placed)| !placed.moves.is_empty());
@@ -117,48 +131,36 @@ fn read(loader: &mut Loader, path: &Path) -> Result<Contents, SceneError> {
     let bytes = loader.read(path)?;
     let container = container::split(&bytes).map_err(|message| invalid(path, message))?;
     let root = parse(path, &container)?;
-    contents(loader, path, &root, container.binary).map_err(|message| invalid(path, message))
+    contents(loader, path, &root, &container).map_err(|message| invalid(path, message))
 }
 
 fn contents(
     loader: &mut Loader,
     path: &Path,
     root: &Root,
-    binary: Option<&[u8]>,
+    container: &Container<'_>,
 ) -> Result<Contents, String> {
+    let (json, binary) = (container.json, container.binary);
     extensions::check(root)?;
     extensions::warn(&mut loader.warnings, path, root);
     let buffers = Buffers::read(loader, path, root, binary);
     let accessors = Accessors::new(root, &buffers);
     let played = channels::played(&mut loader.warnings, path, root)?;
-    let nodes = nodes::placed(root, &mut Animations::new(&accessors, played))?;
+    let mut animations = Animations::new(&accessors, played);
+    let mut nodes = nodes::placed(root, None, &mut animations)?;
 
     let first_material = loader.scene.materials.len() as u32;
     let (warnings, built) = (&mut loader.warnings, &mut loader.scene.meshes);
     let mut meshes = Meshes::new(&accessors, path, warnings, built, first_material);
-    let mut instances = Vec::new();
-    let mut flat = Vec::new();
-    let mut has_skin = false;
-    for placed in &nodes.placed {
-        let node = &root.nodes[placed.node];
-        let Some(mesh) = node.mesh else { continue };
-        let Some(shown) = meshes.show(mesh.value(), node.weights.as_deref())? else { continue };
-        has_skin |= node.skin.is_some();
-        let name = || Part::new("node", placed.node, node.name.as_deref());
-        let worlds = instancing::worlds(&accessors, node, &placed.world);
-        for world in worlds.map_err(|problem| format!("{}: {problem}", name()))? {
-            let affine = world.affine();
-            // A scale of 0 is a way to hide a node.
-            if affine.is_finite() && affine.inverse().is_none() {
-                flat.push(name().to_string());
-                continue;
-            }
-            let world_from_object = Transform::from_affine(&affine);
-            let moves = nodes.moves(placed, &accessors.budget);
-            let moves = moves.map_err(|problem| format!("{}: {problem}", name()))?;
-            instances.push(Instance { mesh: shown.mesh, material: shown.material, world_from_object, moves });
-        }
+    let mut objects = Objects::place(&accessors, &nodes, &mut meshes, false)?;
+    // Where digits count, they are those of the file.
+    if objects.are_apart(&meshes)
+        && let Some(exact) = ExactNode::all(json)
+    {
+        nodes = nodes::placed(root, Some(&exact), &mut animations)?;
+        objects = Objects::place(&accessors, &nodes, &mut meshes, true)?;
     }
+    let Objects { instances, flat, has_skin } = objects;
     let used_materials = meshes.finish();
     let warn = &mut |message: String| loader.warnings.add(path, None, message);
     if let Some(name) = flat.first() {
@@ -182,6 +184,58 @@ fn contents(
         loader.warnings.add(path, None, "there is nothing to see: the scene of the file has no triangles");
     }
     Ok(Contents { instances, cameras, lights, budget, first_material, used_materials })
+}
+
+/// What nodes place.
+#[derive(Default)]
+struct Objects {
+    instances: Vec<Instance>,
+    /// Nodes that are squashed flat.
+    flat: Vec<String>,
+    has_skin: bool,
+}
+
+impl Objects {
+    /// `exact` says that the places of the nodes have all digits of the file.
+    fn place(
+        accessors: &Accessors<'_>,
+        nodes: &Nodes,
+        meshes: &mut Meshes<'_>,
+        exact: bool,
+    ) -> Result<Objects, String> {
+        let mut objects = Objects::default();
+        for placed in &nodes.placed {
+            let node = &accessors.root.nodes[placed.node];
+            let Some(mesh) = node.mesh else { continue };
+            let Some(shown) = meshes.show(mesh.value(), node.weights.as_deref())? else { continue };
+            objects.has_skin |= node.skin.is_some();
+            let name = || Part::new("node", placed.node, node.name.as_deref());
+            let worlds = instancing::worlds(accessors, node, &placed.world);
+            for world in worlds.map_err(|problem| format!("{}: {problem}", name()))? {
+                let affine = world.affine();
+                // A scale of 0 is a way to hide a node.
+                if affine.is_finite() && affine.inverse().is_none() {
+                    objects.flat.push(name().to_string());
+                    continue;
+                }
+                let world_from_object = match exact || shown.origin != [0.0; 3] {
+                    true => Transform::exactly(&affine, world.point(shown.origin)),
+                    false => Transform::from_affine(&affine),
+                };
+                let moves = nodes.moves(placed, &accessors.budget);
+                let moves = moves.map_err(|problem| format!("{}: {problem}", name()))?;
+                let (mesh, material) = (shown.mesh, shown.material);
+                objects.instances.push(Instance { mesh, material, world_from_object, moves });
+            }
+        }
+        Ok(objects)
+    }
+
+    /// Whether a mesh, or where the first one is placed, lies far from 0 for its size.
+    fn are_apart(&self, meshes: &Meshes<'_>) -> bool {
+        self.instances.iter().any(|i| i.world_from_object.offset != [0.0; 3])
+            || self.instances.first().is_some_and(|i| is_apart(meshes.built(i.mesh), i))
+    }
 }
 
 /// The JSON, as the types of the crate.

@@ -7,6 +7,7 @@ use super::{Part, named};
 use crate::model::{Matrix, Move, Transform};
 use gltf::json::Root;
 use gltf::json::scene::Node;
+use serde::Deserialize;
 use std::sync::Arc;
 
 /// A node of the scene.
@@ -75,7 +76,13 @@ impl Pose {
 }
 
 /// The nodes of the default scene, else of the first, else of the whole file.
-pub(super) fn placed(root: &Root, animations: &mut Animations<'_>) -> Result<Nodes, String> {
+///
+/// `exact` has the places of all nodes in double precision, where that matters.
+pub(super) fn placed(
+    root: &Root,
+    exact: Option<&[ExactNode]>,
+    animations: &mut Animations<'_>,
+) -> Result<Nodes, String> {
     // A stack of its own: files may nest nodes deeper than the machine's stack. Nodes, and the place of the parent's pose.
     let mut waiting: Vec<(usize, usize)> = roots(root)?.into_iter().rev().map(|node| (node, 0)).collect();
     let mut poses = vec![Pose::ROOT];
@@ -92,10 +99,11 @@ pub(super) fn placed(root: &Root, animations: &mut Animations<'_>) -> Result<Nod
                 "{name} is reached twice: nodes must be a tree, without cycles and with one parent each; mend the file"
             ));
         }
-        let pose = nodes.pose(&poses[parent], number, node, animations)?;
+        let node = Local { node, exact: exact.and_then(|all| all.get(number)) };
+        let pose = nodes.pose(&poses[parent], number, &node, animations)?;
         nodes.placed.push(pose.placed(number));
         poses.push(pose);
-        let (children, parent) = (node.children.as_deref().unwrap_or_default(), poses.len() - 1);
+        let (children, parent) = (node.node.children.as_deref().unwrap_or_default(), poses.len() - 1);
         waiting.extend(children.iter().rev().map(|child| (child.value(), parent)));
     }
     Ok(nodes)
@@ -107,14 +115,14 @@ impl Nodes {
         &mut self,
         parent: &Pose,
         number: usize,
-        node: &Node,
+        node: &Local<'_>,
         animations: &mut Animations<'_>,
     ) -> Result<Pose, String> {
-        let rest = parent.rest.after(&local(node));
+        let rest = parent.rest.after(&node.whole());
         let mut moving = false;
         let mut pose = Pose { rest, ..*parent };
         for target in Target::ALL {
-            let still = part(node, target);
+            let still = node.part(target);
             let Some(motion) = animations.motion(number, target)? else {
                 pose.fixed = pose.fixed.after(&still);
                 continue;
@@ -122,14 +130,19 @@ impl Nodes {
             moving = true;
             let affine = pose.fixed.affine();
             pose.is_flat |= affine.is_finite() && affine.inverse().is_none();
-            let fixed = (pose.fixed != Matrix::IDENTITY)
-                .then(|| Arc::new(Move { transform: Transform::from_affine(&affine), ..Move::default() }));
+            let fixed = (pose.fixed != Matrix::IDENTITY).then(|| {
+                let transform = match node.exact {
+                    None => Transform::from_affine(&affine),
+                    Some(_) => Transform::exactly(&affine, pose.fixed.0[3]),
+                };
+                Arc::new(Move { transform, ..Move::default() })
+            });
             self.links.push(Link { motion, fixed, next: pose.motion });
             (pose.motion, pose.fixed) = (Some(self.links.len() - 1), Matrix::IDENTITY);
         }
         if !moving {
             // In one step, for matrices have no parts.
-            pose.fixed = parent.fixed.after(&local(node));
+            pose.fixed = parent.fixed.after(&node.whole());
         }
         Ok(pose)
     }
@@ -153,25 +166,66 @@ fn roots(root: &Root) -> Result<Vec<usize>, String> {
     Ok((0..root.nodes.len()).filter(|&node| !is_child[node]).collect())
 }
 
-/// From a node to its parent: its matrix, or scale, then rotation, then translation.
-fn local(node: &Node) -> Matrix {
-    if let Some(m) = node.matrix {
-        // Column after column; the fourth row is (0, 0, 0, 1) by the specification.
-        return Matrix([0, 4, 8, 12].map(|c| [m[c], m[c + 1], m[c + 2]].map(f64::from)));
-    }
-    let rotation = node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0);
-    let (translation, scale) = (node.translation.unwrap_or([0.0; 3]), node.scale.unwrap_or([1.0; 3]));
-    Matrix::of_parts(translation.map(f64::from), rotation.map(f64::from), scale.map(f64::from))
+/// Where the origin of a node is in its parent, in double precision: as the file says it, not as the crate keeps it.
+#[derive(Clone, Copy, Default, Deserialize)]
+pub(super) struct ExactNode {
+    translation: Option<[f64; 3]>,
+    matrix: Option<[f64; 16]>,
 }
 
-/// A part of it, of a node without a matrix.
-fn part(node: &Node, target: Target) -> Matrix {
-    let parts = match target {
-        Target::Translation => Node { translation: node.translation, ..Node::default() },
-        Target::Rotation => Node { rotation: node.rotation, ..Node::default() },
-        Target::Scale => Node { scale: node.scale, ..Node::default() },
-    };
-    local(&parts)
+impl ExactNode {
+    /// Those of a file; none where it is not as it should be.
+    pub(super) fn all(json: &[u8]) -> Option<Vec<ExactNode>> {
+        #[derive(Deserialize)]
+        struct Nodes {
+            nodes: Vec<ExactNode>,
+        }
+        serde_json::from_slice(json).ok().map(|Nodes { nodes }| nodes)
+    }
+}
+
+/// A node and where it is.
+struct Local<'a> {
+    node: &'a Node,
+    exact: Option<&'a ExactNode>,
+}
+
+impl Local<'_> {
+    fn translation(&self) -> [f64; 3] {
+        let rounded = || self.node.translation.map(|t| t.map(f64::from));
+        self.exact.and_then(|exact| exact.translation).or_else(rounded).unwrap_or([0.0; 3])
+    }
+
+    fn rotation(&self) -> [f64; 4] {
+        self.node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0.map(f64::from))
+    }
+
+    fn scale(&self) -> [f64; 3] {
+        self.node.scale.map_or([1.0; 3], |s| s.map(f64::from))
+    }
+
+    /// From a node to its parent: its matrix, or scale, then rotation, then translation.
+    fn whole(&self) -> Matrix {
+        let Some(m) = self.node.matrix else {
+            return Matrix::of_parts(self.translation(), self.rotation(), self.scale());
+        };
+        // Column after column; the fourth row is (0, 0, 0, 1) by the specification.
+        let mut map = Matrix([0, 4, 8, 12].map(|c| [m[c], m[c + 1], m[c + 2]].map(f64::from)));
+        if let Some(m) = self.exact.and_then(|exact| exact.matrix) {
+            map.0[3] = [m[12], m[13], m[14]];
+        }
+        map
+    }
+
+    /// A part of it, of a node without a matrix.
+    fn part(&self, target: Target) -> Matrix {
+        let (still, turned, one) = ([0.0; 3], [0.0, 0.0, 0.0, 1.0], [1.0; 3]);
+        match target {
+            Target::Translation => Matrix::of_parts(self.translation(), turned, one),
+            Target::Rotation => Matrix::of_parts(still, self.rotation(), one),
+            Target::Scale => Matrix::of_parts(still, turned, self.scale()),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -181,7 +235,7 @@ mod tests {
     #[test]
     fn matrices_are_column_after_column() {
         let node = Node { matrix: Some(std::array::from_fn(|i| i as f32)), ..Node::default() };
-        assert_eq!(local(&node).0[3], [12.0, 13.0, 14.0]);
-        assert_eq!(local(&node).0[1], [4.0, 5.0, 6.0]);
+        let map = Local { node: &node, exact: None }.whole();
+        assert_eq!((map.0[3], map.0[1]), ([12.0, 13.0, 14.0], [4.0, 5.0, 6.0]));
     }
 }

@@ -1,5 +1,6 @@
 //! From the keys of a JSON scene to the model: files are read, names become numbers.
 
+use super::OLD_VERSION;
 use super::document::Document;
 use super::fault::quoted;
 use super::format::{ParallelogramEntry, SceneFile, SphereEntry};
@@ -8,13 +9,21 @@ use super::nearest::hint;
 use super::sense;
 use super::texture::{ChannelTextureEntry, TextureEntry};
 use super::tree::{Step, way};
-use crate::error::SceneError;
+use crate::error::{Problem, SceneError};
 use crate::files::loader::Loader;
 use crate::model::{
-    Channel, Material, MaterialTextures, Parallelogram, Sphere, TextureChannel, TextureContent,
+    Channel, LightUnits, Material, MaterialTextures, Parallelogram, Sphere, TextureChannel, TextureContent,
 };
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+
+/// What a scene of the old version is told.
+const OLD_UNITS: &str = "version 1 of the format: its light looks as it did, by \"light-units\": \"plain\" in its \"settings\". \
+                         For physical light write \"eosphor\": 2 and multiply the colours of lights and the radiance of \
+                         lamps by 3.1416 (docs/units.md)";
+
+/// In scenes that state an origin, meshes farther from 0 than so many of their sizes are read with all digits.
+const STATED_APART: f64 = 2.0;
 
 pub(super) struct Builder<'a> {
     pub(super) loader: &'a mut Loader,
@@ -30,14 +39,19 @@ pub(super) struct MaterialNames {
 impl Builder<'_> {
     pub(super) fn build(&mut self, file: SceneFile) -> Result<(), SceneError> {
         if let Some(camera) = &file.camera {
-            sense::check_camera(self.document, camera)?;
+            sense::check_camera(self.document, &self.camera_about_itself(camera))?;
         }
         self.loader.scene.camera = file.camera;
         self.loader.scene.lights = file.lights;
         self.loader.scene.settings = file.settings;
+        let keeps_units = self.keep_old_units(file.version);
         self.loader.scene.animation = file.animation;
         let materials = self.materials(file.materials)?;
-        let origins = self.place_meshes(file.meshes, file.instances, &materials)?;
+        // Who states an origin counts on all digits about it.
+        if file.origin.is_some_and(|origin| origin != [0.0; 3]) {
+            self.loader.apart = STATED_APART;
+        }
+        let (origins, moves) = self.place_meshes(file.meshes, file.instances, &materials, file.origin)?;
         for (i, SphereEntry { center, radius, material }) in file.spheres.into_iter().enumerate() {
             let material = self.material(material, &materials, &way!["spheres", i, "material"])?;
             let material = material.unwrap_or_else(|| self.loader.default_material());
@@ -51,8 +65,34 @@ impl Builder<'_> {
             sense::check_edges(self.document, i, &parallelogram)?;
             self.loader.scene.parallelograms.push(parallelogram);
         }
+        if keeps_units && self.brings_light() {
+            let line = self.document.line_of_version();
+            self.loader.warnings.add(self.document.path, line, OLD_UNITS);
+        }
         let origin = |instance: usize| origins.get(instance).map(|&(list, i)| way![list, i]);
-        self.loader.scene.validate().map_err(|problem| self.document.problem(&problem, origin))
+        let document = self.document;
+        let invalid = |problem: Problem| document.problem(&problem, origin);
+        self.loader.scene.validate().map_err(invalid)?;
+        match self.count_from_origin(file.origin, &moves) {
+            true => self.loader.scene.validate().map_err(invalid),
+            false => Ok(()),
+        }
+    }
+
+    /// Scenes of the old version keep their look: where they do not say what their light is, it is what it was.
+    fn keep_old_units(&mut self, version: u32) -> bool {
+        let settings = self.document.root.get("settings");
+        let old = version == OLD_VERSION && settings.is_none_or(|s| s.get("light-units").is_none());
+        if old {
+            self.loader.scene.settings.light_units = LightUnits::Plain;
+        }
+        old
+    }
+
+    /// Whether units of light matter: the headlight looks the same in all of them.
+    fn brings_light(&self) -> bool {
+        let scene = &self.loader.scene;
+        !scene.lights.is_empty() || scene.has_emissive_triangles()
     }
 
     /// Adds the materials; their names by number.

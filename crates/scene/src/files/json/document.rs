@@ -30,6 +30,11 @@ impl Document<'_> {
         error_at(self.path, self.text, Fault::new(at, message))
     }
 
+    /// The line where the file says its version.
+    pub(super) fn line_of_version(&self) -> Option<u32> {
+        self.root.get("eosphor").map(|version| line_at(self.text, version.at).0)
+    }
+
     /// An error at the value that a path leads to.
     pub(super) fn error_in(&self, path: &[Step], message: impl Into<String>) -> SceneError {
         self.error(self.root.follow(path).at, message)

@@ -14,15 +14,15 @@ use std::path::PathBuf;
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(rename = "Scene", extend("examples" = [{
-    "eosphor": 1,
+    "eosphor": 2,
     "materials": { "red": { "matte": { "color": [0.8, 0.1, 0.1] } } },
     "spheres": [{ "center": [0, 0, 0], "radius": 1, "material": "red" }]
 }]))]
 pub(super) struct SceneFile {
-    /// The version of the format.
+    /// The version of the format: 2. Files of version 1 are read too; their `light-units` are `plain` unless they say so.
     #[serde(rename = "eosphor")]
-    #[schemars(extend("const" = 1))]
-    pub(super) _version: u32,
+    #[schemars(range(min = 1, max = 2))]
+    pub(super) version: u32,
     /// The schema of this format, for editors: `"schema.json"`.
     #[serde(rename = "$schema", default)]
     #[schemars(with = "String")]
@@ -59,6 +59,11 @@ pub(super) struct SceneFile {
     /// What moves.
     #[serde(default)]
     pub(super) animation: Option<Animation>,
+    /// Where single precision counts coordinates from; all keys stay in the coordinates of the file. Where not given, 0,
+    /// or, if the first placed vertex is farther from there than 65,536 sizes of its mesh, a point near that vertex.
+    #[serde(default)]
+    #[schemars(with = "Option<Vector>", extend("examples" = [[500_000, 5_000_000, 0]]))]
+    pub(super) origin: Option<[f64; 3]>,
 }
 
 /// A mesh by file. It is placed once, or, where instances name it, by them alone. A file with several meshes (glTF) is

@@ -6,6 +6,7 @@
 mod build;
 mod check;
 mod document;
+mod far;
 mod fault;
 mod format;
 mod material;
@@ -33,8 +34,11 @@ use tree::{Node, Value};
 pub use reference::scene_reference;
 pub use schema::scene_schema;
 
-/// The version of the format that is read.
-const VERSION: f64 = 1.0;
+/// The version of the format. The one before, [`OLD_VERSION`], differs by the usual units of light.
+const VERSION: f64 = 2.0;
+
+/// Read too: its lights were not physical.
+const OLD_VERSION: u32 = 1;
 
 /// Reads a JSON scene into the loader.
 pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
@@ -57,14 +61,16 @@ pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
 /// The version is looked at before anything else, so that a newer file fails for that and not for a new key.
 fn check_version(root: &Node) -> Result<(), Fault> {
     let Some(version) = root.get("eosphor") else {
-        let message = "this is no Eosphor scene; it needs the key \"eosphor\": 1";
+        let message = "this is no Eosphor scene; it needs the key \"eosphor\": 2";
         return Err(Fault::new(root.at, message));
     };
     match &version.value {
-        Value::Number(number, _) if *number == VERSION => Ok(()),
+        Value::Number(number, _) if *number == VERSION || *number == f64::from(OLD_VERSION) => Ok(()),
         Value::Number(_, word) => {
-            let message =
-                format!("this is version {} of the format; the program reads version {VERSION}", short(word));
+            let message = format!(
+                "this is version {} of the format; the program reads versions {OLD_VERSION} and {VERSION}",
+                short(word)
+            );
             Err(Fault::new(version.at, message))
         }
         _ => Err(Fault::new(version.at, format!("\"eosphor\" must be the version of the format, {VERSION}"))),

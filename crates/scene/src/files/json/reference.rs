@@ -10,6 +10,7 @@ Printed by `eosphor schema --markdown`. [README.md](README.md) shows the format 
 complete and check scenes that say `\"$schema\": \"schema.json\"` ([schema.json](schema.json), printed by `eosphor schema`).
 
 Unknown keys are errors. Keys may be left out unless they are *required*. `colour` may be written for `color` in any key.
+[docs/units.md](../docs/units.md) has the units of light.
 ";
 
 /// The documentation of scene files in Markdown, as `eosphor schema --markdown` prints it.

@@ -19,7 +19,7 @@ fn scenes() -> Option<PathBuf> {
 /// A whole scene around a part of it; what examples name is there.
 fn document(key: &str, part: Value) -> Value {
     let mut whole = json!({
-        "eosphor": 1,
+        "eosphor": 2,
         "materials": { "red": { "matte": { "color": [1, 0, 0] } } },
         "meshes": [{ "file": "chair.obj" }],
     });
@@ -252,7 +252,7 @@ fn the_examples_of_the_tutorial_follow_the_schema() {
         page.split("```json\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     for block in &blocks {
         let whole =
-            if block.starts_with('{') { block.to_string() } else { format!("{{\"eosphor\": 1, {block}}}") };
+            if block.starts_with('{') { block.to_string() } else { format!("{{\"eosphor\": 2, {block}}}") };
         let root = parse::parse(&whole).unwrap_or_else(|e| panic!("{block}: {}", e.message));
         check::check(&RULES, &root).unwrap_or_else(|e| panic!("{block}: {}", e.message));
     }

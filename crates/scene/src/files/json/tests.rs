@@ -4,7 +4,7 @@ use crate::error::SceneError;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene, load_from};
 use crate::flatten::{Moments, SceneData};
-use crate::model::{AlphaMode, Channel, Light, MaterialKind, PixelSampling, TextureContent};
+use crate::model::{AlphaMode, Channel, Light, LightUnits, MaterialKind, PixelSampling, TextureContent};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::texture::{TextureFilter, TextureWrap};
 use std::borrow::Cow;
@@ -31,7 +31,7 @@ fn error(text: &str) -> String {
 fn every_key() {
     let loaded = read(
         r#"{
-        "eosphor": 1,
+        "eosphor": 2,
         "$schema": "schema.json",
         "description": "all keys",
         "camera": {"position": [1, 2, 3], "look-at": [0, 0, 0], "fov-x-degrees": 30,
@@ -87,7 +87,7 @@ fn every_key() {
 #[test]
 fn materials_take_textures_of_all_kinds() {
     let scene = read(
-        r#"{"eosphor": 1, "materials": {
+        r#"{"eosphor": 2, "materials": {
             "leaf": {"pbr": {"color": [1, 0.5, 0], "ior": "water", "solid": true, "attenuation-distance": 2},
                 "textures": {"color": "t.ppm", "opacity": "t.ppm", "emission": "t.ppm", "specular": "t.ppm",
                     "metallic": "t.ppm", "roughness": {"file": "t.ppm", "channel": "red"}, "transmission": "t.ppm",
@@ -117,7 +117,7 @@ fn materials_take_textures_of_all_kinds() {
 #[test]
 fn texture_coordinates_are_scaled_then_turned_then_moved() {
     let scene = read(
-        r#"{"eosphor": 1, "materials": {"a": {"matte": {"color": [1, 1, 1]}, "texture": {"file": "t.ppm",
+        r#"{"eosphor": 2, "materials": {"a": {"matte": {"color": [1, 1, 1]}, "texture": {"file": "t.ppm",
             "scale": [2, 3], "rotate-degrees": 90, "offset": [10, 20], "wrap-u": "mirror"}},
             "b": {"matte": {"color": [1, 1, 1]}, "texture": {"file": "t.ppm", "wrap": "mirror"}}}}"#,
     )
@@ -140,19 +140,48 @@ fn texture_coordinates_are_scaled_then_turned_then_moved() {
 #[test]
 fn cameras_and_transforms_have_short_forms() {
     let camera =
-        |text: &str| read(&format!("{{\"eosphor\": 1, \"camera\": {text}}}")).unwrap().scene.camera.unwrap();
+        |text: &str| read(&format!("{{\"eosphor\": 2, \"camera\": {text}}}")).unwrap().scene.camera.unwrap();
     assert_eq!(camera(r#"{"fov-y-degrees": 30}"#).fov_y_degrees, Some(30.0));
     assert_eq!(
         camera(r#"{"orthographic-height": 3, "look-at": null, "direction": [1, 0, 0]}"#).direction.x,
         1.0
     );
-    let scene = read(r#"{"eosphor": 1, "meshes": [{"file": "models/tri.obj", "transform": {"scale": -2}}]}"#);
+    let scene = read(r#"{"eosphor": 2, "meshes": [{"file": "models/tri.obj", "transform": {"scale": -2}}]}"#);
     assert_eq!(scene.unwrap().scene.instances[0].world_from_object.scale, vec3(-2.0, -2.0, -2.0));
+}
+
+/// Scenes of the first version keep their look, and are told so once, where it makes a difference.
+#[test]
+fn the_old_version_has_its_old_units_of_light() {
+    const LIT: &str = r#""lights": [{"point": {"position": [0, 1, 0], "color": [1, 1, 1]}}]"#;
+    const LAMP: &str = r#""materials": {"lamp": {"emissive": {"radiance": [5, 5, 5]}}},
+        "parallelograms": [{"corner": [0, 0, 0], "edge-u": [1, 0, 0], "edge-v": [0, 1, 0], "material": "lamp"}]"#;
+    const BALL: &str = r#""spheres": [{"center": [0, 0, 0], "radius": 1}]"#;
+    let units = |version: u32, part: &str| {
+        let loaded = read(&format!("{{\n\"eosphor\": {version}, {part}}}")).unwrap();
+        let notes: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+        (loaded.scene.settings.light_units, notes)
+    };
+    for part in [LIT, LAMP] {
+        let (old, notes) = units(1, part);
+        assert_eq!((old, notes.len()), (LightUnits::Plain, 1), "{notes:?}");
+        let start = "dir/s.json:2: version 1 of the format: its light looks as it did";
+        assert!(notes[0].starts_with(start) && notes[0].contains("docs/units.md"), "{notes:?}");
+        assert_eq!(units(2, part), (LightUnits::Physical, vec![]));
+    }
+    assert_eq!(units(1, BALL), (LightUnits::Plain, vec![]));
+    // Who says it needs no telling.
+    for (word, units_said) in [("plain", LightUnits::Plain), ("physical", LightUnits::Physical)] {
+        for version in [1, 2] {
+            let said = format!(r#"{LIT}, "settings": {{"light-units": "{word}"}}"#);
+            assert_eq!(units(version, &said), (units_said, vec![]));
+        }
+    }
 }
 
 /// A scene with a part in its second line.
 fn scene_of(part: &str) -> String {
-    format!("{{\"eosphor\": 1,\n{part}}}")
+    format!("{{\"eosphor\": 2,\n{part}}}")
 }
 
 /// Reads a scene with such a part, in which a mark stands at the place of the error.
@@ -170,20 +199,20 @@ fn assert_wrong(marked: &str, message: &str) {
 #[test]
 fn files_that_are_no_scenes() {
     for (text, expected) in [
-        ("{}", "dir/s.json:1:1: this is no Eosphor scene; it needs the key \"eosphor\": 1"),
-        ("[]", "dir/s.json:1:1: this is no Eosphor scene; it needs the key \"eosphor\": 1"),
+        ("{}", "dir/s.json:1:1: this is no Eosphor scene; it needs the key \"eosphor\": 2"),
+        ("[]", "dir/s.json:1:1: this is no Eosphor scene; it needs the key \"eosphor\": 2"),
         ("", "dir/s.json:1:1: the file is empty"),
         (
-            "{\n\"eosphor\": 2, \"new\": 1}",
-            "dir/s.json:2:12: this is version 2 of the format; the program reads version 1",
+            "{\n\"eosphor\": 3, \"new\": 1}",
+            "dir/s.json:2:12: this is version 3 of the format; the program reads versions 1 and 2",
         ),
-        ("{\n\"eosphor\": \"1\"}", "dir/s.json:2:12: \"eosphor\" must be the version of the format, 1"),
-        ("{\"eosphor\": 1,\n \"x\": }", "dir/s.json:2:7: a value is missing here"),
-        ("\u{feff}{\"eosphor\": 1,\n}", "dir/s.json:2:1: the comma before this } is one too many"),
+        ("{\n\"eosphor\": \"1\"}", "dir/s.json:2:12: \"eosphor\" must be the version of the format, 2"),
+        ("{\"eosphor\": 2,\n \"x\": }", "dir/s.json:2:7: a value is missing here"),
+        ("\u{feff}{\"eosphor\": 2,\n}", "dir/s.json:2:1: the comma before this } is one too many"),
     ] {
         assert_eq!(error(text), expected, "{text}");
     }
-    assert!(read("\u{feff}{\"eosphor\": 1}").is_ok());
+    assert!(read("\u{feff}{\"eosphor\": 2}").is_ok());
     let files = vec![(PathBuf::from("s.json"), Cow::Borrowed(&b"{\n\"a\xff"[..]))];
     let problem = load_from(Source::Memory(files), Path::new("s.json"), &LoadOptions::default()).unwrap_err();
     assert_eq!(problem.to_string(), "s.json:2:3: the file is not UTF-8 text; save it as UTF-8");
@@ -433,7 +462,7 @@ fn wrong_contents_name_the_place() {
 
 #[test]
 fn errors_show_the_line() {
-    let text = "{\n  \"eosphor\": 1,\n\t\"settings\": {\"depth\": 65}\n}";
+    let text = "{\n  \"eosphor\": 2,\n\t\"settings\": {\"depth\": 65}\n}";
     let problem = read(text).unwrap_err();
     let shown = problem.snippet().unwrap().to_string();
     assert_eq!(shown, " 3 |  \"settings\": {\"depth\": 65}\n   |                        ^");
@@ -469,7 +498,7 @@ fn moves_are_applied_in_order() {
     let mesh = r#""meshes": [{"file": "models/tri.obj", "moves": [{"keys": [
         {"seconds": 0, "translate": [1, 0, 0]}, {"seconds": 1, "translate": [2, 0, 0]}]}]}]"#;
     let scene = read(&format!(
-        r#"{{"eosphor": 1, {mesh}, "animation": {{"frames": 2, "fps": 1}},
+        r#"{{"eosphor": 2, {mesh}, "animation": {{"frames": 2, "fps": 1}},
         "instances": [{{"mesh": "tri", "transform": {{"scale": 3}},
                         "moves": [{{"keys": [{{"seconds": 0, "scale": 2, "rotate-degrees": [0, 0, 90]}}]}}]}}]}}"#
     ))
@@ -490,7 +519,7 @@ fn moves_are_applied_in_order() {
         (r#"[{"key": []}]"#, "unknown key \"key\""),
     ] {
         let text = format!(
-            "{{\"eosphor\": 1,\n\"meshes\": [{{\"file\": \"models/tri.obj\"}}],\n\
+            "{{\"eosphor\": 2,\n\"meshes\": [{{\"file\": \"models/tri.obj\"}}],\n\
              \"instances\": [{{\"mesh\": \"tri\", \"moves\": {moves}}}]}}"
         );
         let message = error(&text);

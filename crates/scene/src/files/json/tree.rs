@@ -73,6 +73,18 @@ impl<'a> Node<'a> {
         }
     }
 
+    /// The value at the end of a path, if there is one.
+    pub(super) fn at_end(&self, path: &[Step]) -> Option<&Node<'a>> {
+        path.iter().try_fold(self, |node, &step| node.step(step))
+    }
+
+    /// As many numbers.
+    pub(super) fn numbers<const N: usize>(&self) -> Option<[f64; N]> {
+        let Value::List(items) = &self.value else { return None };
+        let number = |item: &Node| if let Value::Number(x, _) = item.value { Some(x) } else { None };
+        items.iter().map(number).collect::<Option<Vec<f64>>>()?.try_into().ok()
+    }
+
     /// The value at the end of a path, or the last on the way to it.
     pub(super) fn follow(&self, path: &[Step]) -> &Node<'a> {
         let mut node = self;

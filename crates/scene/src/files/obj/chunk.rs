@@ -1,5 +1,6 @@
 //! What a piece of an OBJ file holds.
 
+use crate::files::polygon::Polygon;
 use crate::model::Triangle;
 use eosphor_core::math::Vec3;
 use std::borrow::Cow;
@@ -38,14 +39,6 @@ pub(super) struct Chunk {
     pub(super) end: End,
     /// How many lines were read.
     pub(super) lines: u32,
-}
-
-/// A face of more than three corners: a run of triangles, made as a fan.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Polygon {
-    pub(super) first_triangle: u32,
-    /// Two less than its corners.
-    pub(super) triangles: u32,
 }
 
 /// The smoothing group of the triangles from here on; 0 is none.

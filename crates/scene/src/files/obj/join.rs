@@ -1,11 +1,14 @@
 //! Reads the pieces of an OBJ file in parallel and joins them in the file's order. What comes out depends neither on
 //! the number of threads nor on where the file is cut.
 
-use super::chunk::{Chunk, Counts, End, KINDS, Largest, Polygon, Smoothing};
+use super::chunk::{Chunk, Counts, End, KINDS, Largest, Smoothing};
 use super::reader::{self, WHITE};
 use super::{lines, polygons, smoothing};
 use crate::error::{Place, SceneError};
+use crate::files::polygon::Polygon;
 use crate::files::warnings::Warnings;
+use crate::files::winding::{Mended, follow_normals};
+use crate::model::origin::of_triangles;
 use crate::model::{Mesh, NO_INDEX, Triangle};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -25,31 +28,75 @@ pub(super) struct ObjFile {
     pub(super) uses_no_material: bool,
     /// Arguments of `mtllib` with their lines.
     pub(super) libraries: Vec<(Vec<u8>, u32)>,
+    /// Where the mesh's coordinates are counted from, in those of the file.
+    pub(super) origin: [f64; 3],
+    /// Faces of more than three corners, until [`ObjFile::finish_faces`].
+    polygons: Vec<Polygon>,
+    smoothing: Vec<Smoothing>,
+}
+
+impl ObjFile {
+    /// What can be done with faces only when all is read: winding, concave polygons, normals. `is_lamp` tells whether the
+    /// material of a number here shines.
+    pub(super) fn finish_faces(&mut self, is_lamp: impl Fn(u32) -> bool + Sync) -> Mended {
+        let (polygons, smoothing) = (std::mem::take(&mut self.polygons), std::mem::take(&mut self.smoothing));
+        let mended = follow_normals(&mut self.mesh, &polygons, is_lamp);
+        polygons::triangulate(&polygons, &self.mesh.positions, &mut self.mesh.triangles);
+        smoothing::add_normals(&smoothing, &polygons, &mut self.mesh);
+        mended
+    }
 }
 
 /// The number of no material.
 pub(super) const NO_MATERIAL: u32 = 0;
 
-/// Reads an OBJ file.
-pub(super) fn parse(bytes: &[u8], path: &Path, warnings: &mut Warnings) -> Result<ObjFile, SceneError> {
-    parse_pieces(bytes, CHUNK, path, warnings)
+/// Reads an OBJ file. What lies more than so many of its own sizes from 0 keeps its digits.
+pub(super) fn parse(
+    bytes: &[u8],
+    sizes: f64,
+    path: &Path,
+    warnings: &mut Warnings,
+) -> Result<ObjFile, SceneError> {
+    parse_pieces(bytes, CHUNK, sizes, path, warnings)
 }
 
-/// Reads an OBJ file in pieces of about a size.
+/// Reads an OBJ file in pieces of about a size. One that lies more than so many of its own sizes from 0 is read again, in
+/// double precision and about a point of its own; and once more where only that shows how small it is.
 pub(super) fn parse_pieces(
+    bytes: &[u8],
+    size: usize,
+    sizes: f64,
+    path: &Path,
+    warnings: &mut Warnings,
+) -> Result<ObjFile, SceneError> {
+    let mut file = parse_about([0.0; 3], bytes, size, path, warnings)?;
+    for _ in 0..2 {
+        let origin = of_triangles(&file.mesh.positions, &file.mesh.triangles, file.origin, sizes);
+        if origin == file.origin {
+            break;
+        }
+        drop(file);
+        // All that is odd has been said.
+        file = parse_about(origin, bytes, size, path, &mut Warnings::default())?;
+    }
+    Ok(file)
+}
+
+fn parse_about(
+    origin: [f64; 3],
     bytes: &[u8],
     size: usize,
     path: &Path,
     warnings: &mut Warnings,
 ) -> Result<ObjFile, SceneError> {
     let pieces = lines::cut(lines::without_mark(bytes), size);
-    let mut join = Join::new(path, warnings);
+    let mut join = Join::new(path, warnings, origin);
     let mut counts = Counts::default();
     let mut chunks = Vec::new();
     // Pieces come in waves, so that no more of the file than a wave is held twice. While one is read, the one before
     // it is joined.
     for wave in pieces.chunks(16 * rayon::current_num_threads()) {
-        let (joined, next) = rayon::join(|| join.append(chunks), || read_wave(wave, counts));
+        let (joined, next) = rayon::join(|| join.append(chunks), || read_wave(wave, counts, origin));
         joined?;
         chunks = next;
         for chunk in &chunks {
@@ -66,11 +113,11 @@ fn sum(a: Counts, b: Counts) -> Counts {
 
 /// Reads pieces that follow so many vertices. Few files count back, so that pieces are read without knowing what stands
 /// before them; those which need to know are read again.
-fn read_wave(pieces: &[&[u8]], before: Counts) -> Vec<Chunk> {
+fn read_wave(pieces: &[&[u8]], before: Counts, origin: [f64; 3]) -> Vec<Chunk> {
     let mut chunks: Vec<Chunk> = pieces
         .par_iter()
         .enumerate()
-        .map(|(i, piece)| reader::read(piece, (i == 0).then_some(before)))
+        .map(|(i, piece)| reader::read(piece, (i == 0).then_some(before), origin))
         .collect();
     if chunks.iter().all(|chunk| chunk.end != End::NeedsCounts) {
         return chunks;
@@ -91,7 +138,7 @@ fn read_wave(pieces: &[&[u8]], before: Counts) -> Vec<Chunk> {
     let starts: Vec<Counts> = starts.collect();
     chunks.par_iter_mut().zip(pieces).zip(starts).for_each(|((chunk, piece), start)| {
         if chunk.end == End::NeedsCounts {
-            *chunk = reader::read(piece, Some(start));
+            *chunk = reader::read(piece, Some(start), origin);
         }
     });
     chunks
@@ -105,14 +152,12 @@ struct Join<'a> {
     material_numbers: HashMap<Vec<u8>, u32>,
     /// In force; into `file.materials`.
     material: u32,
-    polygons: Vec<Polygon>,
-    smoothing: Vec<Smoothing>,
     largest: [Largest; 3],
     lines: u32,
 }
 
 impl<'a> Join<'a> {
-    fn new(path: &'a Path, warnings: &'a mut Warnings) -> Join<'a> {
+    fn new(path: &'a Path, warnings: &'a mut Warnings, origin: [f64; 3]) -> Join<'a> {
         Join {
             path,
             warnings,
@@ -121,11 +166,12 @@ impl<'a> Join<'a> {
                 materials: vec![(Vec::new(), 0)],
                 uses_no_material: false,
                 libraries: Vec::new(),
+                origin,
+                polygons: Vec::new(),
+                smoothing: Vec::new(),
             },
             material_numbers: HashMap::from([(Vec::new(), NO_MATERIAL)]),
             material: NO_MATERIAL,
-            polygons: Vec::new(),
-            smoothing: Vec::new(),
             largest: [Largest::default(); 3],
             lines: 0,
         }
@@ -171,13 +217,13 @@ impl<'a> Join<'a> {
         mesh.triangles.extend(chunk.triangles.iter().map(in_file));
         self.fits()?;
         let first_triangle = first_triangle as u32;
-        self.polygons.extend(
+        self.file.polygons.extend(
             chunk
                 .polygons
                 .iter()
                 .map(|p| Polygon { first_triangle: first_triangle + p.first_triangle, ..*p }),
         );
-        self.smoothing.extend(
+        self.file.smoothing.extend(
             chunk
                 .smoothing
                 .iter()
@@ -231,8 +277,6 @@ impl<'a> Join<'a> {
         if mesh.triangles.is_empty() {
             self.warnings.add(self.path, None, "there is nothing to see: the file has no faces");
         }
-        polygons::triangulate(&self.polygons, &mesh.positions, &mut mesh.triangles);
-        smoothing::add_normals(&self.smoothing, &self.polygons, mesh);
         Ok(self.file)
     }
 

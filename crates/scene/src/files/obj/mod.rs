@@ -1,8 +1,9 @@
 //! Wavefront OBJ with its MTL materials.
 //!
 //! The way of an OBJ file: bytes → pieces (`lines`) → chunks, read in parallel (`reader`, and `plain` for what is
-//! written plainly) → one mesh (`join`) → triangles of concave polygons (`polygons`) and normals of smoothing groups
-//! (`smoothing`). Then its materials are looked up (`materials`), which come from MTL files (`mtl`, `map`).
+//! written plainly) → one mesh (`join`). Then its materials are looked up (`materials`), which come from MTL files
+//! (`mtl`, `map`). Last come winding (`files/winding.rs`), triangles of concave polygons (`polygons`) and normals of
+//! smoothing groups (`smoothing`).
 
 mod chunk;
 mod join;
@@ -39,7 +40,7 @@ const ZERO_BYTE: &str =
 pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
     let bytes = loader.read(path)?;
     check_text(&bytes).map_err(|message| SceneError::invalid(Place::file(path), message))?;
-    let mut file = join::parse(&bytes, path, &mut loader.warnings)?;
+    let mut file = join::parse(&bytes, loader.apart, path, &mut loader.warnings)?;
     drop(bytes);
 
     let library = Library::read(loader, path, &file.libraries);
@@ -58,13 +59,19 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
             None => *default.get_or_insert_with(|| default_material(loader, !file.mesh.colors.is_empty())),
         });
     }
+    let shines: Vec<bool> = numbers.iter().map(|&n| shines(loader, n)).collect();
+    let mended = file.finish_faces(|material| shines[material as usize]);
+    if let Some(note) = mended.note() {
+        loader.warnings.add(path, None, note);
+    }
     if numbers.iter().enumerate().any(|(i, &number)| i != number as usize) {
         file.mesh.triangles.par_iter_mut().for_each(|t| t.material = numbers[t.material as usize]);
     }
 
     file.mesh.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     loader.scene.meshes.push(file.mesh);
-    Ok(vec![Instance::new(loader.scene.meshes.len() as u32 - 1, Transform::default())])
+    let placed = Transform { offset: file.origin, ..Transform::default() };
+    Ok(vec![Instance::new(loader.scene.meshes.len() as u32 - 1, placed)])
 }
 
 /// Tells other files by their first bytes; what comes later is met by the readers of lines.
@@ -75,6 +82,13 @@ fn check_text(bytes: &[u8]) -> Result<(), &'static str> {
     match memchr(0, &bytes[..bytes.len().min(1 << 16)]) {
         Some(_) => Err(ZERO_BYTE),
         None => Ok(()),
+    }
+}
+
+fn shines(loader: &Loader, material: u32) -> bool {
+    match loader.scene.materials.get(material as usize).map(|m| &m.kind) {
+        Some(MaterialKind::Mtl(mtl)) => mtl.Ke.max_component() > 0.0,
+        _ => false,
     }
 }
 

@@ -24,6 +24,11 @@ pub(super) fn number(word: &[u8]) -> Number {
     }
 }
 
+/// The same word, which is known to be a number, in double precision.
+pub(super) fn exact_number(word: &[u8]) -> f64 {
+    fast_float2::parse_partial::<f64, _>(word).map_or(0.0, |(x, _)| x)
+}
+
 /// A whole number with an optional sign; saturates instead of overflowing.
 pub(super) fn whole_number(word: &[u8]) -> Option<i64> {
     let (negative, digits) = match word {

@@ -2,6 +2,7 @@
 
 use super::join::{ObjFile, parse_pieces};
 use crate::files::warnings::Warnings;
+use crate::model::origin::APART;
 use proptest::prelude::*;
 use std::path::Path;
 
@@ -9,11 +10,15 @@ use std::path::Path;
 fn said(text: &str, size: usize) -> String {
     let path = Path::new("a.obj");
     let mut warnings = Warnings::default();
-    let result = parse_pieces(text.as_bytes(), size, path, &mut warnings);
+    let result = parse_pieces(text.as_bytes(), size, APART, path, &mut warnings);
     let list: Vec<String> = warnings.finish(path).iter().map(|w| w.to_string()).collect();
     match result {
-        Ok(ObjFile { mesh, materials, uses_no_material, libraries }) => {
-            format!("{mesh:?}\n{materials:?} {uses_no_material}\n{libraries:?}\n{list:#?}")
+        Ok(mut file) => {
+            let mended = file.finish_faces(|material| material == 1);
+            let ObjFile { mesh, materials, uses_no_material, libraries, origin, .. } = file;
+            format!(
+                "{mesh:?}\n{materials:?} {uses_no_material}\n{libraries:?}\n{list:#?}\n{mended:?} {origin:?}"
+            )
         }
         Err(error) => error.to_string(),
     }

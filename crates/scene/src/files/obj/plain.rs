@@ -25,7 +25,7 @@ impl Reader {
     #[inline(always)]
     fn plain_line<'a>(&mut self, line: &'a [u8]) -> Result<Option<&'a [u8]>, End> {
         Ok(match *line {
-            [b'v', b' ' | b'\t', ..] => self.plain_position(&line[1..]),
+            [b'v', b' ' | b'\t', ..] if self.is_near() => self.plain_position(&line[1..]),
             [b'v', b't', b' ' | b'\t', ..] => self.plain_uv(&line[2..]),
             [b'v', b'n', b' ' | b'\t', ..] => self.plain_normal(&line[2..]),
             [b'f', b' ' | b'\t', ..] => return self.plain_face(&line[1..]),

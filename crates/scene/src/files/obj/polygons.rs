@@ -7,7 +7,8 @@
 //! to the polygon's own. So if no triangle turns against a simple polygon, together they cover its inside once and
 //! nothing else.
 
-use super::chunk::{Corner, Polygon, corner, triangle};
+use super::chunk::{Corner, corner, triangle};
+use crate::files::polygon::Polygon;
 use crate::model::Triangle;
 use eosphor_core::math::Vec3;
 use rayon::prelude::*;

@@ -1,9 +1,10 @@
 //! Reads a piece of an OBJ file. Plain lines go the fast way ([`super::plain`]), all others this one, which knows
 //! everything.
 
-use super::chunk::{Chunk, Corner, Counts, End, KINDS, Largest, Polygon, Smoothing, triangle};
+use super::chunk::{Chunk, Corner, Counts, End, KINDS, Largest, Smoothing, triangle};
 use super::lines::{Lines, split_key, text, words};
-use super::number::{Number, number, whole_number};
+use super::number::{Number, exact_number, number, whole_number};
+use crate::files::polygon::Polygon;
 use crate::model::{MAX_COORDINATE, NO_INDEX};
 use eosphor_core::math::{elementary64, vec3};
 use memchr::memchr;
@@ -13,10 +14,10 @@ use std::collections::HashMap;
 /// The colour of vertices without one.
 pub(super) const WHITE: [f32; 4] = [1.0; 4];
 
-/// Reads a piece; `before` is what stands before it in the file, where that is known. Lines, points, curves and
-/// unknown words are passed over.
-pub(super) fn read(bytes: &[u8], before: Option<Counts>) -> Chunk {
-    let mut reader = Reader::new(before);
+/// Reads a piece; `before` is what stands before it in the file, where that is known. Positions are counted from
+/// `origin`. Lines, points, curves and unknown words are passed over.
+pub(super) fn read(bytes: &[u8], before: Option<Counts>, origin: [f64; 3]) -> Chunk {
+    let mut reader = Reader::new(before, origin);
     if let Err(end) = reader.lines(bytes) {
         reader.chunk.end = end;
     }
@@ -40,6 +41,8 @@ pub(super) fn count(bytes: &[u8]) -> Counts {
 pub(super) struct Reader {
     pub(super) chunk: Chunk,
     before: Option<Counts>,
+    /// Positions are counted from here, in double precision, where it is not 0.
+    origin: Option<[f64; 3]>,
     /// The line that is being read.
     pub(super) line: u32,
     material_numbers: HashMap<Vec<u8>, u32>,
@@ -49,10 +52,17 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    fn new(before: Option<Counts>) -> Reader {
+    /// Whether positions are counted from 0, in single precision.
+    #[inline(always)]
+    pub(super) fn is_near(&self) -> bool {
+        self.origin.is_none()
+    }
+
+    fn new(before: Option<Counts>, origin: [f64; 3]) -> Reader {
         Reader {
             chunk: Chunk::default(),
             before,
+            origin: (origin != [0.0; 3]).then_some(origin),
             line: 0,
             material_numbers: HashMap::new(),
             corners: Vec::new(),
@@ -109,7 +119,12 @@ impl Reader {
 
     /// `v x y z`, and after it a weight, which is passed over, or a colour, or both.
     fn position(&mut self, rest: &[u8]) -> Result<(), End> {
-        let [x, y, z] = self.numbers("v", rest, 3)?;
+        let mut p = self.numbers("v", rest, 3)?;
+        if let Some(origin) = self.origin {
+            let about = |(word, origin): (&[u8], f64)| (exact_number(word) - origin) as f32;
+            let mut exact = words(rest).zip(origin).map(about);
+            p = p.map(|rounded| exact.next().unwrap_or(rounded));
+        }
         let mut extra = [0.0; 4];
         let mut count = 0;
         for word in words(rest).skip(3).take(4) {
@@ -126,7 +141,7 @@ impl Reader {
             4 => Some([b, c, d]),
             _ => None,
         };
-        self.push_position([x, y, z], color);
+        self.push_position(p, color);
         Ok(())
     }
 

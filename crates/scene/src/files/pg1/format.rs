@@ -101,7 +101,7 @@ pub(super) struct SceneEntry {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CameraEntry {
-    pub(super) pos: Option<Vec3>,
+    pub(super) pos: Option<[f64; 3]>,
     pub(super) up: Option<Vec3>,
     /// The way the camera looks.
     pub(super) dir: Option<Vec3>,
@@ -115,6 +115,6 @@ pub(super) struct CameraEntry {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PointLight {
-    pub(super) pos: Vec3,
+    pub(super) pos: [f64; 3],
     pub(super) color: Vec3,
 }

@@ -8,11 +8,12 @@ mod tests;
 
 use super::loader::Loader;
 use crate::error::SceneError;
-use crate::model::{Camera, Light, NormalMode, PixelSampling, RenderSettings};
+use crate::model::{Camera, Light, NormalMode, PixelSampling, RenderSettings, Scene, double};
 use crate::presets::{Preset, pg1_camera};
 use eosphor_core::settings::LightingModel;
 use fault::{at, problem, wrong};
-use format::{CameraEntry, Config, RenderMode, RenderType, Renderer, SceneEntry, ShadingType, StructureName};
+use format::{CameraEntry, Config, PointLight, RenderMode, RenderType, Renderer, SceneEntry};
+use format::{ShadingType, StructureName};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::f64::consts::PI;
@@ -41,17 +42,21 @@ pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
     let model = find_model(loader, path, &text, &config)?;
     let instances = super::read_model(loader, &model)?;
     loader.scene.instances.extend(instances);
+    let scene = &mut loader.scene;
+    scene.settle_origin();
     let Config { seed, renderer, scene: SceneEntry { camera, point_lights, .. }, .. } = config;
-    loader.scene.lights.extend(point_lights.iter().map(|l| Light::Point { position: l.pos, color: l.color }));
-    loader.scene.camera = camera.as_ref().map(|camera| camera_of(camera, path, &text)).transpose()?;
-    Preset::Pg1.apply(&mut loader.scene);
-    let settings = &mut loader.scene.settings;
+    for PointLight { pos, color } in point_lights {
+        scene.lights.push(Light::Point { position: scene.point_of_file(pos), color });
+    }
+    scene.camera = camera.as_ref().map(|camera| camera_of(camera, scene, path, &text)).transpose()?;
+    Preset::Pg1.apply(scene);
+    let settings = &mut scene.settings;
     settings.seed = seed.unwrap_or(settings.seed);
     set_renderer(settings, &renderer);
     if let Some(camera) = &camera {
         set_film(settings, camera);
     }
-    loader.scene.validate().map_err(|p| problem(path, &text, &p))
+    scene.validate().map_err(|p| problem(path, &text, &p))
 }
 
 /// The model lies beside the configuration, or in the folder that it names.
@@ -68,7 +73,7 @@ fn find_model(loader: &Loader, path: &Path, text: &str, config: &Config) -> Resu
     })
 }
 
-fn camera_of(entry: &CameraEntry, path: &Path, text: &str) -> Result<Camera, SceneError> {
+fn camera_of(entry: &CameraEntry, scene: &Scene, path: &Path, text: &str) -> Result<Camera, SceneError> {
     let default = pg1_camera();
     let fov_x_degrees = match entry.fov {
         None => default.fov_x_degrees,
@@ -79,7 +84,7 @@ fn camera_of(entry: &CameraEntry, path: &Path, text: &str) -> Result<Camera, Sce
         }
     };
     Ok(Camera {
-        position: entry.pos.unwrap_or(default.position),
+        position: scene.point_of_file(entry.pos.unwrap_or_else(|| double(default.position))),
         direction: entry.dir.unwrap_or(default.direction),
         up: entry.up.unwrap_or(default.up),
         fov_x_degrees,

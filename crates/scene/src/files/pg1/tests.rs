@@ -26,8 +26,8 @@ fn load(text: &str) -> Result<LoadedScene, String> {
 fn configurations_are_told_from_scenes() {
     assert!(is_config(br#"{"renderer": {}, "scene": {"source_file": "a.obj"}}"#));
     assert!(is_config("\u{feff}{\"scene\": 1, \"renderer\": 2}".as_bytes()));
-    assert!(!is_config(br#"{"eosphor": 1, "renderer": {}, "scene": {}}"#));
-    assert!(!is_config(br#"{"eosphor": 1}"#) && !is_config(b"{") && !is_config(br#"{"scene": {}}"#));
+    assert!(!is_config(br#"{"eosphor": 2, "renderer": {}, "scene": {}}"#));
+    assert!(!is_config(br#"{"eosphor": 2}"#) && !is_config(b"{") && !is_config(br#"{"scene": {}}"#));
 }
 
 #[test]

@@ -137,6 +137,20 @@ impl<'a> Text<'a> {
     }
 }
 
+impl Text<'_> {
+    #[inline(always)]
+    fn float<F: fast_float2::FastFloat>(&mut self) -> Result<F, String> {
+        self.skip_blanks();
+        if let Ok((number, length)) = fast_float2::parse_partial::<F, _>(self.rest)
+            && self.at_word_end(&self.rest[length..])
+        {
+            self.rest = &self.rest[length..];
+            return Ok(number);
+        }
+        Err(format!("\"{}\" is not a number", text(self.word()?)))
+    }
+}
+
 impl Values for Text<'_> {
     fn start_row(&mut self) -> Result<(), String> {
         loop {
@@ -151,14 +165,12 @@ impl Values for Text<'_> {
 
     #[inline]
     fn number(&mut self, _: Scalar) -> Result<f32, String> {
-        self.skip_blanks();
-        if let Ok((number, length)) = fast_float2::parse_partial::<f32, _>(self.rest)
-            && self.at_word_end(&self.rest[length..])
-        {
-            self.rest = &self.rest[length..];
-            return Ok(number);
-        }
-        Err(format!("\"{}\" is not a number", text(self.word()?)))
+        self.float()
+    }
+
+    #[inline]
+    fn exact(&mut self, _: Scalar) -> Result<f64, String> {
+        self.float()
     }
 
     #[inline]

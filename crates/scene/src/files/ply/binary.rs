@@ -56,7 +56,10 @@ fn read_element<'a, const LITTLE: bool>(
     if element.kind == Kind::Other || rows == 0 {
         return Ok((part, after));
     }
-    if LITTLE && let Some(part) = fast::read(own, element, size, plan)? {
+    if LITTLE
+        && plan.is_near()
+        && let Some(part) = fast::read(own, element, size, plan)?
+    {
         return Ok((part, after));
     }
     let rows_a_chunk = (CHUNK / size).max(1);
@@ -122,6 +125,15 @@ impl<const LITTLE: bool> Values for Bytes<'_, LITTLE> {
             Scalar::F32 => f32::from_le_bytes(self.take()?),
             Scalar::F64 => f64::from_le_bytes(self.take()?) as f32,
             _ => self.whole(scalar)? as f32,
+        })
+    }
+
+    #[inline]
+    fn exact(&mut self, scalar: Scalar) -> Result<f64, String> {
+        Ok(match scalar {
+            Scalar::F64 => f64::from_le_bytes(self.take()?),
+            Scalar::F32 => f32::from_le_bytes(self.take()?).into(),
+            _ => self.whole(scalar)? as f64,
         })
     }
 

@@ -13,7 +13,9 @@ mod scalar;
 mod tests;
 
 use super::loader::Loader;
+use super::winding::follow_normals;
 use crate::error::{Place, SceneError};
+use crate::model::origin::of_triangles;
 use crate::model::{
     AlphaMode, Instance, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Texture, Transform, Triangle,
 };
@@ -31,20 +33,25 @@ const COLORS_NAME: &str = "vertex colors";
 pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
     let bytes = loader.read(path)?;
     let header = header::parse(&bytes, path, &mut loader.warnings)?;
-    let plan = Plan::of(&header);
+    let mut plan = Plan::of(&header);
     if !plan.positions {
         return Err(at(path, None, "there is no element \"vertex\" with the properties x, y and z"));
     }
     let body = &bytes[header.size..];
-    let read = match header.encoding {
-        Encoding::Ascii => ascii::read_body(body, &header, &plan),
-        _ => binary::read_body(body, &header, &plan),
-    };
-    let part = read.map_err(|Fault { line, message }| at(path, line, message))?;
-    check_indices(&part, path)?;
+    let mut part = read_part(body, &header, &plan, path)?;
+    // What lies far from 0 is read again about a point of its own; and once more where only that shows how small it is.
+    for _ in 0..2 {
+        let origin = of_triangles(&part.positions, &part.triangles, plan.origin, loader.apart);
+        if origin == plan.origin {
+            break;
+        }
+        drop(part);
+        plan.origin = origin;
+        part = read_part(body, &header, &plan, path)?;
+    }
     say_oddities(loader, path, &header, &plan, &part);
 
-    let Part { positions, normals, mut colors, uvs, corner_uvs, mut triangles, .. } = part;
+    let Part { positions, normals, mut colors, uvs, corner_uvs, mut triangles, polygons, .. } = part;
     let opacity = opacity(&mut colors);
     if opacity == Opacity::None {
         loader.warnings.add(
@@ -58,9 +65,23 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
     number_materials(&mut triangles, &materials);
     let uvs = if plan.corner_uvs { corner_uvs } else { uvs };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let mesh = Mesh { name, positions, normals, uvs, uvs1: Vec::new(), colors, triangles };
+    let mut mesh = Mesh { name, positions, normals, uvs, uvs1: Vec::new(), colors, triangles };
+    if let Some(note) = follow_normals(&mut mesh, &polygons, |_| false).note() {
+        loader.warnings.add(path, None, note);
+    }
     loader.scene.meshes.push(mesh);
-    Ok(vec![Instance::new(loader.scene.meshes.len() as u32 - 1, Transform::default())])
+    let placed = Transform { offset: plan.origin, ..Transform::default() };
+    Ok(vec![Instance::new(loader.scene.meshes.len() as u32 - 1, placed)])
+}
+
+fn read_part(body: &[u8], header: &Header, plan: &Plan, path: &Path) -> Result<Part, SceneError> {
+    let read = match header.encoding {
+        Encoding::Ascii => ascii::read_body(body, header, plan),
+        _ => binary::read_body(body, header, plan),
+    };
+    let part = read.map_err(|Fault { line, message }| at(path, line, message))?;
+    check_indices(&part, path)?;
+    Ok(part)
 }
 
 fn at(path: &Path, line: Option<u32>, message: impl Into<String>) -> SceneError {

@@ -2,6 +2,7 @@
 
 use super::role::{COLOR, Kind, NORMAL, POSITION, Plan, SLOTS, UV};
 use super::rows::Fault;
+use crate::files::polygon::Polygon;
 use crate::model::{MAX_COORDINATE, NO_INDEX, Triangle};
 use eosphor_core::math::{Vec3, vec3};
 
@@ -18,6 +19,8 @@ pub(super) struct Part {
     pub(super) corner_uvs: Vec<[f32; 2]>,
     /// [`Triangle::material`] is the number of a picture here.
     pub(super) triangles: Vec<Triangle>,
+    /// Faces of more than three corners.
+    pub(super) polygons: Vec<Polygon>,
     /// The largest index and the face it is of: vertices may come after the faces.
     pub(super) largest: Option<(u32, &'static str, Place)>,
     pub(super) oddities: Oddities,
@@ -80,6 +83,10 @@ impl Part {
         }
         let first_uv = if plan.corner_uvs { self.corner_uvs(indices.len(), corner_uvs)? } else { None };
         let material = u32::try_from(picture).unwrap_or(0);
+        if indices.len() > 3 {
+            let (first_triangle, triangles) = (self.triangles.len() as u32, indices.len() as u32 - 2);
+            self.polygons.push(Polygon { first_triangle, triangles });
+        }
         for k in 1..indices.len() - 1 {
             let positions = [indices[0], indices[k], indices[k + 1]].map(|i| i as u32);
             let mut triangle = triangle(plan, positions, material);
@@ -181,6 +188,9 @@ impl Part {
         join(&mut self.colors, later.colors);
         join(&mut self.uvs, later.uvs);
         join(&mut self.corner_uvs, later.corner_uvs);
+        let (before, more) = (self.polygons.len(), later.polygons);
+        join(&mut self.polygons, more);
+        self.polygons[before..].iter_mut().for_each(|p| p.first_triangle += first_triangle as u32);
         join(&mut self.triangles, later.triangles);
         if has_corner_uvs && first_uv > 0 {
             for uv in self.triangles[first_triangle..].iter_mut().flat_map(|t| &mut t.uvs) {

@@ -90,8 +90,10 @@ impl Role {
 }
 
 /// What the vertices and faces of a file have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Plan {
+    /// Positions are counted from here, in double precision where it is not 0.
+    pub(super) origin: [f64; 3],
     pub(super) positions: bool,
     pub(super) normals: bool,
     pub(super) colors: bool,
@@ -102,6 +104,12 @@ pub(super) struct Plan {
 }
 
 impl Plan {
+    /// Whether positions are counted from 0, in single precision.
+    #[inline(always)]
+    pub(super) fn is_near(&self) -> bool {
+        self.origin == [0.0; 3]
+    }
+
     pub(super) fn of(header: &Header) -> Plan {
         let vertex = header.elements.iter().find(|e| e.kind == Kind::Vertex);
         let number = |slots: std::ops::Range<usize>| {
@@ -110,6 +118,7 @@ impl Plan {
         let any_face = |role: Role| header.elements.iter().any(|e: &Element| e.count > 0 && e.has(role));
         let corner_uvs = any_face(Role::CornerUvs);
         Plan {
+            origin: [0.0; 3],
             positions: number(POSITION..POSITION + 3),
             normals: number(NORMAL..NORMAL + 3),
             colors: vertex.is_some_and(|v| (COLOR..COLOR + 3).all(|slot| v.has(Role::Color(slot)))),

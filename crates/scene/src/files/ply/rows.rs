@@ -3,7 +3,7 @@
 use super::color;
 use super::header::{Element, Shape};
 use super::part::Part;
-use super::role::{Kind, Plan, Role, SLOTS};
+use super::role::{Kind, NORMAL, Plan, Role, SLOTS};
 use super::scalar::Scalar;
 use std::ops::Range;
 
@@ -13,6 +13,8 @@ pub(super) trait Values {
     fn start_row(&mut self) -> Result<(), String>;
     /// The next number, rounded to single precision.
     fn number(&mut self, scalar: Scalar) -> Result<f32, String>;
+    /// The next number in double precision.
+    fn exact(&mut self, scalar: Scalar) -> Result<f64, String>;
     /// The next number, which must be whole.
     fn whole(&mut self, scalar: Scalar) -> Result<i64, String>;
     /// Passes over numbers.
@@ -52,7 +54,7 @@ pub(super) fn read<V: Values>(
     // What has no opacity is opaque.
     row.slots[super::role::COLOR + 3] = 1.0;
     for number in rows {
-        let read = read_row(values, element, &mut row).and_then(|()| match element.kind {
+        let read = read_row(values, element, plan, &mut row).and_then(|()| match element.kind {
             Kind::Vertex => part.vertex(plan, &row.slots),
             Kind::Face => {
                 part.face(plan, &row.indices, &row.corner_uvs, row.picture, (values.line(), number))
@@ -70,12 +72,16 @@ pub(super) fn read<V: Values>(
 }
 
 #[inline]
-fn read_row<V: Values>(values: &mut V, element: &Element, row: &mut Row) -> Result<(), String> {
+fn read_row<V: Values>(values: &mut V, element: &Element, plan: &Plan, row: &mut Row) -> Result<(), String> {
+    let is_near = plan.is_near();
     values.start_row()?;
     row.indices.clear();
     row.corner_uvs.clear();
     for property in &element.properties {
         match (property.shape, property.role) {
+            (Shape::One(scalar), Role::Number(slot)) if !is_near && slot < NORMAL => {
+                row.slots[slot] = (values.exact(scalar)? - plan.origin[slot]) as f32;
+            }
             (Shape::One(scalar), Role::Number(slot)) => row.slots[slot] = values.number(scalar)?,
             (Shape::One(scalar), Role::Color(slot)) => {
                 let code = values.number(scalar)?;

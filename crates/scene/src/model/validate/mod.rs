@@ -43,6 +43,11 @@ impl Scene {
     /// flattening call it.
     pub fn validate(&self) -> Check {
         self.settings.validate()?;
+        if !self.origin.iter().all(|x| x.abs() <= f64::from(MAX_COORDINATE)) {
+            let message =
+                format!("{:?} is out of range; coordinates must be within {MAX_COORDINATE:e}", self.origin);
+            return Err(Problem::new("origin", message));
+        }
         if let Some(camera) = &self.camera {
             check_camera(camera)?;
         }

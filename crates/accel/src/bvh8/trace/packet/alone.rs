@@ -1,64 +1,66 @@
 //! Rays of a packet that go on one by one.
 
-use super::{Leg, Packet, Query16, arrays, lane_of};
+use super::block::world_ray;
+use super::{Leg, Packet, Query16};
 use crate::bvh8::Child;
 use crate::bvh8::trace::single;
-use crate::bvh8::trace::single_leaf::settle;
 use crate::bvh8::trace::single_ray::SingleRay;
-use crate::bvh8::trace::walk::{ANY, Found, Query};
-use crate::simd::{Float, Kernel, Simd};
-use eosphor_core::ray::{Hit, PrimitiveId, Ray};
+use crate::bvh8::trace::walk::{ANY, Query};
+use crate::simd::{Kernel, Simd};
 use std::mem::MaybeUninit;
 
 /// The rays of a leg as single ones, made when they are first needed.
-pub(super) struct SingleRays {
+pub(super) struct SingleRays<'a> {
     made: u32,
-    rays: [MaybeUninit<SingleRay>; 16],
+    rays: [MaybeUninit<Option<SingleRay<'a>>>; 16],
 }
 
-impl SingleRays {
+impl<'a> SingleRays<'a> {
     #[inline(always)]
-    pub(super) fn none() -> SingleRays {
+    pub(super) fn none() -> SingleRays<'a> {
         SingleRays { made: 0, rays: [const { MaybeUninit::uninit() }; 16] }
     }
 
     /// Makes those of `lanes` that are not there yet.
     #[inline(always)]
-    fn make<S: Simd>(&mut self, leg: &Leg<S>, lanes: u32) {
+    fn make<S: Simd>(&mut self, leg: &Leg<S>, query: &Query16<'a, S>, lanes: u32) {
         let mut missing = lanes & !self.made;
-        if missing == 0 {
-            return;
-        }
         self.made |= missing;
-        let (origin, direction) = (arrays::<S>(&leg.ray.origin), arrays::<S>(&leg.ray.direction));
-        let t_min = leg.ray.t_min.to_array();
+        let instance = &query.bvh.instances[leg.instance as usize];
+        let bounds = &query.bvh.bounds[instance.geometry as usize];
         while missing != 0 {
             let lane = missing.trailing_zeros() as usize & 15;
             missing &= missing - 1;
-            let (o, d) = (lane_of(&origin, lane), lane_of(&direction, lane));
-            self.rays[lane].write(SingleRay::new::<S>(o, d, t_min.as_ref()[lane], leg.extent));
+            let ray = world_ray(leg, lane);
+            self.rays[lane].write(if leg.instance == 0 {
+                SingleRay::of_world::<S>(&ray, leg.extent, bounds)
+            } else {
+                SingleRay::of_object::<S>(&ray, &instance.object_from_world, leg.extent, bounds)
+            });
         }
     }
 
+    /// `None` for a ray that passes by.
+    ///
     /// # Safety
     /// It has been made.
     #[inline(always)]
-    unsafe fn get(&self, lane: usize) -> &SingleRay {
+    unsafe fn get(&self, lane: usize) -> Option<&SingleRay<'a>> {
         debug_assert!(self.made >> lane & 1 == 1);
         // SAFETY: the caller's.
-        unsafe { self.rays[lane].assume_init_ref() }
+        unsafe { self.rays[lane].assume_init_ref() }.as_ref()
     }
 }
 
 impl<S: Simd> Packet<S> {
     /// Goes on with some lanes one by one, from a node of the leg's tree.
     #[inline(always)]
-    pub(super) unsafe fn go_on_alone<const QUERY: Query, const INSTANCES: bool>(
+    pub(super) unsafe fn go_on_alone<'a, const QUERY: Query, const INSTANCES: bool>(
         &mut self,
-        query: &Query16<S>,
+        query: &Query16<'a, S>,
         at: Child,
         leg: &Leg<S>,
-        singles: &mut SingleRays,
+        singles: &mut SingleRays<'a>,
         lanes: u32,
     ) {
         let alone = Alone::<S, QUERY, INSTANCES> { packet: self, query, at, leg, singles, lanes };
@@ -68,26 +70,16 @@ impl<S: Simd> Packet<S> {
 }
 
 /// Lanes that go on one by one: a function of its own, since it is large.
-struct Alone<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: bool> {
+struct Alone<'a, 'b, 'l, S: Simd, const QUERY: Query, const INSTANCES: bool> {
     packet: &'a mut Packet<S>,
     query: &'a Query16<'b, S>,
     at: Child,
-    leg: &'a Leg<S>,
-    singles: &'a mut SingleRays,
+    leg: &'a Leg<'l, S>,
+    singles: &'a mut SingleRays<'b>,
     lanes: u32,
 }
 
-/// A lane of a vector in memory.
-///
-/// # Safety
-/// `lane` is below 16.
-#[inline(always)]
-unsafe fn lane_in<F: Float>(vector: &mut F, lane: usize) -> *mut f32 {
-    // SAFETY: a vector is as many floats one after the other.
-    unsafe { (vector as *mut F).cast::<f32>().add(lane) }
-}
-
-impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_, S, QUERY, INSTANCES> {
+impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_, '_, S, QUERY, INSTANCES> {
     type Output = ();
 
     #[inline(always)]
@@ -95,46 +87,28 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
         let Alone { packet, query, at, leg, singles, mut lanes } = self;
         let bvh = query.bvh;
         if !INSTANCES {
-            singles.make(leg, lanes);
+            singles.make(leg, query, lanes);
         }
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & 15;
             lanes &= lanes - 1;
-            // SAFETY: the lane is below 16; the rest is the caller's.
+            // SAFETY: the lane is below 16, and a vector is as many floats; the rest is the caller's.
             unsafe {
-                let t_max = lane_in(&mut packet.t_max, lane);
-                let best = &mut packet.best;
-                let (u, v) = (lane_in(&mut best.u, lane), lane_in(&mut best.v, lane));
-                let (primitive, instance) =
-                    (lane_in(&mut best.primitive, lane), lane_in(&mut best.instance, lane));
-                let id = PrimitiveId { instance: (*instance).to_bits(), primitive: (*primitive).to_bits() };
-                let hit = Hit { t: *t_max, u: *u, v: *v, id };
-                let mut found = Found { best: hit, ..Found::nothing(hit.t) };
+                let end = &mut *(&raw mut packet.end).cast::<f32>().add(lane);
+                let mut found = packet.best.found(lane, *end);
                 let filter = query.filters[lane];
                 if INSTANCES {
-                    let (origin, direction) = (arrays::<S>(&packet.origin), arrays::<S>(&packet.direction));
-                    let (origin, direction) = (lane_of(&origin, lane), lane_of(&direction, lane));
-                    let t_min = packet.t_min.to_array().as_ref()[lane];
-                    let ray = Ray { origin, t_min, direction, t_max: hit.t };
-                    single::trace_instances::<S, QUERY>(bvh, at, &ray, filter, &mut found);
-                } else {
-                    let world_interval = match &leg.world_interval {
-                        Some((near, far)) => (near.to_array().as_ref()[lane], far.to_array().as_ref()[lane]),
-                        None => (f32::NEG_INFINITY, f32::INFINITY),
-                    };
-                    let place = single::Place { instance: leg.instance, world_interval };
-                    let ray = singles.get(lane);
-                    single::search::<S, QUERY>(bvh, at, ray, &place, filter, &mut found);
-                    settle::<S, QUERY>(bvh, ray, leg.instance, &mut found);
+                    single::trace_instances::<S, QUERY>(bvh, at, &world_ray(leg, lane), filter, &mut found);
+                } else if let Some(ray) = singles.get(lane) {
+                    ray.enter(&mut found);
+                    single::search::<S, QUERY>(bvh, at, ray, leg.instance, filter, &mut found);
                 }
                 if QUERY == ANY {
                     if found.any {
-                        *t_max = f32::NEG_INFINITY;
+                        *end = f32::NEG_INFINITY;
                     }
-                } else if found.best.id != id || found.best.t < hit.t {
-                    (*t_max, *u, *v) = (found.best.t, found.best.u, found.best.v);
-                    *primitive = f32::from_bits(found.best.id.primitive);
-                    *instance = f32::from_bits(found.best.id.instance);
+                } else {
+                    packet.best.take_over(lane, &found, end);
                 }
             }
         }

@@ -1,24 +1,30 @@
 //! Four triangles against sixteen rays.
 
-use super::{Best, LaneFilters, Leg, MaskOf, arrays, lane_of};
+use super::{Best, Leg, MaskOf, Query16};
 use crate::bvh8::TriangleBlock;
-use crate::bvh8::trace::lanes::{ConfirmedV, TriangleV, UNDERFLOW_SLACK};
-use crate::bvh8::trace::walk::{ANY, Query};
+use crate::bvh8::trace::lanes::{StepTriangles, StepV, first_step};
+use crate::bvh8::trace::walk::{ANY, Found, Offer, Query};
+use crate::bvh8::view::Bvh8View;
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
-use eosphor_core::intersect::{LocalRay, PackedTriangle, SMALLEST_DETERMINANT};
+use eosphor_core::intersect::{TriangleHit, UNDERFLOW_SLACK, intersect_precisely};
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 
 /// What is the same for all rays about the triangles of a block: a triangle a lane, in memory.
 struct Shared {
+    e1: [[f32; 4]; 3],
+    e2: [[f32; 4]; 3],
     normal: [[f32; 4]; 3],
-    /// Lengths of the two edges, added and multiplied.
-    sum: [f32; 4],
-    product: [f32; 4],
-    /// For rays from one point, with C the first vertex as seen from there: C × e2 ... turned so that the edge functions
-    /// are products with the direction, and C · normal.
+    /// Times the rays' [`EDGE_SLACK`], more than edge functions can be wrong by.
+    slack: [f32; 4],
+    /// For rays from one point, with C the first vertex as seen from there: C × e2 and C × e1 turned so that the edge
+    /// functions are products with the direction.
     function_u: [[f32; 4]; 3],
     function_v: [[f32; 4]; 3],
-    t: [f32; 4],
 }
+
+/// By how much larger than core's the slack is here, where products are made in another order. It only lets more pass.
+const LARGER: f32 = 2.0;
 
 #[inline(always)]
 fn load3<S: Simd>(v: &[[f32; 4]; 3]) -> Vec3V<S::F4> {
@@ -35,28 +41,35 @@ fn lane3<S: Simd>(v: &[[f32; 4]; 3], lane: usize) -> Vec3V<S::F16> {
     each!(k => S::F16::splat(v[k][lane]))
 }
 
+#[inline(always)]
+fn sum4<S: Simd>(v: &Vec3V<S::F4>) -> S::F4 {
+    v[0].abs().add(v[1].abs()).add(v[2].abs())
+}
+
 impl Shared {
+    /// `farthest` is no less than what any of the rays' origins is away from 0, with the rounding of their space.
     #[inline(always)]
-    fn new<S: Simd>(block: &TriangleBlock, origin: Option<[f32; 3]>) -> Shared {
-        let (e1, e2) = (load3::<S>(&block.e1), load3::<S>(&block.e2));
+    fn new<S: Simd>(block: &TriangleBlock, origin: Option<[f32; 3]>, farthest: f32) -> Shared {
+        let v0 = load3::<S>(&block.v0);
+        let e1 = subtract(&load3::<S>(&block.v1), &v0);
+        let e2 = subtract(&load3::<S>(&block.v2), &v0);
         let normal = cross(&e1, &e2);
-        let (length1, length2) = (S::F4::from_array(&block.length1), S::F4::from_array(&block.length2));
+        let lengths = S::F4::from_array(&block.length1).add(S::F4::from_array(&block.length2));
         let nothing = [[0.0; 4]; 3];
-        let (mut function_u, mut function_v, mut t) = (nothing, nothing, [0.0; 4]);
+        let (mut function_u, mut function_v) = (nothing, nothing);
+        let distance = sum4::<S>(&v0).add(S::F4::splat(farthest)).add(lengths.abs());
         if let Some(origin) = origin {
-            let v0 = load3::<S>(&block.v0);
             let from_origin = subtract(&v0, &each!(k => S::F4::splat(origin[k])));
             function_u = store3::<S>(&cross(&e2, &from_origin));
             function_v = store3::<S>(&cross(&e1, &from_origin));
-            t = dot(&normal, &from_origin).to_array();
         }
         Shared {
+            e1: store3::<S>(&e1),
+            e2: store3::<S>(&e2),
             normal: store3::<S>(&normal),
-            sum: length1.add(length2).to_array(),
-            product: length1.mul(length2).to_array(),
+            slack: S::F4::splat(LARGER).mul(distance).mul(lengths).to_array(),
             function_u,
             function_v,
-            t,
         }
     }
 }
@@ -64,20 +77,24 @@ impl Shared {
 impl<S: Simd> Best<S> {
     /// Tests up to four triangles; whether any ray has a new hit.
     ///
-    /// First lets pass all rays that may meet a triangle before their end: with edges a little further out than in
-    /// `PackedTriangle::test_edges`. Few are left, and core's test decides about each.
+    /// First lets pass all rays that may meet a triangle: with edges a little further out than in core's first step. Few are
+    /// left, and that is computed for these.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "what a walk keeps in registers")]
     pub(super) unsafe fn test_block<const QUERY: Query>(
         &mut self,
-        block: &TriangleBlock,
+        query: &Query16<S>,
+        number: u32,
         leg: &Leg<S>,
-        filters: Option<&LaneFilters<S>>,
         active: MaskOf<S>,
         one_origin: Option<[f32; 3]>,
-        t_max: &mut S::F16,
+        farthest: f32,
+        end: &mut S::F16,
     ) -> bool {
+        // SAFETY: leaves name blocks that the builder made.
+        let block = unsafe { query.bvh.blocks.get_unchecked(number as usize) };
         let ray = &leg.ray;
-        let shared = Shared::new::<S>(block, one_origin);
+        let shared = Shared::new::<S>(block, one_origin, farthest);
         let one_point = one_origin.is_some();
         let mut changed = false;
         let mut lane = 0;
@@ -94,130 +111,221 @@ impl<S: Simd> Best<S> {
                 v = dot(&lane3::<S>(&shared.function_v, lane), &ray.direction);
             } else {
                 let r = cross(&subtract(&lane3::<S>(&block.v0, lane), &ray.origin), &ray.direction);
-                u = dot(&r, &lane3::<S>(&block.e2, lane));
-                v = dot(&r, &lane3::<S>(&block.e1, lane));
+                u = dot(&r, &lane3::<S>(&shared.e2, lane));
+                v = dot(&r, &lane3::<S>(&shared.e1, lane));
             }
             let u = u.xor(sign);
             let v = v.xor(sign.negate());
             let least = u.min(v).min(size.sub(u).sub(v));
-            let slack = ray.edge_slack.fma(S::F16::splat(shared.sum[lane]), S::F16::splat(UNDERFLOW_SLACK));
-            let candidates = slack.negate().le(least).and(active);
+            let slack = ray.edge_slack.fma(S::F16::splat(shared.slack[lane]), S::F16::splat(UNDERFLOW_SLACK));
+            let candidates = active.without(least.lt(slack.negate()));
             if candidates.any() {
-                // Bounds of `t`, for rays that are steep.
-                let t = if one_point {
-                    S::F16::splat(shared.t[lane])
-                } else {
-                    dot(&normal, &subtract(&lane3::<S>(&block.v0, lane), &ray.origin))
+                let (from_origin, distance) = ray.vertex_seen(&lane3::<S>(&block.v0, lane));
+                let triangle = StepTriangles {
+                    e1: lane3::<S>(&shared.e1, lane),
+                    e2: lane3::<S>(&shared.e2, lane),
+                    normal,
+                    length1: S::F16::splat(block.length1[lane]),
+                    length2: S::F16::splat(block.length2[lane]),
+                    from_origin,
+                    distance,
                 };
-                let product = S::F16::splat(shared.product[lane]);
-                let inverse = S::F16::splat(1.0).div(size);
-                let t = t.mul(inverse).xor(sign);
-                let t_slack = ray.t_slack.mul(product.mul(inverse));
-                let (low, high) = (t.sub(t_slack), t.add(t_slack));
-                let late = t_max.lt(low);
-                let early = high.lt(ray.t_min);
-                let steep = ray.steep.fma(product, S::F16::splat(SMALLEST_DETERMINANT)).le(size);
-                let mut mask = candidates.without(late.or(early).and(steep));
-                let primitive = block.primitive[lane];
-                if let Some(filters) = filters {
-                    mask = filters.apply(mask, leg.instance, primitive, determinant);
-                }
-                let sure = slack.le(least).and(steep);
-                if QUERY == ANY {
-                    let hidden = mask.and(sure).and(leg.after.lt(low)).and(high.lt(*t_max));
-                    if hidden.any() {
-                        *t_max = S::F16::splat(f32::NEG_INFINITY).or_else(hidden, *t_max);
-                        changed = true;
-                        mask = mask.without(hidden);
-                    }
-                }
-                if mask.any() {
-                    let triangle = TriangleV {
-                        v0: lane3::<S>(&block.v0, lane),
-                        e1: lane3::<S>(&block.e1, lane),
-                        e2: lane3::<S>(&block.e2, lane),
-                        normal,
-                    };
-                    let mut hits = triangle.confirm(ray, inverse.xor(sign), t, mask, sure);
-                    if hits.unsure.any() {
-                        // SAFETY: the caller's.
-                        unsafe { S::run(Decide { leg, triangle: &block.get(lane), hits: &mut hits }) };
-                    }
-                    changed |= self.offer::<QUERY>(&hits, leg, primitive, t_max);
-                }
+                let step = first_step(&ray.step_rays(), &triangle);
+                let place = number << 2 | lane as u32;
+                // SAFETY: the caller's.
+                changed |= unsafe { self.offer::<QUERY>(query, &step, candidates, leg, place, end) };
             }
             lane += 1;
         }
         changed
     }
 
-    /// Takes hits that count where they are the best; whether there are such.
+    /// Takes what the first step says of a triangle; whether any ray has a new hit.
     #[inline(always)]
-    pub(super) fn offer<const QUERY: Query>(
+    unsafe fn offer<const QUERY: Query>(
         &mut self,
-        hits: &ConfirmedV<S::F16>,
+        query: &Query16<S>,
+        step: &StepV<S::F16>,
+        candidates: MaskOf<S>,
         leg: &Leg<S>,
-        primitive: u32,
-        t_max: &mut S::F16,
+        place: u32,
+        end: &mut S::F16,
     ) -> bool {
-        let (mut counts, t) = (hits.counts, hits.t);
-        if let Some((near, far)) = leg.world_interval {
-            counts = counts.and(near.le(far.min(t)));
+        let block = &query.bvh.blocks[(place >> 2) as usize];
+        let primitive = block.primitive[(place & 3) as usize];
+        let beyond = step.high.lt(leg.ray.t_min).or((*end).lt(step.low)).and(step.is_steep);
+        let mut mask = candidates.without(step.misses.or(beyond));
+        if let Some(filters) = query.lane_filters {
+            mask = filters.apply(mask, leg.instance, primitive, step.sign);
         }
+        let clear = mask.and(step.is_clear);
         if QUERY == ANY {
-            let hidden = counts.and(t.le(*t_max));
-            *t_max = S::F16::splat(f32::NEG_INFINITY).or_else(hidden, *t_max);
-            return hidden.any();
+            *end = S::F16::splat(f32::NEG_INFINITY).or_else(clear, *end);
+            let unclear = mask.without(clear);
+            let mut changed = clear.any();
+            if unclear.any() {
+                let bits = MaskOf::<S>::from_bits(0);
+                let decide = Decide::<S, QUERY> {
+                    query,
+                    step,
+                    leg,
+                    place,
+                    lanes: unclear,
+                    clear: bits,
+                    best: self,
+                    end,
+                };
+                // SAFETY: the caller's.
+                changed |= unsafe { S::run(decide) };
+            }
+            return changed;
         }
-        let (instance_v, primitive_v) =
-            (S::F16::splat(f32::from_bits(leg.instance)), S::F16::splat(f32::from_bits(primitive)));
-        let mut better = counts.and(t.lt(*t_max));
-        let ties = counts.and(t.le(*t_max)).without(better);
-        if ties.any() {
-            let same = instance_v.same_bits(self.instance).and(primitive_v.bits_below(self.primitive));
-            better = better.or(ties.and(instance_v.bits_below(self.instance).or(same)));
+        let better = clear.and(step.high.lt(self.low));
+        let mut changed = better.any();
+        if changed {
+            *end = step.high.or_else(better, *end);
+            self.low = step.low.or_else(better, self.low);
+            self.t = step.t.or_else(better, self.t);
+            self.t_rest = S::F16::splat(UNKNOWN_REST).or_else(better, self.t_rest);
+            self.u = step.u.or_else(better, self.u);
+            self.v = step.v.or_else(better, self.v);
+            self.place = S::F16::splat(f32::from_bits(place)).or_else(better, self.place);
+            self.primitive = S::F16::splat(f32::from_bits(primitive)).or_else(better, self.primitive);
+            self.instance = S::F16::splat(f32::from_bits(leg.instance)).or_else(better, self.instance);
         }
-        *t_max = t.or_else(better, *t_max);
-        self.u = hits.u.or_else(better, self.u);
-        self.v = hits.v.or_else(better, self.v);
-        self.primitive = primitive_v.or_else(better, self.primitive);
-        self.instance = instance_v.or_else(better, self.instance);
-        better.any()
+        // What is not beyond the best hit and not before it, or not clear.
+        let lanes = mask.without(better);
+        if lanes.any() {
+            let decide = Decide::<S, QUERY> { query, step, leg, place, lanes, clear, best: self, end };
+            // SAFETY: the caller's.
+            changed |= unsafe { S::run(decide) };
+        }
+        changed
+    }
+
+    /// A ray's best hit and where it is.
+    #[inline(always)]
+    fn of_lane(&mut self, lane: usize) -> (Hit, u32) {
+        // SAFETY: a vector is sixteen numbers of 32 bits; the lane is below 16.
+        let read = |v: &S::F16| unsafe { *(&raw const *v).cast::<f32>().add(lane) };
+        let id = PrimitiveId {
+            instance: read(&self.instance).to_bits(),
+            primitive: read(&self.primitive).to_bits(),
+        };
+        let (t, t_rest) = (read(&self.t), read(&self.t_rest));
+        let hit = Hit { t, t_rest, u: read(&self.u), v: read(&self.v), id };
+        (hit, read(&self.place).to_bits())
+    }
+
+    /// Replaces it.
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, found: &Found) {
+        // SAFETY: as above.
+        let write = |v: &mut S::F16, x: f32| unsafe { *(&raw mut *v).cast::<f32>().add(lane) = x };
+        let hit = &found.best;
+        write(&mut self.low, found.before);
+        write(&mut self.t, hit.t);
+        write(&mut self.t_rest, hit.t_rest);
+        write(&mut self.u, hit.u);
+        write(&mut self.v, hit.v);
+        write(&mut self.place, f32::from_bits(found.place));
+        write(&mut self.primitive, f32::from_bits(hit.id.primitive));
+        write(&mut self.instance, f32::from_bits(hit.id.instance));
+    }
+
+    /// A ray's search, as one by one; its end is that of its best hit.
+    #[inline(always)]
+    pub(super) fn found(&mut self, lane: usize, end: f32) -> Found {
+        let (best, place) = self.of_lane(lane);
+        // SAFETY: as above.
+        let low = unsafe { *(&raw const self.low).cast::<f32>().add(lane) };
+        let mut found = Found::nothing(best.t);
+        found.take(best, place, low, end);
+        found
+    }
+
+    /// Takes over what a search one by one has found.
+    #[inline(always)]
+    pub(super) fn take_over(&mut self, lane: usize, found: &Found, end: &mut f32) {
+        *end = found.high;
+        self.set_lane(lane, found);
     }
 }
 
-/// Core decides about rays that are not sure, one by one: a function of its own, since it is rare and large.
-struct Decide<'a, S: Simd> {
-    leg: &'a Leg<S>,
-    triangle: &'a PackedTriangle,
-    hits: &'a mut ConfirmedV<S::F16>,
+/// A ray of a leg, in the world.
+#[inline(always)]
+pub(super) fn world_ray<S: Simd>(leg: &Leg<S>, lane: usize) -> Ray {
+    // SAFETY: as above.
+    let read = |v: &S::F16| unsafe { *(&raw const *v).cast::<f32>().add(lane) };
+    let vector = |v: &Vec3V<S::F16>| -> Vec3 { vec3(read(&v[0]), read(&v[1]), read(&v[2])) };
+    Ray {
+        origin: vector(&leg.world.origin),
+        t_min: read(&leg.world.t_min),
+        direction: vector(&leg.world.direction),
+        t_max: read(&leg.world.t_max),
+    }
 }
 
-impl<S: Simd> Kernel for Decide<'_, S> {
-    type Output = ();
+/// Core decides about rays that are not clear, and orders hits that lie close together, one by one: a function of its own,
+/// since it is rare and large.
+struct Decide<'a, 'b, S: Simd, const QUERY: Query> {
+    query: &'a Query16<'b, S>,
+    step: &'a StepV<S::F16>,
+    leg: &'a Leg<'a, S>,
+    place: u32,
+    lanes: MaskOf<S>,
+    clear: MaskOf<S>,
+    best: &'a mut Best<S>,
+    end: &'a mut S::F16,
+}
+
+impl<S: Simd, const QUERY: Query> Kernel for Decide<'_, '_, S, QUERY> {
+    type Output = bool;
 
     #[inline(always)]
-    unsafe fn run<X: Simd>(self) {
-        let Decide { leg, triangle, hits } = self;
-        let (origin, direction) = (arrays::<S>(&leg.ray.origin), arrays::<S>(&leg.ray.direction));
-        let t_min = leg.ray.t_min.to_array();
-        let (mut t, mut u, mut v) = (hits.t.to_array(), hits.u.to_array(), hits.v.to_array());
-        let mut counts = hits.counts.bits();
-        let mut lanes = hits.unsure.bits();
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize & 15;
-            lanes &= lanes - 1;
-            let (o, d) = (lane_of(&origin, lane), lane_of(&direction, lane));
-            let ray = LocalRay::new(o, d, t_min.as_ref()[lane], leg.extent);
-            let hit = triangle.test(&ray, false);
-            counts |= (hit.counts(&ray) as u32) << lane;
-            t.as_mut()[lane] = hit.t;
-            u.as_mut()[lane] = hit.u;
-            v.as_mut()[lane] = hit.v;
+    unsafe fn run<X: Simd>(self) -> bool {
+        let Decide { query, step, leg, place, lanes, clear, best, end } = self;
+        let bvh: &Bvh8View = query.bvh;
+        let triangle = bvh.blocks[(place >> 2) as usize].get((place & 3) as usize);
+        let id = PrimitiveId { instance: leg.instance, primitive: triangle.primitive };
+        let map = (leg.instance != 0).then(|| &bvh.instances[leg.instance as usize].object_from_world);
+        let (t, error) = (step.t.to_array(), step.error.to_array());
+        let (u, v) = (step.u.to_array(), step.v.to_array());
+        let (clear, mut left) = (clear.bits(), lanes.bits());
+        let mut changed = false;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 15;
+            left &= left - 1;
+            let ray = world_ray(leg, lane);
+            let (nearest, _) = best.of_lane(lane);
+            // What has been cut is met again.
+            if QUERY != ANY && nearest.id == id {
+                continue;
+            }
+            let hit = if clear >> lane & 1 == 1 {
+                let (t, t_error, u, v) =
+                    (t.as_ref()[lane], error.as_ref()[lane], u.as_ref()[lane], v.as_ref()[lane]);
+                TriangleHit { meets: true, is_clear: true, t, t_error, t_rest: UNKNOWN_REST, u, v }
+            } else {
+                intersect_precisely(&triangle, &ray, map)
+            };
+            if !hit.meets {
+                continue;
+            }
+            // SAFETY: a vector is sixteen floats.
+            let end = unsafe { &mut *(&raw mut *end).cast::<f32>().add(lane) };
+            if QUERY == ANY {
+                *end = f32::NEG_INFINITY;
+                changed = true;
+                continue;
+            }
+            let mut found = best.found(lane, *end);
+            found.offer::<QUERY>(&Offer { bvh, ray: &ray, hit, id, place });
+            if found.best.id == id {
+                best.take_over(lane, &found, end);
+                changed = true;
+            }
         }
-        hits.counts = MaskOf::<S>::from_bits(counts);
-        hits.t = S::F16::from_array(&t);
-        hits.u = S::F16::from_array(&u);
-        hits.v = S::F16::from_array(&v);
+        changed
     }
 }

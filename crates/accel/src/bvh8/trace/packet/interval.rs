@@ -3,7 +3,7 @@
 use super::MaskOf;
 use crate::bvh8::trace::lanes::RayV;
 use crate::simd::{Float, Mask, Simd, Vec3V, each};
-use eosphor_core::intersect::SLAB_SLACK;
+use eosphor_core::intersect::{EXTENT_SLACK, ORIGIN_SLACK};
 
 /// Bounds of the rays of a group, for boxes: `plane * scale + offset` is no later than any ray enters, no earlier than
 /// any leaves.
@@ -15,11 +15,16 @@ pub(super) struct Interval<S: Simd> {
     pub(super) t_min: S::F8,
     /// Where all rays start, if their numbers are usual.
     pub(super) one_origin: Option<[f32; 3]>,
+    /// No origin is farther from 0 than this, with the rounding of their space.
+    pub(super) farthest: f32,
 }
 
-/// The interval is widened by this times the extent of geometry and rays: over the slack that each ray's own test has,
-/// and the rounding of both.
-const INTERVAL_SLACK: f32 = 4.0 * SLAB_SLACK;
+/// The interval is widened by so many times what each ray's own test is: over the rounding of both that comes from origins.
+const WIDER: f32 = 4.0;
+
+/// And its far end is moved out by this: over the rounding of both that comes from planes, which is some 8 times 2^-24 of
+/// where they are met, and of the origin.
+pub(super) const FARTHER: f32 = 1.0 + 1.0 / 1_048_576.0;
 
 impl<S: Simd> Interval<S> {
     /// Of rays that all go into one octant and whose `t_min` is not below 0: what lies behind an origin then fails by
@@ -35,6 +40,7 @@ impl<S: Simd> Interval<S> {
             far_offset: none,
             t_min: zero,
             one_origin: None,
+            farthest: 0.0,
         };
         let first = group.bits().trailing_zeros() as usize & 15;
         let mut low = each!(k => ray.origin[k].to_array().as_ref()[first]);
@@ -51,7 +57,7 @@ impl<S: Simd> Interval<S> {
             }
         }
         let reach = each!(k => low[k].abs().max(high[k].abs()));
-        let reach = extent.max(reach[0]).max(reach[1]).max(reach[2]);
+        let everywhere = EXTENT_SLACK * (extent + reach[0].max(reach[1]).max(reach[2]));
         k = 0;
         while k < 3 {
             let inverse = ray.slab.inverse[k];
@@ -59,15 +65,16 @@ impl<S: Simd> Interval<S> {
             let backward = octant >> k & 1 == 1;
             let (near, near_origin) = if backward { (i1, low[k]) } else { (i0, high[k]) };
             let (far, far_origin) = if backward { (i0, high[k]) } else { (i1, low[k]) };
-            let slack = INTERVAL_SLACK * reach * i0.abs().max(i1.abs());
+            let slack = WIDER * (ORIGIN_SLACK * reach[k] + everywhere) * i0.abs().max(i1.abs());
             interval.near_scale[k] = S::F8::splat(near);
             interval.near_offset[k] = S::F8::splat(-(near * near_origin) - slack);
             interval.far_scale[k] = S::F8::splat(far);
             interval.far_offset[k] = S::F8::splat(slack - far * far_origin);
             k += 1;
         }
+        interval.farthest = reach[0] + reach[1] + reach[2] + ray.reach.largest(group);
         // What triangles share then multiplies in another order, which for unusual numbers overflows where core's does not.
-        let is_usual = ray.t_slack.lt(S::F16::splat(f32::INFINITY));
+        let is_usual = ray.length.lt(S::F16::splat(f32::INFINITY));
         if one_origin && !group.without(is_usual).any() {
             interval.one_origin = Some(low);
         }

@@ -15,44 +15,66 @@ mod walk;
 
 pub(super) use filters::LaneFilters;
 
-use super::lanes::RayV;
-use super::walk::{ANY, NEXT, Query};
+use super::lanes::{Ends, RayV};
+use super::walk::{NEXT, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY};
 use crate::simd::{Float, Mask, Simd, Vec3V, each, splat3};
 use alone::SingleRays;
-use eosphor_core::hierarchy::ShadowBatch;
-use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::geometry::Bounds;
+use eosphor_core::hierarchy::{FAR, ShadowBatch};
+use eosphor_core::intersect::T_ROUNDING;
 use eosphor_core::ray::RayFilter;
 use walk::Walk;
 
 type MaskOf<S> = <<S as Simd>::F16 as Float>::Mask;
 
-/// Sixteen rays in world space and what they have found.
+/// Sixteen rays in world space.
+#[derive(Clone, Copy)]
+pub(super) struct WorldRays<S: Simd> {
+    origin: Vec3V<S::F16>,
+    direction: Vec3V<S::F16>,
+    t_min: S::F16,
+    t_max: S::F16,
+}
+
+/// Sixteen rays and what they have found.
 pub(super) struct Packet<S: Simd> {
-    pub(super) origin: Vec3V<S::F16>,
-    pub(super) direction: Vec3V<S::F16>,
-    pub(super) t_min: S::F16,
-    /// Largest `t` that counts: the best hit's. For [`ANY`], minus infinity where there is a hit.
-    pub(super) t_max: S::F16,
+    rays: WorldRays<S>,
+    /// Hits beyond this cannot matter any more. For [`ANY`], minus infinity where there is a hit.
+    pub(super) end: S::F16,
     pub(super) best: Best<S>,
 }
 
-/// The best hits but their `t`: in memory, since they change seldom.
+/// The best hits: in memory, since they change seldom.
 pub(super) struct Best<S: Simd> {
+    /// The `t` of double precision is no less than this.
+    low: S::F16,
+    pub(super) t: S::F16,
+    pub(super) t_rest: S::F16,
     pub(super) u: S::F16,
     pub(super) v: S::F16,
-    /// As bits.
+    /// As bits, like the next two: as `Found::place`.
+    place: S::F16,
     pub(super) primitive: S::F16,
     pub(super) instance: S::F16,
 }
 
 impl<S: Simd> Best<S> {
     #[inline(always)]
-    fn none() -> Best<S> {
+    fn none(t_max: S::F16) -> Best<S> {
         let none = S::F16::splat(f32::from_bits(u32::MAX));
         let zero = S::F16::splat(0.0);
-        Best { u: zero, v: zero, primitive: none, instance: none }
+        Best {
+            low: t_max,
+            t: t_max,
+            t_rest: zero,
+            u: zero,
+            v: zero,
+            place: none,
+            primitive: none,
+            instance: none,
+        }
     }
 }
 
@@ -68,17 +90,41 @@ pub(super) struct Query16<'a, S: Simd> {
 }
 
 /// The rays in the space of one instance.
-struct Leg<S: Simd> {
+struct Leg<'a, S: Simd> {
     ray: RayV<S::F16>,
     extent: f32,
     instance: u32,
-    /// Where the rays are in the instance's world box; for the world itself, everywhere.
-    world_interval: Option<(S::F16, S::F16)>,
-    /// Hits are later than this where they count.
-    after: S::F16,
+    world: &'a WorldRays<S>,
+}
+
+impl<S: Simd> WorldRays<S> {
+    #[inline(always)]
+    fn ends(&self) -> Ends<S::F16> {
+        Ends { t_min: self.t_min, t_max: self.t_max }
+    }
+}
+
+impl<S: Simd> Leg<'_, S> {
+    /// Lanes that start far from the box around a tree.
+    #[inline(always)]
+    fn far_from(&self, bounds: &Bounds) -> MaskOf<S> {
+        let extent = bounds.extent();
+        if extent > 0.0 {
+            S::F16::splat(FAR * extent).lt(self.ray.largest)
+        } else {
+            MaskOf::<S>::from_bits(0)
+        }
+    }
 }
 
 impl<S: Simd> Packet<S> {
+    #[inline(always)]
+    fn new(rays: WorldRays<S>) -> Packet<S> {
+        let t_max = rays.t_max;
+        let end = t_max.abs().fma(S::F16::splat(T_ROUNDING), t_max);
+        Packet { rays, end, best: Best::none(t_max) }
+    }
+
     /// From sixteen rays.
     ///
     /// # Safety
@@ -87,7 +133,7 @@ impl<S: Simd> Packet<S> {
     pub(super) unsafe fn load(rays: &[*const f32; 16]) -> Packet<S> {
         // SAFETY: a ray is eight floats.
         let [ox, oy, oz, t_min, dx, dy, dz, t_max] = unsafe { S::transpose16(rays) };
-        Packet { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max, best: Best::none() }
+        Packet::new(WorldRays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max })
     }
 
     /// From rays that start at one point.
@@ -95,7 +141,7 @@ impl<S: Simd> Packet<S> {
     pub(super) fn from_one_point(batch: &ShadowBatch<16>) -> Packet<S> {
         // SAFETY: sixteen floats each.
         unsafe {
-            Packet {
+            Packet::new(WorldRays {
                 origin: splat3(batch.origin),
                 direction: [
                     S::F16::load(batch.x.as_ptr()),
@@ -104,8 +150,7 @@ impl<S: Simd> Packet<S> {
                 ],
                 t_min: S::F16::splat(0.0),
                 t_max: S::F16::load(batch.t_max.as_ptr()),
-                best: Best::none(),
-            }
+            })
         }
     }
 
@@ -119,31 +164,29 @@ impl<S: Simd> Packet<S> {
         let bvh = query.bvh;
         let zero = S::F16::splat(0.0);
         let active = MaskOf::<S>::from_bits(active);
-        if QUERY == ANY {
-            // That end marks rays with a hit. One that comes with it has none, as with any end that is no number.
-            let marked = self.t_max.same_bits(S::F16::splat(f32::NEG_INFINITY));
-            self.t_max = S::F16::splat(f32::NAN).or_else(marked, self.t_max);
-        }
+        let rays = self.rays;
         let extent = bvh.geometries[0].extent;
-        let ray = RayV::new::<S>(self.origin, self.direction, self.t_min, extent);
-        let leg = Leg::<S> { ray, extent, instance: 0, world_interval: None, after: ray.t_min };
+        let ray = RayV::new::<S>(rays.origin, rays.direction, rays.ends(), extent);
+        let leg = Leg::<S> { ray, extent, instance: 0, world: &rays };
         let mut singles = SingleRays::none();
-        let together = active.and(zero.le(leg.ray.t_min)).and(leg.ray.t_min.le(self.t_max));
+        let live = active.and(zero.le(leg.ray.t_min)).and(leg.ray.t_min.le(self.end));
+        let far = leg.far_from(&bvh.bounds[0]);
+        // What starts before its origin goes alone too: the bounds of a group do not hold there.
+        let before = active.and(leg.ray.t_min.lt(zero));
         // SAFETY: the caller's.
         unsafe {
-            self.walk_octants::<QUERY, false>(query, bvh.roots[0], &leg, &mut singles, together);
-            if bvh.instance_root != EMPTY {
-                self.walk_octants::<QUERY, true>(query, bvh.instance_root, &leg, &mut singles, together);
+            self.walk_octants::<QUERY, false>(query, bvh.roots[0], &leg, &mut singles, live.without(far));
+            let alone = before.or(live.and(far)).bits();
+            if alone != 0 && bvh.roots[0] != EMPTY {
+                self.go_on_alone::<QUERY, false>(query, bvh.roots[0], &leg, &mut singles, alone);
             }
-        }
-        // What starts before its origin: the bounds of a group do not hold there.
-        let rest = active.and(leg.ray.t_min.lt(zero)).bits();
-        if rest != 0 {
-            // SAFETY: the caller's.
-            unsafe {
-                self.go_on_alone::<QUERY, false>(query, bvh.roots[0], &leg, &mut singles, rest);
-                if bvh.instance_root != EMPTY {
-                    self.go_on_alone::<QUERY, true>(query, bvh.instance_root, &leg, &mut singles, rest);
+            if bvh.instance_root != EMPTY {
+                let far = leg.far_from(&bvh.instance_bounds);
+                let root = bvh.instance_root;
+                self.walk_octants::<QUERY, true>(query, root, &leg, &mut singles, live.without(far));
+                let alone = before.or(live.and(far)).bits();
+                if alone != 0 {
+                    self.go_on_alone::<QUERY, true>(query, root, &leg, &mut singles, alone);
                 }
             }
         }
@@ -151,12 +194,12 @@ impl<S: Simd> Packet<S> {
 
     /// Walks for each octant that rays go into.
     #[inline(always)]
-    unsafe fn walk_octants<const QUERY: Query, const INSTANCES: bool>(
+    unsafe fn walk_octants<'a, const QUERY: Query, const INSTANCES: bool>(
         &mut self,
-        query: &Query16<S>,
+        query: &Query16<'a, S>,
         root: Child,
         leg: &Leg<S>,
-        singles: &mut SingleRays,
+        singles: &mut SingleRays<'a>,
         active: MaskOf<S>,
     ) {
         let zero = S::F16::splat(0.0);
@@ -192,16 +235,4 @@ impl<S: Simd> Packet<S> {
             unsafe { S::run(walk) };
         }
     }
-}
-
-type Array16<S> = <<S as Simd>::F16 as Float>::Array;
-
-#[inline(always)]
-fn arrays<S: Simd>(v: &Vec3V<S::F16>) -> [Array16<S>; 3] {
-    each!(k => v[k].to_array())
-}
-
-#[inline(always)]
-fn lane_of<A: AsRef<[f32]>>(v: &[A; 3], lane: usize) -> Vec3 {
-    vec3(v[0].as_ref()[lane], v[1].as_ref()[lane], v[2].as_ref()[lane])
 }

@@ -1,65 +1,77 @@
 //! A sphere against sixteen rays.
 
-use super::{Best, Leg, MaskOf, arrays, lane_of};
-use crate::bvh8::trace::lanes::ConfirmedV;
-use crate::bvh8::trace::walk::Query;
-use crate::bvh8::view::Bvh8View;
-use crate::simd::{Float, Kernel, Mask, Simd};
-use eosphor_core::geometry::Sphere;
-use eosphor_core::intersect::{LocalRay, intersect_sphere};
+use super::block::world_ray;
+use super::{Leg, Packet, Query16};
+use crate::bvh8::trace::walk::{ANY, NO_TRIANGLE, Offer, Query};
+use crate::simd::{Kernel, Simd};
+use eosphor_core::intersect::{LocalRay, TriangleHit, intersect_sphere, may_meet_sphere};
+use eosphor_core::ray::PrimitiveId;
 
-impl<S: Simd> Best<S> {
+impl<S: Simd> Packet<S> {
     /// Tests a sphere; whether any ray has a new hit.
     #[inline(always)]
     pub(super) unsafe fn test_sphere<const QUERY: Query>(
         &mut self,
-        bvh: &Bvh8View,
-        number: usize,
+        query: &Query16<S>,
+        number: u32,
         leg: &Leg<S>,
         lanes: u32,
-        t_max: &mut S::F16,
     ) -> bool {
         // SAFETY: the caller's.
-        let roots = unsafe { S::run(SphereTest { leg, sphere: &bvh.spheres[number], lanes }) };
-        let zero = S::F16::splat(0.0);
-        let (mut changed, mut root) = (false, 0);
-        while root < 2 {
-            // SAFETY: sixteen floats.
-            let t = unsafe { S::F16::load(roots[root].as_ptr()) };
-            // Roots that are not hits are NaN.
-            let counts = t.le(t).and(MaskOf::<S>::from_bits(lanes));
-            let hits = ConfirmedV { counts, unsure: MaskOf::<S>::from_bits(0), t, u: zero, v: zero };
-            changed |= self.offer::<QUERY>(&hits, leg, bvh.sphere_primitives[number], t_max);
-            root += 1;
-        }
-        changed
+        unsafe { S::run(SphereTest::<S, QUERY> { packet: self, query, number, leg, lanes }) }
     }
 }
 
 /// A sphere against the rays, one by one: a function of its own, since it is rare and large.
-struct SphereTest<'a, S: Simd> {
-    leg: &'a Leg<S>,
-    sphere: &'a Sphere,
+struct SphereTest<'a, 'b, 'l, S: Simd, const QUERY: Query> {
+    packet: &'a mut Packet<S>,
+    query: &'a Query16<'b, S>,
+    number: u32,
+    leg: &'a Leg<'l, S>,
     lanes: u32,
 }
 
-impl<S: Simd> Kernel for SphereTest<'_, S> {
-    type Output = [[f32; 16]; 2];
+impl<S: Simd, const QUERY: Query> Kernel for SphereTest<'_, '_, '_, S, QUERY> {
+    type Output = bool;
 
     #[inline(always)]
-    unsafe fn run<X: Simd>(self) -> [[f32; 16]; 2] {
-        let leg = self.leg;
-        let (origin, direction) = (arrays::<S>(&leg.ray.origin), arrays::<S>(&leg.ray.direction));
-        let t_min = leg.ray.t_min.to_array();
-        let mut roots = [[f32::NAN; 16]; 2];
-        let mut left = self.lanes;
+    unsafe fn run<X: Simd>(self) -> bool {
+        let SphereTest { packet, query, number, leg, lanes: mut left } = self;
+        let bvh = query.bvh;
+        let sphere = &bvh.spheres[number as usize];
+        let id = PrimitiveId { instance: leg.instance, primitive: bvh.sphere_primitives[number as usize] };
+        let map = (leg.instance != 0).then(|| &bvh.instances[leg.instance as usize].object_from_world);
+        let mut changed = false;
         while left != 0 {
             let lane = left.trailing_zeros() as usize & 15;
             left &= left - 1;
-            let (o, d) = (lane_of(&origin, lane), lane_of(&direction, lane));
-            let ray = LocalRay::new(o, d, t_min.as_ref()[lane], leg.extent);
-            [roots[0][lane], roots[1][lane]] = intersect_sphere(&ray, self.sphere);
+            let ray = world_ray(leg, lane);
+            let local = match map {
+                Some(map) => LocalRay::mapped(&ray, map, leg.extent),
+                None => LocalRay::new(&ray, leg.extent),
+            };
+            if !may_meet_sphere(&local, sphere) {
+                continue;
+            }
+            // SAFETY: the lane is below 16, and a vector is as many floats.
+            let end = unsafe { &mut *(&raw mut packet.end).cast::<f32>().add(lane) };
+            for crossing in intersect_sphere(sphere, &ray, map) {
+                // Roots that are not hits are NaN.
+                if crossing.t.is_nan() {
+                    continue;
+                }
+                if QUERY == ANY {
+                    *end = f32::NEG_INFINITY;
+                    changed = true;
+                    break;
+                }
+                let mut found = packet.best.found(lane, *end);
+                let hit = TriangleHit::of_sphere(&crossing);
+                found.offer::<QUERY>(&Offer { bvh, ray: &ray, hit, id, place: NO_TRIANGLE });
+                packet.best.take_over(lane, &found, end);
+                changed = true;
+            }
         }
-        roots
+        changed
     }
 }

@@ -1,7 +1,7 @@
 //! The way of a group of rays through a tree.
 
 use super::alone::SingleRays;
-use super::interval::Interval;
+use super::interval::{FARTHER, Interval};
 use super::{Leg, MaskOf, Packet, Query16};
 use crate::bvh8::trace::single::{near_planes, planes};
 use crate::bvh8::trace::walk::{ANY, Query, STACK};
@@ -14,8 +14,8 @@ pub(super) struct Walk<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: boo
     pub(super) packet: &'a mut Packet<S>,
     pub(super) query: &'a Query16<'b, S>,
     pub(super) root: Child,
-    pub(super) leg: &'a Leg<S>,
-    pub(super) singles: &'a mut SingleRays,
+    pub(super) leg: &'a Leg<'a, S>,
+    pub(super) singles: &'a mut SingleRays<'b>,
     pub(super) group: MaskOf<S>,
     pub(super) octant: usize,
 }
@@ -40,15 +40,16 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
         let (root, group, octant) = (self.root, self.group, self.octant);
         let bvh = query.bvh;
         let nodes = if INSTANCES { bvh.instance_nodes } else { bvh.nodes };
-        let boxes_extent = if INSTANCES { bvh.instances_extent } else { leg.extent };
+        let boxes_extent = if INSTANCES { bvh.instance_bounds.extent() } else { leg.extent };
         let interval = Interval::<S>::new(&leg.ray, boxes_extent, group, octant);
         let nowhere = S::F16::splat(f32::NEG_INFINITY);
         // Not even at infinity.
         let never = S::F16::splat(f32::NAN);
         // Copies, which the compiler can keep in registers.
         let (slab, t_min) = (leg.ray.slab, leg.ray.t_min);
-        let mut t_max = packet.t_max;
+        let mut end = packet.end;
         let near_planes = near_planes(octant);
+        let farther = S::F8::splat(FARTHER);
         let mut children = MaybeUninit::<[Child; STACK]>::uninit();
         let mut nears = MaybeUninit::<[S::F16; STACK]>::uninit();
         let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<S::F16>());
@@ -56,17 +57,17 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
         let mut at = root;
         // Where each ray enters the node; NaN where it does not.
         let mut near = t_min.or_else(group, never);
-        let mut latest = S::F8::splat(t_max.or_else(group, nowhere).largest(group));
+        let mut latest = S::F8::splat(end.or_else(group, nowhere).largest(group));
         loop {
-            let active = near.le(t_max);
+            let active = near.le(end);
             let bits = active.bits();
             let mut changed = false;
             if bits.count_ones() <= query.alone {
                 if bits != 0 {
-                    packet.t_max = t_max;
+                    packet.end = end;
                     // SAFETY: the caller's.
                     unsafe { packet.go_on_alone::<QUERY, INSTANCES>(query, at, leg, singles, bits) };
-                    t_max = packet.t_max;
+                    end = packet.end;
                     changed = true;
                 }
             } else if at & LEAF == 0 {
@@ -78,7 +79,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                     let [x0, y0, z0] = each!(k => planes::<S>(node, near_planes[k]).fma(ns[k], no[k]));
                     let [x1, y1, z1] = each!(k => planes::<S>(node, near_planes[k] ^ 32).fma(fs[k], fo[k]));
                     let first = x0.max(y0).max(z0.max(interval.t_min));
-                    let last = x1.min(y1).min(z1.min(latest));
+                    let last = x1.min(y1).min(z1).mul(farther).min(latest);
                     let order = *node.orders.get_unchecked(octant);
                     let lanes = S::order8(order);
                     let mut entered = S::permute8(first, lanes).le(S::permute8(last, lanes)).bits();
@@ -93,7 +94,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                         let [x1, y1, z1] = each!(k => S::F16::splat(*box_planes.add(near_planes[k] ^ 32).cast::<f32>())
                                 .fma(slab.inverse[k], slab.far_offset[k]));
                         let child_near = x0.max(y0).max(z0.max(t_min));
-                        let child_far = x1.min(y1).min(z1.min(t_max));
+                        let child_far = x1.min(y1).min(z1.min(end));
                         let enters = child_near.le(child_far).and(active);
                         if enters.any() {
                             *children.add(count) = *node.children.get_unchecked(slot);
@@ -103,35 +104,35 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                     }
                 }
             } else if INSTANCES {
-                packet.t_max = t_max;
+                packet.end = end;
                 // SAFETY: the caller's.
                 changed = unsafe { packet.visit_instance::<QUERY>(query, at & PLACE, leg, active) };
-                t_max = packet.t_max;
+                end = packet.end;
             } else if at & SPHERE != 0 {
-                let number = (at & PLACE) as usize;
+                packet.end = end;
                 // SAFETY: the caller's.
-                changed = unsafe { packet.best.test_sphere::<QUERY>(bvh, number, leg, bits, &mut t_max) };
+                changed = unsafe { packet.test_sphere::<QUERY>(query, at & PLACE, leg, bits) };
+                end = packet.end;
             } else {
-                // SAFETY: leaves name blocks that the builder made.
-                let block = unsafe { bvh.blocks.get_unchecked((at & PLACE) as usize) };
-                let one_origin = interval.one_origin;
+                let (one_origin, farthest) = (interval.one_origin, interval.farthest);
                 // SAFETY: the caller's.
                 changed = unsafe {
                     packet.best.test_block::<QUERY>(
-                        block,
+                        query,
+                        at & PLACE,
                         leg,
-                        query.lane_filters,
                         active,
                         one_origin,
-                        &mut t_max,
+                        farthest,
+                        &mut end,
                     )
                 };
             }
             if changed {
-                if QUERY == ANY && !nowhere.lt(t_max).and(group).any() {
+                if QUERY == ANY && !nowhere.lt(end).and(group).any() {
                     break;
                 }
-                latest = S::F8::splat(t_max.largest(group));
+                latest = S::F8::splat(end.largest(group));
             }
             if count == 0 {
                 break;
@@ -143,6 +144,6 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                 near = nears.add(count).read();
             }
         }
-        packet.t_max = t_max;
+        packet.end = end;
     }
 }

@@ -100,21 +100,20 @@ fn lit(lights: Value, node: Value) -> Result<Scene, String> {
 }
 
 #[test]
-fn lights_are_divided_by_pi_and_placed_by_their_nodes() {
+fn lights_are_what_the_file_says_and_placed_by_their_nodes() {
     let near = |a: Vec3, b: Vec3| assert!((a - b).length() < 1e-6, "{a:?}, not {b:?}");
     let placed = || json!({"translation": [0, 5, 0], "rotation": [-FRAC_1_SQRT_2, 0, 0, FRAC_1_SQRT_2]});
-    let scene =
-        lit(json!([{"type": "point", "color": [1, 0.5, 0], "intensity": 2.0 * PI}]), placed()).unwrap();
+    let scene = lit(json!([{"type": "point", "color": [1, 0.5, 0], "intensity": 2.0}]), placed()).unwrap();
     let Light::Point { position, color } = scene.lights[0] else { panic!() };
     near(position, vec3(0.0, 5.0, 0.0));
     near(color, vec3(2.0, 1.0, 0.0));
     // A file that brings light is dark around it.
     assert_eq!((scene.settings.background, scene.settings.ambient), (Vec3::ZERO, 0.0));
 
-    let scene = lit(json!([{"type": "directional", "intensity": PI}]), placed()).unwrap();
+    let scene = lit(json!([{"type": "directional", "intensity": 3.0}]), placed()).unwrap();
     let Light::Directional { direction, color } = scene.lights[0] else { panic!() };
     near(direction, vec3(0.0, -1.0, 0.0));
-    near(color, Vec3::ONE);
+    near(color, Vec3::splat(3.0));
 
     let cone = json!({"innerConeAngle": PI / 6.0, "outerConeAngle": PI / 3.0});
     let scene = lit(json!([{"type": "spot", "spot": cone, "range": 3}]), placed()).unwrap();
@@ -123,7 +122,7 @@ fn lights_are_divided_by_pi_and_placed_by_their_nodes() {
     };
     near(position, vec3(0.0, 5.0, 0.0));
     near(direction, vec3(0.0, -1.0, 0.0));
-    near(color, Vec3::splat(1.0 / PI));
+    near(color, Vec3::ONE);
     assert!((inner_degrees - 30.0).abs() + (outer_degrees - 60.0).abs() < 1e-4);
     let Light::Spot { inner_degrees, outer_degrees, .. } =
         lit(json!([{"type": "spot", "spot": {}}]), placed()).unwrap().lights[0]

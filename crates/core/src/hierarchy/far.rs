@@ -1,0 +1,85 @@
+//! Rays from far away. Single precision at their origin is coarser than what they pass, so that they would visit all of it.
+//! A walk for them measures from where the ray enters the box of the whole tree. Hits are still those of the ray itself.
+
+use crate::geometry::Bounds;
+use crate::intersect::precise::{PreciseRay, along64, sum64};
+use crate::intersect::{LocalRay, Slab, USUAL_LENGTH, WORLD_FROM_OBJECT_ROUNDING};
+use crate::math::{Affine, Vec3, vec3};
+use crate::out_of_line::out_of_line;
+use crate::ray::Ray;
+
+/// From this many extents of a tree on, an origin is far away.
+pub const FAR: f32 = 64.0;
+
+/// What is added to the box, over its extent.
+const MARGIN: f64 = 1.0 / 1_048_576.0;
+
+/// Whether a ray starts far from everything within the extent.
+#[inline(always)]
+pub fn is_far(origin: Vec3, extent: f32) -> bool {
+    // Nothing is inside where the extent is 0.
+    (origin.abs().max_component() > FAR * extent) & (extent > 0.0)
+}
+
+/// A ray that starts where it enters a box.
+pub struct FarRay {
+    /// What it looks like from there. No hit is clear by it.
+    pub ray: LocalRay,
+    /// The ray's own `t` of that point.
+    pub from: f64,
+}
+
+impl FarRay {
+    /// `None` where the ray passes the box by.
+    #[inline(always)]
+    pub fn new(ray: &Ray, map: Option<&Affine>, bounds: &Bounds) -> Option<FarRay> {
+        far_ray(ray, map, bounds)
+    }
+}
+
+out_of_line! {
+    /// [`FarRay::new`].
+    fn far_ray(ray: &Ray, map: Option<&Affine>, bounds: &Bounds) -> Option<FarRay> {
+    let extent = bounds.extent();
+    let PreciseRay { origin: o, direction: d } = PreciseRay::of(ray, map);
+    let margin = MARGIN * extent as f64;
+    let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut axis = 0;
+    while axis < 3 {
+        let low = bounds.min[axis] as f64 - margin - o[axis];
+        let high = bounds.max[axis] as f64 + margin - o[axis];
+        if d[axis] != 0.0 {
+            let (a, b) = (low / d[axis], high / d[axis]);
+            let (first, last) = if a < b { (a, b) } else { (b, a) };
+            near = if first > near { first } else { near };
+            far = if last < far { last } else { far };
+        } else if (low > 0.0) | (high < 0.0) {
+            return None;
+        }
+        axis += 1;
+    }
+    // NaN is no way through.
+    if !((near <= far) & (far >= ray.t_min as f64) & near.is_finite()) {
+        return None;
+    }
+    let p = along64(o, d, near);
+    let origin = vec3(p[0] as f32, p[1] as f32, p[2] as f32);
+    let direction = vec3(d[0] as f32, d[1] as f32, d[2] as f32);
+    let length = sum64(d) as f32 * WORLD_FROM_OBJECT_ROUNDING;
+    let [shortest, longest] = USUAL_LENGTH;
+    let is_usual = (shortest..=longest).contains(&length);
+    let t_min = (ray.t_min as f64 - near) as f32;
+    let size = origin.abs();
+    let ray = LocalRay {
+        origin,
+        direction,
+        t_min: t_min - t_min.abs() * (1.0 / 4_194_304.0),
+        t_max: f32::INFINITY,
+        slab: Slab::new(origin, direction, extent),
+        length: if is_usual { length } else { f32::INFINITY },
+        reach: size.x + size.y + size.z,
+        scale: 0.0,
+    };
+    Some(FarRay { ray, from: near })
+}
+}

@@ -1,0 +1,195 @@
+//! Hits in double precision, computed close to the primitive: where single precision cannot tell, and where its `t` cannot
+//! order hits.
+
+use super::PackedTriangle;
+use crate::geometry::Sphere;
+use crate::math::{Affine, Vec3, fma64, sqrt64, vec3};
+use crate::ray::Ray;
+
+/// A vector in double precision.
+pub type Double3 = [f64; 3];
+
+#[inline(always)]
+pub(crate) fn double(v: Vec3) -> Double3 {
+    [v.x as f64, v.y as f64, v.z as f64]
+}
+
+#[inline(always)]
+pub(crate) fn single(v: Double3) -> Vec3 {
+    vec3(v[0] as f32, v[1] as f32, v[2] as f32)
+}
+
+#[inline(always)]
+pub(crate) fn dot64(a: Double3, b: Double3) -> f64 {
+    fma64(a[2], b[2], fma64(a[1], b[1], a[0] * b[0]))
+}
+
+#[inline(always)]
+pub(crate) fn cross64(a: Double3, b: Double3) -> Double3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline(always)]
+pub(crate) fn minus64(a: Double3, b: Double3) -> Double3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// `o + d t`, rounded once.
+#[inline(always)]
+pub(crate) fn along64(o: Double3, d: Double3, t: f64) -> Double3 {
+    [fma64(d[0], t, o[0]), fma64(d[1], t, o[1]), fma64(d[2], t, o[2])]
+}
+
+#[inline(always)]
+pub(crate) fn sum64(v: Double3) -> f64 {
+    v[0].abs() + v[1].abs() + v[2].abs()
+}
+
+/// A ray in double precision: exact in the world, mapped in double precision into other spaces.
+#[derive(Clone, Copy, Debug)]
+pub struct PreciseRay {
+    /// Where it starts.
+    pub origin: Double3,
+    /// Any length but 0.
+    pub direction: Double3,
+}
+
+/// A hit in double precision. `t` is where the origin was moved to and the rest of the way, added up.
+#[derive(Clone, Copy, Debug)]
+pub struct PreciseHit {
+    /// Distance in units of the direction's length.
+    pub t: f64,
+    /// Weight of the second vertex.
+    pub u: f64,
+    /// Weight of the third vertex.
+    pub v: f64,
+}
+
+/// What of a vector lies across a direction of this squared length.
+#[inline(always)]
+fn across(x: Double3, d: Double3, squared: f64) -> Double3 {
+    along64(x, d, -(dot64(x, d) / squared))
+}
+
+/// Rays that pass an edge within this (2^-48) times the magnitudes of the test meet it: over the rounding errors, so that no
+/// ray slips between neighbours.
+const EDGE_TOLERANCE: f64 = 1.0 / (1u64 << 48) as f64;
+
+impl PreciseRay {
+    /// In the world, or where the map takes it.
+    #[inline(always)]
+    pub fn of(ray: &Ray, object_from_world: Option<&Affine>) -> PreciseRay {
+        let (origin, direction) = (double(ray.origin), double(ray.direction));
+        match object_from_world {
+            Some(map) => PreciseRay { origin: map.point64(origin), direction: map.direction64(direction) },
+            None => PreciseRay { origin, direction },
+        }
+    }
+
+    /// The ray's own number for the point of it that is closest to another, and that point.
+    #[inline(always)]
+    fn closest_to(&self, point: Double3) -> (f64, Double3) {
+        let (o, d) = (self.origin, self.direction);
+        let t = dot64(minus64(point, o), d) / dot64(d, d);
+        (t, along64(o, d, t))
+    }
+
+    /// Where the ray meets a triangle, before or behind its origin.
+    #[inline(always)]
+    pub fn meet_triangle(&self, triangle: &PackedTriangle) -> Option<PreciseHit> {
+        if !(triangle.length1 >= 0.0) {
+            return None;
+        }
+        let d = self.direction;
+        let (v0, v1, v2) = (double(triangle.v0), double(triangle.v1), double(triangle.v2));
+        let (e1, e2) = (minus64(v1, v0), minus64(v2, v0));
+        let (t_near, near) = self.closest_to(v0);
+        let a = [minus64(v0, near), minus64(v1, near), minus64(v2, near)];
+        // By edges, and not by both corners, which may be far away: their products would cancel.
+        let w = [
+            dot64(cross64(a[1], minus64(v2, v1)), d),
+            dot64(cross64(e2, a[0]), d),
+            dot64(cross64(a[0], e1), d),
+        ];
+        let normal = cross64(e1, e2);
+        let determinant = dot64(normal, d);
+        let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
+        let size = sign * determinant;
+        // Rays in the triangle's plane do not meet it.
+        if !(size > 0.0) {
+            return None;
+        }
+        let least = {
+            let (x, y, z) = (sign * w[0], sign * w[1], sign * w[2]);
+            let xy = if x < y { x } else { y };
+            if xy < z { xy } else { z }
+        };
+        if least >= 0.0 {
+            let inverse = 1.0 / determinant;
+            let rest = dot64(normal, a[0]) * inverse;
+            return Some(PreciseHit { t: t_near + rest, u: w[1] * inverse, v: w[2] * inverse });
+        }
+        let magnitude = sum64(near) + sum64(a[0]) + sum64(a[1]) + sum64(a[2]);
+        let tolerance = EDGE_TOLERANCE * magnitude;
+        // Farther outside than that, by the edge that it passes on the wrong side.
+        if least < -2.0 * tolerance * (2.0 * magnitude) * sum64(d) {
+            return None;
+        }
+        self.meet_edges(&a, tolerance).map(|(t, u, v)| PreciseHit { t: t_near + t, u, v })
+    }
+
+    /// Where the ray passes the edge that it passes most closely, within the tolerance: `t`, `u` and `v`. Corners are as seen
+    /// from a point of the ray.
+    #[inline(always)]
+    fn meet_edges(&self, corners: &[Double3; 3], tolerance: f64) -> Option<(f64, f64, f64)> {
+        let d = self.direction;
+        let squared = dot64(d, d);
+        let mut best = None;
+        let mut best_apart = tolerance * tolerance;
+        let mut k = 0;
+        while k < 3 {
+            let (from, to) = (corners[k], corners[if k == 2 { 0 } else { k + 1 }]);
+            let edge = minus64(to, from);
+            let (a, e) = (across(from, d, squared), across(edge, d, squared));
+            let share = -(dot64(a, e) / dot64(e, e));
+            // NaN where the ray goes along the edge.
+            let share = if share > 0.0 { if share < 1.0 { share } else { 1.0 } } else { 0.0 };
+            let apart = along64(a, e, share);
+            let apart = dot64(apart, apart);
+            if apart <= best_apart {
+                best_apart = apart;
+                let t = dot64(along64(from, edge, share), d) / squared;
+                best = Some(if k == 0 {
+                    (t, share, 0.0)
+                } else if k == 1 {
+                    (t, 1.0 - share, share)
+                } else {
+                    (t, 0.0, 1.0 - share)
+                });
+            }
+            k += 1;
+        }
+        best
+    }
+
+    /// The `t`s, nearer first, at which the ray's line passes through a sphere's surface.
+    #[inline(always)]
+    pub fn meet_sphere(&self, sphere: &Sphere) -> Option<[f64; 2]> {
+        let d = self.direction;
+        let center = double(sphere.center);
+        let (t_near, near) = self.closest_to(center);
+        let squared = dot64(d, d);
+        // What rounding has left of the way to the closest point.
+        let off = minus64(near, center);
+        let rest = -(dot64(off, d) / squared);
+        let off = along64(off, d, rest);
+        let radius = sphere.radius as f64;
+        let discriminant = radius * radius - dot64(off, off);
+        if !(discriminant >= 0.0) {
+            return None;
+        }
+        let half = sqrt64(discriminant / squared);
+        let t = t_near + rest;
+        Some([t - half, t + half])
+    }
+}

@@ -1,0 +1,43 @@
+//! Functions of their own for what is rare and large, so that its code is not repeated in every traversal of every query.
+//!
+//! What traversals inline is compiled for their instruction set. A function of its own is not: here it is compiled for CPUs
+//! with fused multiply-adds and for those without, and chosen when it is called. On GPUs it is a function with a name that
+//! can be found in the PTX, so that its registers are not those of its callers.
+
+/// Whether the CPU has fused multiply-adds. Asked once and remembered by the standard library.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(crate) fn has_fma() -> bool {
+    std::arch::is_x86_feature_detected!("fma") && std::arch::is_x86_feature_detected!("avx2")
+}
+
+/// Defines a function that is never inlined into its callers.
+macro_rules! out_of_line {
+    (
+        $(#[$doc:meta])*
+        $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty $body:block
+    ) => {
+        $(#[$doc])*
+        #[cfg_attr(target_arch = "nvptx64", unsafe(no_mangle))]
+        #[inline(never)]
+        $visibility fn $name($($argument: $type),*) -> $result {
+            #[inline(always)]
+            fn body($($argument: $type),*) -> $result $body
+
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2,fma")]
+                fn with_fma($($argument: $type),*) -> $result {
+                    body($($argument),*)
+                }
+                if $crate::out_of_line::has_fma() {
+                    // SAFETY: the CPU has these instructions.
+                    return unsafe { with_fma($($argument),*) };
+                }
+            }
+            body($($argument),*)
+        }
+    };
+}
+
+pub(crate) use out_of_line;

@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""Radiance of the scenes beside this file by Mitsuba 3, integrator `direct`: prints measured.txt.
+
+    python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 numpy
+    venv/bin/python measure.py > measured.txt      # some minutes
+
+It reads as much of the scene format as these scenes use. A probe is what comes back along one ray: the mean of a picture
+that is 0.01 degrees wide. It has many pixels, since Mitsuba adds up the samples of one in single precision.
+"""
+
+import json
+import pathlib
+import sys
+
+import mitsuba as mi
+import numpy as np
+
+mi.set_variant("scalar_rgb")
+HERE = pathlib.Path(__file__).resolve().parent
+
+# Pixels along a side, and samples of each. The pixels' spread tells how far their mean may be off.
+SIDE, SAMPLES = 64, 1024
+
+ON_PLANE = [([1.5, 1.2, 2.5], [x, 0, z]) for x, z in [(0.2, -0.3), (1.0, 0.1), (-0.9, 0.55), (0.4, -1.6), (1.6, 1.2)]]
+
+PROBES = {
+    "point": ON_PLANE,
+    "sun": ON_PLANE[:2],
+    "spot": [probe for probe in ON_PLANE if probe[1] in ([0.2, 0, -0.3], [1.0, 0, 0.1], [-0.9, 0, 0.55])],
+    "ball": ON_PLANE,
+    "room": [
+        # The lamp, the floor in its light and in the half shadow of the screen and of the ball, the walls, the ball, the
+        # screen, and the ceiling, which the lamp does not reach.
+        ([0, 1, 0.9], [0.03, 1.96, 0.02]),
+        ([0, 1, 0.9], [-0.1, 0, 0.55]),
+        ([-0.5, 1, 0.9], [0.6, 0, 0.68]),
+        ([0, 1, 0.9], [-0.75, 0, -0.5]),
+        ([0, 1, 0.9], [0.35, 0, -0.4]),
+        ([0, 1, 0.9], [0.3, 1.2, -1]),
+        ([0.4, 1, 0.9], [-1, 0.7, 0.13]),
+        ([-0.4, 1.4, 0.9], [1, 0.9, -0.23]),
+        ([0, 1.6, 0.9], [-0.35, 0.72, -0.06]),
+        ([0.05, 0.5, -0.6], [0.45, 0.55, 0.3125]),
+        ([0, 1, 0.9], [0.7, 2, 0.6]),
+    ],
+}
+
+
+def rgb(color):
+    return {"type": "rgb", "value": color}
+
+
+def emission(mtl):
+    lines = (line.split() for line in mtl.read_text().splitlines())
+    return next([float(x) for x in line[1:]] for line in lines if line[:1] == ["Ke"])
+
+
+def appearance(material):
+    """What a shape of this material is beside its form."""
+    if "emissive" in material:
+        return {
+            "bsdf": {"type": "diffuse", "reflectance": rgb([0, 0, 0])},
+            "emitter": {"type": "area", "radiance": rgb(material["emissive"]["radiance"])},
+        }
+    matte = {"type": "diffuse", "reflectance": rgb(material["matte"]["color"])}
+    return {"bsdf": {"type": "twosided", "inner": matte}}
+
+
+def light(entry):
+    [(kind, of)] = entry.items()
+    if kind == "point":
+        return {"type": "point", "position": of["position"], "intensity": rgb(of["color"])}
+    if kind == "directional":
+        return {"type": "directional", "direction": of["direction"], "irradiance": rgb(of["color"])}
+    target = np.add(of["position"], of["direction"]).tolist()
+    to_world = mi.ScalarTransform4f().look_at(of["position"], target, [1, 0, 0])
+    # It is full within beam_width; between the two Mitsuba fades in a way of its own.
+    return {
+        "type": "spot",
+        "to_world": to_world,
+        "intensity": rgb(of["color"]),
+        "beam_width": of["inner-degrees"],
+        "cutoff_angle": of["outer-degrees"],
+    }
+
+
+def scene_of(file):
+    materials = file["materials"]
+    shapes = [light(entry) for entry in file.get("lights", [])]
+    for p in file.get("parallelograms", []):
+        u, v = np.multiply(0.5, p["edge-u"]), np.multiply(0.5, p["edge-v"])
+        matrix = np.eye(4)
+        # Mitsuba's rectangle reaches from -1 to 1 and faces +z.
+        matrix[:3, :4] = np.stack([u, v, np.cross(u, v), p["corner"] + u + v], axis=1)
+        rectangle = {"type": "rectangle", "to_world": mi.ScalarTransform4f(matrix)}
+        shapes.append(rectangle | appearance(materials[p["material"]]))
+    for s in file.get("spheres", []):
+        sphere = {"type": "sphere", "center": s["center"], "radius": s["radius"]}
+        shapes.append(sphere | appearance(materials[s["material"]]))
+    for m in file.get("meshes", []):
+        path = HERE / m["file"]
+        place = mi.ScalarTransform4f().translate(m["transform"]["translate"])
+        mesh = {"type": "obj", "filename": str(path), "face_normals": True, "to_world": place}
+        lamp = {"emissive": {"radiance": emission(path.with_suffix(".mtl"))}}
+        shapes.append(mesh | appearance(lamp))
+    return {"type": "scene", "integrator": {"type": "direct"}} | {f"shape{i}": s for i, s in enumerate(shapes)}
+
+
+def probe(scene, start, end):
+    """Mean and its standard deviation, for each channel."""
+    sensor = mi.load_dict({
+        "type": "perspective",
+        "fov": 0.01,
+        "near_clip": 1e-3,
+        "to_world": mi.ScalarTransform4f().look_at(start, end, [0.3, 0.9, 0.2]),
+        "film": {"type": "hdrfilm", "width": SIDE, "height": SIDE, "rfilter": {"type": "box"}, "component_format": "float32"},
+        "sampler": {"type": "independent"},
+    })
+    pixels = np.array(mi.render(scene, sensor=sensor, spp=SAMPLES), dtype=np.float64).reshape(SIDE * SIDE, -1)[:, :3]
+    return pixels.mean(axis=0), pixels.std(axis=0, ddof=1) / SIDE
+
+
+print(f"# Mitsuba {mi.__version__} ({mi.variant()}), integrator direct, {SIDE * SIDE * SAMPLES} samples; printed by measure.py")
+print("# scene, ray from, ray towards, radiance, largest relative standard error")
+for name, probes in PROBES.items():
+    scene = mi.load_dict(scene_of(json.loads((HERE / f"{name}.json").read_text())))
+    for start, end in probes:
+        mean, deviation = probe(scene, start, end)
+        error = np.max(deviation / np.maximum(mean, 1e-9)) if mean.max() > 0 else 0.0
+        numbers = [f"{x:g}" for x in start + end] + [f"{x:.6g}" for x in mean] + [f"{error:.1e}"]
+        print(name, *numbers, flush=True)
+        if error > 2e-3:
+            sys.exit(f"{name}: {error:.1e} is too much noise; take more samples")
