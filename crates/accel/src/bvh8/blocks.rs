@@ -120,11 +120,13 @@ fn pack_avx2(
     }
     place.write(TriangleBlock {
         v0: only_used(v0),
-        v1: only_used(v1),
-        v2: only_used(v2),
+        e1: only_used(e1),
+        e2: only_used(e2),
         length1: length(q1),
         length2: length(q2),
         primitive,
+        v1: only_used(v1),
+        v2: only_used(v2),
     });
     let (low, high) = (to_array(low), to_array(high));
     let corner = |x: [f32; 4]| Vec3 { x: x[0], y: x[1], z: x[2] };
@@ -190,7 +192,7 @@ mod tests {
                 // SAFETY: both are written.
                 let [block, right] = places.map(|p| unsafe { p.assume_init() });
                 let bits = |b: &TriangleBlock| -> Vec<u32> {
-                    let vectors = [b.v0, b.v1, b.v2];
+                    let vectors = [b.v0, b.e1, b.e2, b.v1, b.v2];
                     vectors.as_flattened().as_flattened().iter().map(|x| x.to_bits()).collect()
                 };
                 assert_eq!((bits(&block), block), (bits(&right), right), "{first} {count}");

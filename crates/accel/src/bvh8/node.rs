@@ -50,41 +50,51 @@ impl Node8 {
     };
 }
 
-/// Up to four triangles, lane by lane as [`PackedTriangle`] has them: 192 bytes. Unused lanes have lengths below 0, so they
-/// are never hit, and `primitive` is `u32::MAX`. Used ones come first.
+/// Up to four triangles, lane by lane as [`PackedTriangle`] has them: 192 bytes for the first step, and 96 more that only
+/// double precision reads. Unused lanes have lengths below 0, so they are never hit, and `primitive` is `u32::MAX`. Used ones
+/// come first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
     /// First vertices.
     pub v0: [[f32; 4]; 3],
-    /// Second vertices.
-    pub v1: [[f32; 4]; 3],
-    /// Third vertices.
-    pub v2: [[f32; 4]; 3],
+    /// From the first vertices to the second, rounded.
+    pub e1: [[f32; 4]; 3],
+    /// From the first vertices to the third, rounded.
+    pub e2: [[f32; 4]; 3],
     /// From the first vertices to the second.
     pub length1: [f32; 4],
     /// From the first vertices to the third.
     pub length2: [f32; 4],
     /// Numbers in the geometry.
     pub primitive: [u32; 4],
+    /// Second vertices.
+    pub v1: [[f32; 4]; 3],
+    /// Third vertices.
+    pub v2: [[f32; 4]; 3],
 }
 
 impl TriangleBlock {
     /// Without triangles.
     pub const EMPTY: TriangleBlock = TriangleBlock {
         v0: [[0.0; 4]; 3],
-        v1: [[0.0; 4]; 3],
-        v2: [[0.0; 4]; 3],
+        e1: [[0.0; 4]; 3],
+        e2: [[0.0; 4]; 3],
         length1: [-1.0; 4],
         length2: [-1.0; 4],
         primitive: [u32::MAX; 4],
+        v1: [[0.0; 4]; 3],
+        v2: [[0.0; 4]; 3],
     };
 
     /// Puts a triangle into a lane.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, triangle: &PackedTriangle) {
+        let (e1, e2) = (triangle.e1(), triangle.e2());
         for axis in 0..3 {
             self.v0[axis][lane] = triangle.v0[axis];
+            self.e1[axis][lane] = e1[axis];
+            self.e2[axis][lane] = e2[axis];
             self.v1[axis][lane] = triangle.v1[axis];
             self.v2[axis][lane] = triangle.v2[axis];
         }

@@ -2,6 +2,8 @@
 
 use super::{Bvh8, Child, Node8, TriangleBlock};
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
+use eosphor_core::hierarchy::FAR;
+use eosphor_core::intersect::USUAL_REACH;
 
 /// Trees over every geometry and one over the instances, which may be those of another hierarchy.
 #[derive(Clone, Copy, Debug)]
@@ -23,10 +25,13 @@ pub(crate) struct Bvh8View<'a> {
     pub(super) bounds: &'a [Bounds],
     /// The box around what instances place.
     pub(super) instance_bounds: Bounds,
+    /// Rays with an origin that has no coordinate beyond this are not far from the world's own geometry.
+    pub(super) near: f32,
 }
 
 impl Bvh8 {
     pub(super) fn view(&self) -> Bvh8View<'_> {
+        let extent = self.bounds.first().map_or(0.0, Bounds::extent);
         Bvh8View {
             nodes: &self.nodes,
             blocks: &self.blocks,
@@ -39,6 +44,7 @@ impl Bvh8 {
             instances: &self.instances,
             bounds: &self.bounds,
             instance_bounds: self.instance_bounds,
+            near: if extent > 0.0 { USUAL_REACH.min(FAR * extent) } else { USUAL_REACH },
         }
     }
 }

@@ -104,8 +104,15 @@ impl Simd for Avx2 {
     type F4 = X4;
     type F8 = X8;
     type F16 = Pair8;
+    type Part = X8;
+    const PART: usize = 8;
     const HAS_REGISTERS_OF_16: bool = false;
     type Order = X8Order;
+
+    #[inline(always)]
+    fn mask_part(mask: Pair8Mask, number: usize) -> X8Mask {
+        if number == 0 { mask.0 } else { mask.1 }
+    }
 
     #[inline(always)]
     fn permute8(a: X8, order: X8Order) -> X8 {
@@ -429,6 +436,7 @@ impl Mask for X8Mask {
 
 /// 16 floats in two registers.
 #[derive(Clone, Copy)]
+#[repr(C)]
 pub(crate) struct Pair8(X8, X8);
 
 /// Its truth values.

@@ -17,8 +17,15 @@ impl Simd for Avx512 {
     type F4 = X4;
     type F8 = X8;
     type F16 = X16;
+    type Part = X16;
+    const PART: usize = 16;
     const HAS_REGISTERS_OF_16: bool = true;
     type Order = X8Order;
+
+    #[inline(always)]
+    fn mask_part(mask: X16Mask, _: usize) -> X16Mask {
+        mask
+    }
 
     #[inline(always)]
     fn permute8(a: X8, order: X8Order) -> X8 {

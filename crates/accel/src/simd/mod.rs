@@ -25,8 +25,29 @@ pub(crate) trait Simd: Copy {
     type F8: Float<Array = [f32; 8]>;
     /// 16 floats.
     type F16: Float<Array = [f32; 16]>;
-    /// Whether these are one register.
+    /// What of 16 floats is worked on at a time where there is much to keep in registers.
+    type Part: Float;
+    /// Of how many floats.
+    const PART: usize;
+    /// Whether 16 floats are one register.
     const HAS_REGISTERS_OF_16: bool;
+
+    /// A part of 16 lanes.
+    #[inline(always)]
+    fn part(a: &Self::F16, number: usize) -> Self::Part {
+        debug_assert!(number < 16 / Self::PART);
+        // SAFETY: 16 floats are so many parts, one after the other.
+        unsafe { *(&raw const *a).cast::<Self::Part>().add(number) }
+    }
+    /// The same, to be changed.
+    #[inline(always)]
+    fn part_mut(a: &mut Self::F16, number: usize) -> &mut Self::Part {
+        debug_assert!(number < 16 / Self::PART);
+        // SAFETY: as above.
+        unsafe { &mut *(&raw mut *a).cast::<Self::Part>().add(number) }
+    }
+    /// A part of a mask of 16 lanes.
+    fn mask_part(mask: <Self::F16 as Float>::Mask, number: usize) -> <Self::Part as Float>::Mask;
 
     /// Items of `a` by the lanes of `order`, three bits each from the lowest.
     fn permute8(a: Self::F8, order: Order8<Self>) -> Self::F8;

@@ -11,8 +11,15 @@ impl Simd for Portable {
     type F4 = Lanes<4>;
     type F8 = Lanes<8>;
     type F16 = Lanes<16>;
+    type Part = Lanes<16>;
+    const PART: usize = 16;
     const HAS_REGISTERS_OF_16: bool = false;
     type Order = u32;
+
+    #[inline(always)]
+    fn mask_part(mask: LaneMask<16>, _: usize) -> LaneMask<16> {
+        mask
+    }
 
     #[inline(always)]
     fn permute8(a: Lanes<8>, order: u32) -> Lanes<8> {

@@ -1,9 +1,9 @@
 //! Where a ray passes the planes between cells, on the safe side of rounding; and why no hit is lost between cells.
 //!
 //! Cells cut primitives apart, so it takes an argument that one of a primitive's cells is visited in time. A hit at t
-//! counts only if the ray passes the primitive's padded bounds: they are entered at s, and s <= t. (The hit itself may
-//! lie anywhere beyond s; it is s that is followed here.) A primitive is entered in every cell that its padded bounds
-//! reach into. Follow a walk down to the cell that has s in its interval, at a plane m between two cells of which the
+//! lies in the primitive's bounds. Builders of cells pad these by more than the slab test can be wrong by, so by that test
+//! a ray with a hit at t enters the padded bounds at s <= t. (It is s that is followed here.) A primitive is entered in
+//! every cell that its padded bounds reach into. Follow a walk down to the cell that has s in its interval, at a plane m between two cells of which the
 //! ray meets the first one first. Let n(m) <= N(m) and F(m) <= f(m), with N and F what the slab test makes of the plane
 //! as a near and as a far side, and n and f what is computed here.
 //!

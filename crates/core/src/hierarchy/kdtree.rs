@@ -53,7 +53,7 @@ impl KdNode {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct KdRoot {
-    /// Box of all primitives, padded.
+    /// Box of all primitives, padded as cells' primitives are.
     pub bounds: Bounds,
     /// Number of the root, or [`crate::material::NONE`] for a geometry without primitives.
     pub node: u32,

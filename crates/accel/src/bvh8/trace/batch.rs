@@ -1,7 +1,8 @@
 //! Many rays: the choice among packets, sorted packets, streams and single rays.
 
 use super::choice::{Way, choose};
-use super::packet::{LaneFilters, Packet, Query16};
+use super::lanes::RaysV;
+use super::packet::{LaneFilters, Packet, Query16, load_rays, rays_from_one_point};
 use super::single;
 use super::sort;
 use super::walk::{ANY, Found, NEXT, Query};
@@ -85,8 +86,9 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         }
         // SAFETY: the caller's.
         unsafe {
-            let mut packet = Packet::load(&rows);
-            self.trace(&mut packet, &filters, count, alone, shared);
+            let loaded = load_rays::<S>(&rows);
+            let mut packet = Packet::new(loaded.t_max);
+            self.trace(&mut packet, &loaded, &filters, count, alone, shared);
             if QUERY == ANY {
                 let hidden = packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 for lane in 0..count {
@@ -122,8 +124,9 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
                 }
                 lane += 1;
             }
-            let mut packet = Packet::load(&rows);
-            self.trace(&mut packet, &filters, 16, ALONE_COHERENT, shared);
+            let loaded = load_rays::<S>(&rows);
+            let mut packet = Packet::new(loaded.t_max);
+            self.trace(&mut packet, &loaded, &filters, 16, ALONE_COHERENT, shared);
             if QUERY == ANY {
                 let hidden = packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 let answers = self.hidden.as_mut_ptr().add(first);
@@ -146,9 +149,11 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     }
 
     #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "what packets are made of")]
     unsafe fn trace<S: Simd>(
         &self,
         packet: &mut Packet<S>,
+        rays: &RaysV<S::F16>,
         each: &[&RayFilter; 16],
         count: usize,
         alone: u32,
@@ -160,7 +165,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             if let Filters::Each(_) = self.filters {
                 let lanes = LaneFilters::new(each);
                 let query = Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: each, alone };
-                packet.trace::<QUERY>(active, &query);
+                packet.trace::<QUERY>(rays, active, &query);
             } else {
                 let query = Query16 {
                     bvh: self.bvh,
@@ -168,7 +173,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
                     filters: &shared.filters,
                     alone,
                 };
-                packet.trace::<QUERY>(active, &query);
+                packet.trace::<QUERY>(rays, active, &query);
             }
         }
     }
@@ -248,10 +253,11 @@ impl<'a, S: Simd> Shared<'a, S> {
 #[inline(always)]
 unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
     let best = &packet.best;
-    let (instance, primitive) = (best.instance.to_array(), best.primitive.to_array());
+    let (rest, instance) = best.rest_and_instance();
+    let (instance, primitive) = (instance.to_array(), best.primitive.to_array());
     // SAFETY: the caller's; a hit is six numbers of 32 bits.
     unsafe {
-        S::scatter16([best.t, best.t_rest, best.u, best.v], rows);
+        S::scatter16([best.t, rest, best.u, best.v], rows);
         let mut lane = 0;
         while lane < 16 {
             rows[lane].add(4).write(instance.as_ref()[lane]);
@@ -278,7 +284,8 @@ impl Kernel for FromOnePoint<'_> {
     unsafe fn run<S: Simd>(self) -> u32 {
         let (batch, filters) = (self.batch, [self.filter; 16]);
         let lanes = LaneFilters::<S>::shared(self.filter);
-        let mut packet = Packet::<S>::from_one_point(batch);
+        let rays = rays_from_one_point::<S>(batch);
+        let mut packet = Packet::<S>::new(rays.t_max);
         // SAFETY: the caller's.
         unsafe {
             let query = Query16 {
@@ -287,7 +294,7 @@ impl Kernel for FromOnePoint<'_> {
                 filters: &filters,
                 alone: ALONE_COHERENT,
             };
-            packet.trace::<ANY>(self.active, &query);
+            packet.trace::<ANY>(&rays, self.active, &query);
         }
         packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
     }

@@ -1,7 +1,7 @@
 //! The first step of the triangle test of `eosphor_core::intersect`, operation by operation, for lanes of rays.
 
 use crate::bvh8::TriangleBlock;
-use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
+use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
 use eosphor_core::intersect::{
     EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, ORIGIN_SLACK, SHORT, SHORTEST_DIRECTION, SMALLEST_DETERMINANT,
     SMALLEST_DIRECTION, STEEP, T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK, USUAL_LENGTH, USUAL_REACH,
@@ -17,21 +17,26 @@ pub(super) struct SlabV<F> {
     pub(super) far_offset: Vec3V<F>,
 }
 
-/// A ray a lane: as `LocalRay`.
+/// Rays of some space, a ray a lane.
 #[derive(Clone, Copy)]
-pub(super) struct RayV<F> {
+pub(super) struct RaysV<F> {
     pub(super) origin: Vec3V<F>,
     pub(super) direction: Vec3V<F>,
     pub(super) t_min: F,
     pub(super) t_max: F,
+}
+
+/// What the tests need beside them: as `LocalRay`.
+#[derive(Clone, Copy)]
+pub(super) struct LocalV<F> {
+    /// NaN where a ray has numbers out of range.
+    pub(super) t_min: F,
     pub(super) slab: SlabV<F>,
     pub(super) length: F,
     /// [`EDGE_SLACK`] of it.
     pub(super) edge_slack: F,
     pub(super) reach: F,
     pub(super) scale: F,
-    /// Of the origin.
-    pub(super) largest: F,
 }
 
 impl<F: Float> SlabV<F> {
@@ -70,36 +75,18 @@ fn sum<F: Float>(v: &Vec3V<F>) -> F {
     v[0].abs().add(v[1].abs()).add(v[2].abs())
 }
 
-/// The ends of rays.
-#[derive(Clone, Copy)]
-pub(super) struct Ends<F> {
-    pub(super) t_min: F,
-    pub(super) t_max: F,
-}
-
-impl<F: Float> RayV<F> {
-    /// As `LocalRay::new`.
+impl<F: Float> RaysV<F> {
+    /// The largest coordinates of their origins.
     #[inline(always)]
-    pub(super) fn new<S: Simd<F16 = F>>(
-        origin: Vec3V<F>,
-        direction: Vec3V<F>,
-        ends: Ends<F>,
-        extent: f32,
-    ) -> RayV<F> {
-        let (length, scale) = (sum(&direction), sum(&origin));
-        RayV::in_space::<S>(origin, direction, ends, extent, length, F::splat(0.0), scale)
+    pub(super) fn largest(&self) -> F {
+        largest_component(&self.origin)
     }
 
-    /// As `LocalRay::mapped`, of rays in the world.
+    /// Mapped in double precision: as in `LocalRay::mapped`.
     #[inline(always)]
-    pub(super) fn mapped<S: Simd<F16 = F>>(
-        o: &Vec3V<F>,
-        d: &Vec3V<F>,
-        map: &Affine,
-        ends: Ends<F>,
-        extent: f32,
-    ) -> RayV<F> {
-        let (world_o, world_d) = (each!(k => o[k].to_array()), each!(k => d[k].to_array()));
+    pub(super) fn mapped(&self, map: &Affine) -> RaysV<F> {
+        let world_o = each!(k => self.origin[k].to_array());
+        let world_d = each!(k => self.direction[k].to_array());
         let (mut own_o, mut own_d) = (world_o, world_d);
         let mut lane = 0;
         while lane < 16 {
@@ -114,84 +101,99 @@ impl<F: Float> RayV<F> {
             }
             lane += 1;
         }
-        let (origin, direction) =
-            (each!(k => F::from_array(&own_o[k])), each!(k => F::from_array(&own_d[k])));
-        let length = F::splat(WORLD_FROM_OBJECT_ROUNDING).mul(sum(&direction));
-        let scale = sum(o).mul(length.div(sum(d)));
-        RayV::in_space::<S>(origin, direction, ends, extent, length, sum(&origin), scale)
+        RaysV {
+            origin: each!(k => F::from_array(&own_o[k])),
+            direction: each!(k => F::from_array(&own_d[k])),
+            ..*self
+        }
+    }
+}
+
+impl<F: Float> LocalV<F> {
+    /// As `LocalRay::new`.
+    #[inline(always)]
+    pub(super) fn of_world(rays: &RaysV<F>, extent: f32) -> (LocalV<F>, Usual<F>) {
+        let (length, scale) = (sum(&rays.direction), sum(&rays.origin));
+        LocalV::in_space(rays, extent, length, F::splat(0.0), scale)
+    }
+
+    /// As `LocalRay::mapped`, of rays of the world that are these in an object's space.
+    #[inline(always)]
+    pub(super) fn of_object(world: &RaysV<F>, own: &RaysV<F>, extent: f32) -> (LocalV<F>, Usual<F>) {
+        let length = F::splat(WORLD_FROM_OBJECT_ROUNDING).mul(sum(&own.direction));
+        let scale = sum(&world.origin).mul(length.div(sum(&world.direction)));
+        LocalV::in_space(own, extent, length, sum(&own.origin), scale)
     }
 
     #[inline(always)]
-    fn in_space<S: Simd<F16 = F>>(
-        origin: Vec3V<F>,
-        direction: Vec3V<F>,
-        ends: Ends<F>,
-        extent: f32,
-        length: F,
-        reach: F,
-        scale: F,
-    ) -> RayV<F> {
-        let largest = largest_component(&origin);
-        let d = each!(k => direction[k].abs());
-        let own = sum(&direction);
+    fn in_space(rays: &RaysV<F>, extent: f32, length: F, reach: F, scale: F) -> (LocalV<F>, Usual<F>) {
+        let largest = rays.largest();
+        let d = each!(k => rays.direction[k].abs());
+        let own = sum(&rays.direction);
         let [shortest, longest] = USUAL_LENGTH;
         let is_usual = largest.add(reach).le(F::splat(USUAL_REACH));
         let is_usual = is_usual.and(F::splat(shortest).le(own)).and(length.le(F::splat(longest)));
         let is_plain = is_usual.and(F::splat(SMALLEST_DIRECTION).lt(d[0].min(d[1]).min(d[2])));
         let one = F::splat(1.0);
         let everywhere = F::splat(EXTENT_SLACK).mul(F::splat(extent).add(largest));
-        let ray = RayV {
-            origin,
-            direction,
-            t_min: ends.t_min,
-            t_max: ends.t_max,
-            slab: SlabV::new(&origin, each!(k => one.div(direction[k])), everywhere),
+        let local = LocalV {
+            t_min: rays.t_min,
+            slab: SlabV::new(&rays.origin, each!(k => one.div(rays.direction[k])), everywhere),
             length,
             edge_slack: F::splat(EDGE_SLACK).mul(length),
             reach,
             scale,
-            largest,
         };
-        if is_plain.bits() == 0xffff {
-            ray
-        } else {
+        (local, Usual { is_usual, is_plain, everywhere })
+    }
+}
+
+/// Which rays are usual.
+pub(super) struct Usual<F: Float> {
+    is_usual: F::Mask,
+    is_plain: F::Mask,
+    everywhere: F,
+}
+
+impl<F: Float> Usual<F> {
+    /// Makes up for the others.
+    #[inline(always)]
+    pub(super) fn mend_others<S: Simd<F16 = F>>(&self, rays: &RaysV<F>, local: &mut LocalV<F>) {
+        let Usual { is_usual, is_plain, everywhere } = *self;
+        if is_plain.bits() != 0xffff {
             // SAFETY: the caller's.
-            unsafe { S::run(Unusual { ray, is_usual, everywhere }) }
+            unsafe { S::run(Unusual { rays, local, is_usual, everywhere }) };
         }
     }
 }
 
 /// Makes up for rays that are not usual: a function of its own, since it is rare.
-struct Unusual<F: Float> {
-    ray: RayV<F>,
+struct Unusual<'a, F: Float> {
+    rays: &'a RaysV<F>,
+    local: &'a mut LocalV<F>,
     is_usual: F::Mask,
     everywhere: F,
 }
 
-impl<F: Float> Kernel for Unusual<F> {
-    type Output = RayV<F>;
+impl<F: Float> Kernel for Unusual<'_, F> {
+    type Output = ();
 
     #[inline(always)]
-    unsafe fn run<S: Simd>(self) -> RayV<F> {
-        let Unusual { ray, is_usual, everywhere } = self;
-        let d = &ray.direction;
+    unsafe fn run<S: Simd>(self) {
+        let Unusual { rays, local, is_usual, everywhere } = self;
+        let d = &rays.direction;
         let smallest = F::splat(SMALLEST_DIRECTION);
         let safe = each!(k => d[k].or_else(smallest.lt(d[k].abs()), smallest.xor(d[k].sign())));
         let inverse = each!(k => F::splat(1.0).div(safe[k]));
-        let infinity = F::splat(f32::INFINITY);
         let largest = F::splat(LARGEST_NUMBER);
         let everywhere = everywhere.or_else(F::splat(SHORT).le(largest_component(d)), largest);
         let own = sum(d);
-        let in_range = sum(&ray.origin).add(own).le(F::splat(LARGEST_NUMBER));
+        let in_range = sum(&rays.origin).add(own).le(F::splat(LARGEST_NUMBER));
         let in_range = in_range.and(F::splat(SHORTEST_DIRECTION).le(own));
-        let length = ray.length.or_else(is_usual, infinity);
-        RayV {
-            t_min: ray.t_min.or_else(in_range, F::splat(f32::NAN)),
-            slab: SlabV::new(&ray.origin, inverse, everywhere),
-            length,
-            edge_slack: F::splat(EDGE_SLACK).mul(length),
-            ..ray
-        }
+        local.t_min = rays.t_min.or_else(in_range, F::splat(f32::NAN));
+        local.slab = SlabV::new(&rays.origin, inverse, everywhere);
+        local.length = local.length.or_else(is_usual, F::splat(f32::INFINITY));
+        local.edge_slack = F::splat(EDGE_SLACK).mul(local.length);
     }
 }
 
@@ -222,30 +224,56 @@ pub(super) struct StepRays<F> {
 pub(super) struct StepTriangles<F> {
     pub(super) e1: Vec3V<F>,
     pub(super) e2: Vec3V<F>,
-    pub(super) normal: Vec3V<F>,
-    pub(super) length1: F,
-    pub(super) length2: F,
+    /// Lengths of the two edges, multiplied.
+    pub(super) product: F,
+    /// And added up.
+    pub(super) lengths: F,
     /// First vertex minus the origin.
     pub(super) from_origin: Vec3V<F>,
     /// At least its length, with the ray's reach.
     pub(super) distance: F,
+    /// That with the lengths.
+    pub(super) distance_with_lengths: F,
+    /// Its product with the normal.
+    pub(super) numerator: F,
 }
 
-/// As `FirstStep` and `Meeting`.
+/// Direction dot normal, taken apart.
 #[derive(Clone, Copy)]
-pub(super) struct StepV<F: Float> {
+pub(super) struct Determinant<F> {
+    /// It is set where a ray meets the front.
+    pub(super) sign: F,
+    pub(super) size: F,
+}
+
+impl<F: Float> Determinant<F> {
+    #[inline(always)]
+    pub(super) fn new(normal: &Vec3V<F>, direction: &Vec3V<F>) -> Determinant<F> {
+        let determinant = dot(normal, direction);
+        let sign = determinant.sign();
+        Determinant { sign, size: determinant.xor(sign) }
+    }
+}
+
+/// Edge functions: as in `FirstStep`.
+#[derive(Clone, Copy)]
+pub(super) struct EdgesV<F> {
+    pub(super) u: F,
+    pub(super) v: F,
+    /// The smallest of three.
+    pub(super) least: F,
+}
+
+/// When rays meet the planes of triangles: as in `Meeting`.
+#[derive(Clone, Copy)]
+pub(super) struct PlanesV<F: Float> {
     pub(super) t: F,
     pub(super) error: F,
     pub(super) low: F,
     pub(super) high: F,
-    pub(super) u: F,
-    pub(super) v: F,
-    /// The sign of the determinant: it is set where a ray meets the front.
-    pub(super) sign: F,
-    /// The first step says that they do not meet.
-    pub(super) misses: F::Mask,
+    /// One over the determinant.
+    pub(super) inverse: F,
     pub(super) is_steep: F::Mask,
-    pub(super) is_clear: F::Mask,
 }
 
 /// As `from_origin.abs()`, added up with the rays' reach.
@@ -255,59 +283,59 @@ pub(super) fn distance<F: Float>(from_origin: &Vec3V<F>, reach: F) -> F {
     c[0].add(c[1]).add(c[2].add(reach))
 }
 
-/// As `PackedTriangle::first_step` and `FirstStep::meeting`.
-#[inline(always)]
-pub(super) fn first_step<F: Float>(ray: &StepRays<F>, triangle: &StepTriangles<F>) -> StepV<F> {
-    let StepTriangles { e1, e2, normal, length1, length2, from_origin, distance } = triangle;
-    let zero = F::splat(0.0);
-    let r = cross(from_origin, &ray.direction);
-    let determinant = dot(normal, &ray.direction);
-    let sign = determinant.sign();
-    let size = determinant.xor(sign);
-    let u = dot(&r, e2).xor(sign);
-    let v = dot(&r, e1).xor(sign.xor(zero.negate()));
-    let least = u.min(v).min(size.sub(u).sub(v));
-    let lengths = length1.add(*length2);
-    let slack = ray.edge_slack.mul(distance.add(lengths.abs()));
-    let slack = slack.fma(lengths, F::splat(UNDERFLOW_SLACK));
-    let inverse = F::splat(1.0).div(size);
-    let t = dot(normal, from_origin).xor(sign).mul(inverse);
-    let product = length1.mul(*length2);
-    let path = t.abs();
-    let distances = path.fma(ray.length, *distance);
-    let underflow = F::splat(T_UNDERFLOW).mul(inverse);
-    let error = F::splat(T_SLACK).mul(product.mul(inverse)).fma(distances, underflow);
-    let is_steep = F::splat(STEEP).mul(ray.length).fma(product, F::splat(SMALLEST_DETERMINANT)).le(size);
-    let bound = F::splat(T_ERROR).mul(path.fma(ray.length, ray.scale));
-    let is_exact = error.mul(ray.length).le(bound).and(slack.le(F::splat(UV_ERROR).mul(size)));
-    let (low, high) = (t.sub(error), t.add(error));
-    let is_between = ray.t_min.lt(low).and(high.le(ray.t_max));
-    StepV {
-        t,
-        error,
-        low,
-        high,
-        u: u.mul(inverse),
-        v: v.mul(inverse),
-        sign,
-        misses: least.lt(slack.negate()),
-        is_steep,
-        is_clear: slack.le(least).and(is_steep).and(is_exact).and(is_between),
+impl<F: Float> EdgesV<F> {
+    /// Of triangles with these edges, whose first vertex is here.
+    #[inline(always)]
+    pub(super) fn new(
+        from_origin: &Vec3V<F>,
+        e1: &Vec3V<F>,
+        e2: &Vec3V<F>,
+        direction: &Vec3V<F>,
+        determinant: &Determinant<F>,
+    ) -> EdgesV<F> {
+        let Determinant { sign, size } = *determinant;
+        let r = cross(from_origin, direction);
+        let u = dot(&r, e2).xor(sign);
+        let v = dot(&r, e1).xor(sign.xor(F::splat(0.0).negate()));
+        EdgesV { u, v, least: u.min(v).min(size.sub(u).sub(v)) }
     }
 }
 
-impl<F: Float> RayV<F> {
-    /// For the first step.
+impl<F: Float> StepTriangles<F> {
+    /// By how much edge functions may be wrong.
     #[inline(always)]
-    pub(super) fn step_rays(&self) -> StepRays<F> {
-        let RayV { direction, t_min, t_max, length, edge_slack, scale, .. } = *self;
-        StepRays { direction, t_min, t_max, length, edge_slack, scale }
+    pub(super) fn slack(&self, ray: &StepRays<F>) -> F {
+        ray.edge_slack.mul(self.distance_with_lengths).fma(self.lengths, F::splat(UNDERFLOW_SLACK))
     }
 
-    /// A triangle, as seen from the origins.
+    /// When rays meet their planes.
     #[inline(always)]
-    pub(super) fn vertex_seen(&self, v0: &Vec3V<F>) -> (Vec3V<F>, F) {
-        let from_origin = subtract(v0, &self.origin);
-        (from_origin, distance(&from_origin, self.reach))
+    pub(super) fn meet_planes(&self, ray: &StepRays<F>, determinant: &Determinant<F>) -> PlanesV<F> {
+        let Determinant { sign, size } = *determinant;
+        let inverse = F::splat(1.0).div(size);
+        let t = self.numerator.xor(sign).mul(inverse);
+        let product = self.product;
+        let distances = t.abs().fma(ray.length, self.distance);
+        let underflow = F::splat(T_UNDERFLOW).mul(inverse);
+        let error = F::splat(T_SLACK).mul(product.mul(inverse)).fma(distances, underflow);
+        let is_steep = F::splat(STEEP).mul(ray.length).fma(product, F::splat(SMALLEST_DETERMINANT)).le(size);
+        PlanesV { t, error, low: t.sub(error), high: t.add(error), inverse, is_steep }
+    }
+}
+
+impl<F: Float> PlanesV<F> {
+    /// Whether a hit lies beyond an end for certain.
+    #[inline(always)]
+    pub(super) fn is_beyond(&self, t_min: F, end: F) -> F::Mask {
+        self.high.lt(t_min).or(end.lt(self.low)).and(self.is_steep)
+    }
+
+    /// Whether there is a hit for certain.
+    #[inline(always)]
+    pub(super) fn is_clear(&self, ray: &StepRays<F>, edges: &EdgesV<F>, slack: F, size: F) -> F::Mask {
+        let bound = F::splat(T_ERROR).mul(self.t.abs().fma(ray.length, ray.scale));
+        let is_exact = self.error.mul(ray.length).le(bound).and(slack.le(F::splat(UV_ERROR).mul(size)));
+        let is_between = ray.t_min.lt(self.low).and(self.high.le(ray.t_max));
+        slack.le(edges.least).and(self.is_steep).and(is_exact).and(is_between)
     }
 }

@@ -68,10 +68,9 @@ impl<'a> Bvh8Tracer<'a> {
     }
 
     #[inline(always)]
-    fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, mut found: Found) -> Found {
+    fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, found: &mut Found) {
         // SAFETY: tracers are made for levels that the CPU has.
-        unsafe { run_at(self.level, OneRay::<QUERY> { bvh: &self.bvh, ray, filter, found: &mut found }) }
-        found
+        unsafe { run_at(self.level, OneRay::<QUERY> { bvh: &self.bvh, ray, filter, found }) }
     }
 
     fn batch<const QUERY: Query>(&self, batch: Batch<QUERY>) {
@@ -82,16 +81,21 @@ impl<'a> Bvh8Tracer<'a> {
 
 impl Tracer for Bvh8Tracer<'_> {
     fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
-        self.one::<CLOSEST>(ray, filter, Found::nothing(ray.t_max)).best
+        let mut found = Found::nothing(ray.t_max);
+        self.one::<CLOSEST>(ray, filter, &mut found);
+        found.best
     }
 
     fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        self.one::<ANY>(ray, filter, Found::nothing(ray.t_max)).any
+        let mut found = Found::nothing(ray.t_max);
+        self.one::<ANY>(ray, filter, &mut found);
+        found.any
     }
 
     fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        let found = Found { after: *after, ..Found::nothing(ray.t_max) };
-        self.one::<NEXT>(ray, filter, found).best
+        let mut found = Found { after: *after, ..Found::nothing(ray.t_max) };
+        self.one::<NEXT>(ray, filter, &mut found);
+        found.best
     }
 
     fn occluded_batch<const W: usize>(
@@ -153,8 +157,8 @@ impl<'a, C: Work> Bvh8CountingTracer<'a, C> {
         Bvh8CountingTracer { tracer: self.tracer.with_instances_of(top), ..self }
     }
 
-    fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, found: Found) -> Found {
-        let found = self.tracer.one::<QUERY>(ray, filter, found);
+    fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, mut found: Found) -> Found {
+        self.tracer.one::<QUERY>(ray, filter, &mut found);
         self.work.nodes(found.nodes);
         self.work.primitives(found.primitives);
         found

@@ -38,12 +38,15 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
     filter: &RayFilter,
     found: &mut Found,
 ) {
-    if let Some(local) = SingleRay::of_world::<S>(ray, bvh.geometries[0].extent, &bvh.bounds[0]) {
-        local.enter(found);
-        let search =
-            Search::<QUERY> { bvh, root: bvh.roots[0], ray: &local, instance: 0, filter, found: &mut *found };
+    let root = bvh.roots[0];
+    if SingleRay::is_usual(ray, bvh.near) {
+        let local = SingleRay::of_world::<S>(ray, bvh.geometries[0].extent);
+        let search = Search::<QUERY> { bvh, root, ray: &local, instance: 0, filter, found: &mut *found };
         // SAFETY: the root is the scene's.
         unsafe { search.run::<S>() };
+    } else {
+        // SAFETY: as above.
+        unsafe { S::run(Unusual::<QUERY> { bvh, ray, filter, found }) };
     }
     if bvh.instance_root != EMPTY && !(QUERY & KIND == ANY && found.any) {
         // SAFETY: as above.
@@ -52,6 +55,28 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
     if QUERY & KIND == NEXT {
         // SAFETY: the caller's.
         unsafe { S::run(Complete { bvh, ray, found }) };
+    }
+}
+
+/// A ray from far away or with numbers that are unusual: a function of its own, since it is rare.
+struct Unusual<'a, const QUERY: Query> {
+    bvh: &'a Bvh8View<'a>,
+    ray: &'a Ray,
+    filter: &'a RayFilter,
+    found: &'a mut Found,
+}
+
+impl<const QUERY: Query> Kernel for Unusual<'_, QUERY> {
+    type Output = ();
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) {
+        let Unusual { bvh, ray, filter, found } = self;
+        if let Some(local) = SingleRay::of_any::<S>(ray, bvh.geometries[0].extent, &bvh.bounds[0]) {
+            local.enter(found);
+            // SAFETY: the caller's; the root is the scene's.
+            unsafe { search::<S, QUERY>(bvh, bvh.roots[0], &local, 0, filter, found) };
+        }
     }
 }
 
@@ -83,7 +108,7 @@ pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
     filter: &RayFilter,
     found: &mut Found,
 ) {
-    let world_ray = SingleRay::of_world::<S>(ray, bvh.instance_bounds.extent(), &bvh.instance_bounds);
+    let world_ray = SingleRay::of_any::<S>(ray, bvh.instance_bounds.extent(), &bvh.instance_bounds);
     let Some(world_ray) = world_ray.filter(|ray| !ray.origin[3].is_nan()) else { return };
     let slab = Slab::new(ray.origin, ray.direction, 0.0);
     let mut leaves = InstanceLeaves { bvh, ray, from: world_ray.from, slab: &slab, filter };

@@ -1,12 +1,12 @@
 //! Leaves of triangles and spheres, for one ray at a time.
 
-use super::lanes::{StepRays, StepTriangles, distance, first_step};
+use super::lanes::{Determinant, EdgesV, StepRays, StepTriangles, distance};
 use super::single::VisitLeaf;
 use super::single_ray::SingleRay;
-use super::walk::{ANY, COUNTING, Found, KIND, NEXT, NO_TRIANGLE, Offer, Query};
+use super::walk::{ANY, CLOSEST, COUNTING, Found, KIND, NEXT, NO_TRIANGLE, Offer, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, INSTANCE, PLACE, SPHERE, TriangleBlock};
-use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
+use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
 use eosphor_core::intersect::{
     TriangleHit, UNDERFLOW_SLACK, intersect_precisely, intersect_sphere, may_meet_sphere,
 };
@@ -45,31 +45,23 @@ impl PrimitiveLeaves<'_> {
         // SAFETY: leaves name blocks that the builder made.
         let block = unsafe { self.bvh.blocks.get_unchecked(number as usize) };
         let ray = self.ray;
-        let zero = S::F4::splat(0.0);
         let v0 = load3::<S>(&block.v0);
-        let (e1, e2) = (subtract(&load3::<S>(&block.v1), &v0), subtract(&load3::<S>(&block.v2), &v0));
+        let (e1, e2) = (load3::<S>(&block.e1), load3::<S>(&block.e2));
         let direction = each!(k => S::F4::splat(ray.direction[k]));
         let from_origin = each!(k => v0[k].sub(S::F4::splat(ray.origin[k])));
-        let r = cross(&from_origin, &direction);
         let normal = cross(&e1, &e2);
-        let determinant = dot(&normal, &direction);
-        let sign = determinant.sign();
-        let size = determinant.xor(sign);
-        let u = dot(&r, &e2).xor(sign);
-        let v = dot(&r, &e1).xor(sign.xor(zero.negate()));
-        let least = u.min(v).min(size.sub(u).sub(v));
+        let determinant = Determinant::new(&normal, &direction);
+        let edges = EdgesV::new(&from_origin, &e1, &e2, &direction, &determinant);
         let (length1, length2) = (S::F4::from_array(&block.length1), S::F4::from_array(&block.length2));
-        let distance = distance(&from_origin, S::F4::splat(ray.reach));
         let lengths = length1.add(length2);
-        let slack = S::F4::splat(ray.edge_slack).mul(distance.add(lengths.abs()));
-        let slack = slack.fma(lengths, S::F4::splat(UNDERFLOW_SLACK));
+        let most = S::F4::splat(ray.most_slack).fma(lengths, S::F4::splat(UNDERFLOW_SLACK));
         if QUERY & COUNTING != 0 {
             found.primitives += block.count::<S>() as u32;
         }
-        if least.lt(slack.negate()).bits() == 0xf {
+        // Most leaves end here.
+        if edges.least.lt(most.negate()).bits() == 0xf {
             return false;
         }
-        // The compiler finds what was computed already.
         let rays = StepRays {
             direction,
             t_min: S::F4::splat(ray.origin[3]),
@@ -78,42 +70,61 @@ impl PrimitiveLeaves<'_> {
             edge_slack: S::F4::splat(ray.edge_slack),
             scale: S::F4::splat(ray.scale),
         };
-        let triangles = StepTriangles { e1, e2, normal, length1, length2, from_origin, distance };
-        let step = first_step(&rays, &triangles);
-        let end = S::F4::splat(found.end);
-        let beyond = step.high.lt(rays.t_min).or(end.lt(step.low)).and(step.is_steep);
-        let lanes = !step.misses.or(beyond).bits() & 0xf;
+        let distance = distance(&from_origin, S::F4::splat(ray.reach));
+        let triangles = StepTriangles {
+            e1,
+            e2,
+            product: length1.mul(length2),
+            lengths,
+            from_origin,
+            distance,
+            distance_with_lengths: distance.add(lengths.abs()),
+            numerator: dot(&normal, &from_origin),
+        };
+        let planes = triangles.meet_planes(&rays, &determinant);
+        let slack = triangles.slack(&rays);
+        let beyond = planes.is_beyond(rays.t_min, S::F4::splat(found.end));
+        let lanes = !edges.least.lt(slack.negate()).or(beyond).bits() & 0xf;
         if lanes == 0 {
             return false;
         }
+        let is_clear = planes.is_clear(&rays, &edges, slack, determinant.size);
         let lane = lanes.trailing_zeros() as usize & 3;
-        let nearer = step.is_clear.and(step.high.lt(S::F4::splat(found.before)));
+        let nearer = is_clear.and(planes.high.lt(S::F4::splat(found.before)));
         let is_alone = lanes & (lanes - 1) == 0;
-        let taken = lanes & nearer.bits() != 0 || QUERY & KIND == ANY && lanes & step.is_clear.bits() != 0;
+        let taken = lanes & if QUERY & KIND == ANY { is_clear.bits() } else { nearer.bits() } != 0;
+        let backs = determinant.sign.same_bits(S::F4::splat(0.0)).bits();
         if QUERY & KIND != NEXT && is_alone & taken & ray.from.is_none() {
             let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
-            let culled = self.filter.cull_back_faces & (step.sign.same_bits(zero).bits() >> lane & 1 == 1);
-            if self.filter.skips(id) | culled {
+            if self.filter.skips(id) | (self.filter.cull_back_faces & (backs >> lane & 1 == 1)) {
                 return false;
             }
             if QUERY & KIND == ANY {
                 found.any = true;
                 return true;
             }
-            let (t, u, v) = (step.t.to_array()[lane], step.u.to_array()[lane], step.v.to_array()[lane]);
-            let (low, high) = (step.low.to_array()[lane], step.high.to_array()[lane]);
+            let (u, v) =
+                (edges.u.mul(planes.inverse).to_array()[lane], edges.v.mul(planes.inverse).to_array()[lane]);
+            let t = planes.t.to_array()[lane];
+            let (low, high) = (planes.low.to_array()[lane], planes.high.to_array()[lane]);
             found.take(Hit { t, t_rest: UNKNOWN_REST, u, v, id }, number << 2 | lane as u32, low, high);
             return false;
         }
-        let clear = if ray.from.is_some() { 0 } else { step.is_clear.bits() };
+        if QUERY & KIND == CLOSEST && is_alone {
+            // What has been cut is met again.
+            let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
+            if found.best.id == id {
+                return false;
+            }
+        }
+        let clear = if ray.from.is_some() { 0 } else { is_clear.bits() };
         let hits = Clear {
             bits: clear,
-            t: step.t.to_array(),
-            error: step.error.to_array(),
-            u: step.u.to_array(),
-            v: step.v.to_array(),
+            t: planes.t.to_array(),
+            error: planes.error.to_array(),
+            u: edges.u.mul(planes.inverse).to_array(),
+            v: edges.v.mul(planes.inverse).to_array(),
         };
-        let backs = step.sign.same_bits(zero).bits();
         // SAFETY: the caller's.
         unsafe { S::run(Compare::<QUERY> { leaves: self, number, lanes, hits: &hits, backs, found }) }
     }

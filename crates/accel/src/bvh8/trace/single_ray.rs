@@ -6,10 +6,13 @@ use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{FarRay, is_far};
 use eosphor_core::intersect::{
     EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, LocalRay, ORIGIN_SLACK, SHORTEST_DIRECTION, SMALLEST_DIRECTION,
-    USUAL_LENGTH, USUAL_REACH,
+    USUAL_LENGTH,
 };
 use eosphor_core::math::Affine;
 use eosphor_core::ray::Ray;
+
+/// From 0 to a first vertex, with the lengths of two edges, in extents of the geometry: 3 and 4√3, and room for rounding.
+const FARTHEST_VERTEX: f32 = 10.0;
 
 /// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
 /// is a load away. Vectors have x, y, z and something else.
@@ -23,6 +26,8 @@ pub(super) struct SingleRay<'a> {
     pub(super) far_offset: [f32; 4],
     /// [`EDGE_SLACK`] of the length.
     pub(super) edge_slack: f32,
+    /// Times the lengths of its edges, no less than the edge functions of any triangle of the geometry may be wrong by.
+    pub(super) most_slack: f32,
     pub(super) reach: f32,
     pub(super) scale: f32,
     pub(super) octant: usize,
@@ -34,43 +39,56 @@ pub(super) struct SingleRay<'a> {
 }
 
 impl<'a> SingleRay<'a> {
-    /// In the world, whose tree has this box. `None` where the ray passes that by, as far as that is known.
+    /// Whether [`SingleRay::of_world`] is for this ray, to which its own numbers do no harm and which does not start
+    /// farther away than this.
     #[inline(always)]
-    pub(super) fn of_world<S: Simd>(ray: &Ray, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
-        if is_far(ray.origin, bounds.extent()) {
-            return SingleRay::far::<S>(ray, None, bounds);
-        }
+    pub(super) fn is_usual(ray: &Ray, near: f32) -> bool {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let length = d.x + d.y + d.z;
         let [shortest, longest] = USUAL_LENGTH;
-        let largest = o.max_component();
-        let is_usual = (largest <= USUAL_REACH) & (shortest <= length) & (length <= longest);
-        if !is_usual {
-            return Some(SingleRay::from_local::<S>(&LocalRay::new(ray, extent), ray, None, None));
-        }
+        (o.max_component() <= near) & (shortest <= length) & (length <= longest)
+    }
+
+    /// In the world.
+    #[inline(always)]
+    pub(super) fn of_world<S: Simd>(ray: &Ray, extent: f32) -> SingleRay<'a> {
+        let (o, d) = (ray.origin.abs(), ray.direction.abs());
+        let length = d.x + d.y + d.z;
         let origin = [ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min];
         let direction = [ray.direction.x, ray.direction.y, ray.direction.z, length];
         let (lanes, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
         let smallest = S::F4::splat(SMALLEST_DIRECTION);
         let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
         let inverse = S::F4::splat(1.0).div(safe);
-        let everywhere = S::F4::splat(EXTENT_SLACK * (extent + largest));
+        let everywhere = S::F4::splat(EXTENT_SLACK * (extent + o.max_component()));
         let slack = inverse.abs().mul(lanes.abs().mul(S::F4::splat(ORIGIN_SLACK)).add(everywhere));
         let offset = lanes.mul(inverse).negate();
-        Some(SingleRay {
+        let edge_slack = EDGE_SLACK * length;
+        let scale = o.x + o.y + o.z;
+        SingleRay {
             origin,
             direction,
             inverse: inverse.to_array(),
             near_offset: offset.sub(slack).to_array(),
             far_offset: offset.add(slack).to_array(),
-            edge_slack: EDGE_SLACK * length,
+            edge_slack,
+            most_slack: edge_slack * (FARTHEST_VERTEX * extent + scale),
             reach: 0.0,
-            scale: o.x + o.y + o.z,
+            scale,
             octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
             world: *ray,
             map: None,
             from: None,
-        })
+        }
+    }
+
+    /// Any ray in the world, whose tree has this box. `None` where the ray passes that by, as far as that is known.
+    #[inline(always)]
+    pub(super) fn of_any<S: Simd>(ray: &Ray, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
+        if is_far(ray.origin, bounds.extent()) {
+            return SingleRay::far::<S>(ray, None, extent, bounds);
+        }
+        Some(SingleRay::from_local::<S>(&LocalRay::new(ray, extent), ray, None, extent, None))
     }
 
     /// In an object's space.
@@ -83,19 +101,29 @@ impl<'a> SingleRay<'a> {
     ) -> Option<SingleRay<'a>> {
         let local = LocalRay::mapped(ray, map, extent);
         if is_far(local.origin, bounds.extent()) {
-            return SingleRay::far::<S>(ray, Some(map), bounds);
+            return SingleRay::far::<S>(ray, Some(map), extent, bounds);
         }
-        Some(SingleRay::from_local::<S>(&local, ray, Some(map), None))
+        Some(SingleRay::from_local::<S>(&local, ray, Some(map), extent, None))
     }
 
     #[inline(always)]
-    fn far<S: Simd>(ray: &Ray, map: Option<&'a Affine>, bounds: &Bounds) -> Option<SingleRay<'a>> {
+    fn far<S: Simd>(
+        ray: &Ray,
+        map: Option<&'a Affine>,
+        extent: f32,
+        bounds: &Bounds,
+    ) -> Option<SingleRay<'a>> {
         // SAFETY: the caller's.
-        unsafe { S::run(Far { ray, map, bounds }) }
+        unsafe { S::run(Far { ray, map, extent, bounds }) }
     }
 
     #[inline(always)]
-    fn from_box<S: Simd>(ray: &Ray, map: Option<&'a Affine>, bounds: &Bounds) -> Option<SingleRay<'a>> {
+    fn from_box<S: Simd>(
+        ray: &Ray,
+        map: Option<&'a Affine>,
+        extent: f32,
+        bounds: &Bounds,
+    ) -> Option<SingleRay<'a>> {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let length = d.x + d.y + d.z;
         // Such a ray hits nothing, from wherever it is looked at. NaN is neither.
@@ -103,7 +131,7 @@ impl<'a> SingleRay<'a> {
             return None;
         }
         let far = FarRay::new(ray, map, bounds)?;
-        Some(SingleRay::from_local::<S>(&far.ray, ray, map, Some(far.from)))
+        Some(SingleRay::from_local::<S>(&far.ray, ray, map, extent, Some(far.from)))
     }
 
     #[inline(always)]
@@ -111,11 +139,13 @@ impl<'a> SingleRay<'a> {
         local: &LocalRay,
         world: &Ray,
         map: Option<&'a Affine>,
+        extent: f32,
         from: Option<f64>,
     ) -> SingleRay<'a> {
         let (o, d, slab) = (local.origin, local.direction, &local.slab);
         let four = |v: eosphor_core::math::Vec3, w: f32| [v.x, v.y, v.z, w];
         let i = slab.inverse;
+        let (edge_slack, size) = (EDGE_SLACK * local.length, o.abs());
         let octant = (i.x < 0.0) as usize | ((i.y < 0.0) as usize) << 1 | ((i.z < 0.0) as usize) << 2;
         SingleRay {
             origin: four(o, local.t_min),
@@ -123,7 +153,8 @@ impl<'a> SingleRay<'a> {
             inverse: four(i, 0.0),
             near_offset: four(slab.near_offset, 0.0),
             far_offset: four(slab.far_offset, 0.0),
-            edge_slack: EDGE_SLACK * local.length,
+            edge_slack,
+            most_slack: edge_slack * (FARTHEST_VERTEX * extent + (size.x + size.y + size.z) + local.reach),
             reach: local.reach,
             scale: local.scale,
             octant,
@@ -146,6 +177,7 @@ impl<'a> SingleRay<'a> {
 struct Far<'a, 'b> {
     ray: &'b Ray,
     map: Option<&'a Affine>,
+    extent: f32,
     bounds: &'b Bounds,
 }
 
@@ -154,7 +186,7 @@ impl<'a> Kernel for Far<'a, '_> {
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> Option<SingleRay<'a>> {
-        SingleRay::from_box::<S>(self.ray, self.map, self.bounds)
+        SingleRay::from_box::<S>(self.ray, self.map, self.extent, self.bounds)
     }
 }
 

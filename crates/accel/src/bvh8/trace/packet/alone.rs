@@ -33,7 +33,7 @@ impl<'a> SingleRays<'a> {
             missing &= missing - 1;
             let ray = world_ray(leg, lane);
             self.rays[lane].write(if leg.instance == 0 {
-                SingleRay::of_world::<S>(&ray, leg.extent, bounds)
+                SingleRay::of_any::<S>(&ray, leg.extent, bounds)
             } else {
                 SingleRay::of_object::<S>(&ray, &instance.object_from_world, leg.extent, bounds)
             });

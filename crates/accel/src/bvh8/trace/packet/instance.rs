@@ -3,7 +3,7 @@
 use super::alone::SingleRays;
 use super::{Leg, MaskOf, Packet, Query16};
 use crate::bvh8::EMPTY;
-use crate::bvh8::trace::lanes::RayV;
+use crate::bvh8::trace::lanes::LocalV;
 use crate::bvh8::trace::walk::Query;
 use crate::simd::{Float, Mask, Simd, splat3};
 
@@ -21,7 +21,7 @@ impl<S: Simd> Packet<S> {
         let instance = &bvh.instances[number as usize];
         let low = splat3(instance.world_bounds.min);
         let high = splat3(instance.world_bounds.max);
-        let (near, far) = world.ray.slab.interval(&low, &high, world.ray.t_min);
+        let (near, far) = world.local.slab.interval(&low, &high, world.local.t_min);
         let active = active.and(near.le(far.min(self.end)));
         if !active.any() {
             return false;
@@ -29,10 +29,11 @@ impl<S: Simd> Packet<S> {
         let rays = world.world;
         let geometry = instance.geometry as usize;
         let extent = bvh.geometries[geometry].extent;
-        let map = &instance.object_from_world;
-        let ray = RayV::mapped::<S>(&rays.origin, &rays.direction, map, rays.ends(), extent);
-        let leg = Leg { ray, extent, instance: number, world: rays };
-        let active = active.and(S::F16::splat(0.0).le(leg.ray.t_min));
+        let own = rays.mapped(&instance.object_from_world);
+        let (mut local, usual) = LocalV::of_object(rays, &own, extent);
+        usual.mend_others::<S>(&own, &mut local);
+        let leg = Leg { own: &own, local: &local, extent, instance: number, world: rays };
+        let active = active.and(S::F16::splat(0.0).le(leg.local.t_min));
         let root = bvh.roots[geometry];
         let mut singles = SingleRays::none();
         let far = leg.far_from(&bvh.bounds[geometry]);

@@ -1,7 +1,6 @@
 //! Bounds of rays, to test boxes against all of them at a time.
 
-use super::MaskOf;
-use crate::bvh8::trace::lanes::RayV;
+use super::{Leg, MaskOf};
 use crate::simd::{Float, Mask, Simd, Vec3V, each};
 use eosphor_core::intersect::{EXTENT_SLACK, ORIGIN_SLACK};
 
@@ -13,10 +12,8 @@ pub(super) struct Interval<S: Simd> {
     pub(super) far_scale: Vec3V<S::F8>,
     pub(super) far_offset: Vec3V<S::F8>,
     pub(super) t_min: S::F8,
-    /// Where all rays start, if their numbers are usual.
-    pub(super) one_origin: Option<[f32; 3]>,
-    /// No origin is farther from 0 than this, with the rounding of their space.
-    pub(super) farthest: f32,
+    /// Where all rays start and their reach, if their numbers are usual.
+    pub(super) one_origin: Option<[f32; 4]>,
 }
 
 /// The interval is widened by so many times what each ray's own test is: over the rounding of both that comes from origins.
@@ -24,13 +21,14 @@ const WIDER: f32 = 4.0;
 
 /// And its far end is moved out by this: over the rounding of both that comes from planes, which is some 8 times 2^-24 of
 /// where they are met, and of the origin.
-pub(super) const FARTHER: f32 = 1.0 + 1.0 / 1_048_576.0;
+const FARTHER: f32 = 1.0 + 1.0 / 1_048_576.0;
 
 impl<S: Simd> Interval<S> {
     /// Of rays that all go into one octant and whose `t_min` is not below 0: what lies behind an origin then fails by
     /// its sign, whatever the bounds make of it.
     #[inline(always)]
-    pub(super) fn new(ray: &RayV<S::F16>, extent: f32, group: MaskOf<S>, octant: usize) -> Interval<S> {
+    pub(super) fn new(leg: &Leg<S>, extent: f32, group: MaskOf<S>, octant: usize) -> Interval<S> {
+        let (origin, local) = (&leg.own.origin, leg.local);
         let zero = S::F8::splat(0.0);
         let none = [zero, zero, zero];
         let mut interval = Interval {
@@ -40,19 +38,18 @@ impl<S: Simd> Interval<S> {
             far_offset: none,
             t_min: zero,
             one_origin: None,
-            farthest: 0.0,
         };
         let first = group.bits().trailing_zeros() as usize & 15;
-        let mut low = each!(k => ray.origin[k].to_array().as_ref()[first]);
+        let mut low = each!(k => origin[k].to_array().as_ref()[first]);
         let mut high = low;
         // Most groups start at one point.
-        let same = each!(k => ray.origin[k].same_bits(S::F16::splat(low[k])));
+        let same = each!(k => origin[k].same_bits(S::F16::splat(low[k])));
         let one_origin = !group.without(same[0].and(same[1]).and(same[2])).any();
         let mut k = 0;
         if !one_origin {
             while k < 3 {
-                low[k] = ray.origin[k].smallest(group);
-                high[k] = ray.origin[k].largest(group);
+                low[k] = origin[k].smallest(group);
+                high[k] = origin[k].largest(group);
                 k += 1;
             }
         }
@@ -60,7 +57,7 @@ impl<S: Simd> Interval<S> {
         let everywhere = EXTENT_SLACK * (extent + reach[0].max(reach[1]).max(reach[2]));
         k = 0;
         while k < 3 {
-            let inverse = ray.slab.inverse[k];
+            let inverse = local.slab.inverse[k];
             let (i0, i1) = (inverse.smallest(group), inverse.largest(group));
             let backward = octant >> k & 1 == 1;
             let (near, near_origin) = if backward { (i1, low[k]) } else { (i0, high[k]) };
@@ -68,15 +65,15 @@ impl<S: Simd> Interval<S> {
             let slack = WIDER * (ORIGIN_SLACK * reach[k] + everywhere) * i0.abs().max(i1.abs());
             interval.near_scale[k] = S::F8::splat(near);
             interval.near_offset[k] = S::F8::splat(-(near * near_origin) - slack);
-            interval.far_scale[k] = S::F8::splat(far);
-            interval.far_offset[k] = S::F8::splat(slack - far * far_origin);
+            interval.far_scale[k] = S::F8::splat(FARTHER * far);
+            interval.far_offset[k] = S::F8::splat(FARTHER * (slack - far * far_origin));
             k += 1;
         }
-        interval.farthest = reach[0] + reach[1] + reach[2] + ray.reach.largest(group);
-        // What triangles share then multiplies in another order, which for unusual numbers overflows where core's does not.
-        let is_usual = ray.length.lt(S::F16::splat(f32::INFINITY));
+        // The first look then multiplies in another order, which for unusual numbers overflows where core's does not.
+        let is_usual = local.length.lt(S::F16::splat(f32::INFINITY));
         if one_origin && !group.without(is_usual).any() {
-            interval.one_origin = Some(low);
+            let own_reach = if leg.instance == 0 { 0.0 } else { local.reach.to_array().as_ref()[first] };
+            interval.one_origin = Some([low[0], low[1], low[2], own_reach]);
         }
         interval
     }

@@ -15,32 +15,23 @@ mod walk;
 
 pub(super) use filters::LaneFilters;
 
-use super::lanes::{Ends, RayV};
+use super::lanes::{LocalV, RaysV, StepRays};
 use super::walk::{NEXT, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY};
-use crate::simd::{Float, Mask, Simd, Vec3V, each, splat3};
+use crate::simd::{Float, Mask, Simd, each, splat3};
 use alone::SingleRays;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{FAR, ShadowBatch};
 use eosphor_core::intersect::T_ROUNDING;
-use eosphor_core::ray::RayFilter;
+use eosphor_core::ray::{RayFilter, UNKNOWN_REST};
 use walk::Walk;
 
 type MaskOf<S> = <<S as Simd>::F16 as Float>::Mask;
+type PartMask<S> = <<S as Simd>::Part as Float>::Mask;
 
-/// Sixteen rays in world space.
-#[derive(Clone, Copy)]
-pub(super) struct WorldRays<S: Simd> {
-    origin: Vec3V<S::F16>,
-    direction: Vec3V<S::F16>,
-    t_min: S::F16,
-    t_max: S::F16,
-}
-
-/// Sixteen rays and what they have found.
+/// What sixteen rays have found.
 pub(super) struct Packet<S: Simd> {
-    rays: WorldRays<S>,
     /// Hits beyond this cannot matter any more. For [`ANY`], minus infinity where there is a hit.
     pub(super) end: S::F16,
     pub(super) best: Best<S>,
@@ -48,16 +39,18 @@ pub(super) struct Packet<S: Simd> {
 
 /// The best hits: in memory, since they change seldom.
 pub(super) struct Best<S: Simd> {
-    /// The `t` of double precision is no less than this.
-    low: S::F16,
     pub(super) t: S::F16,
-    pub(super) t_rest: S::F16,
+    /// Where it has been computed.
+    t_rest: S::F16,
     pub(super) u: S::F16,
     pub(super) v: S::F16,
     /// As bits, like the next two: as `Found::place`.
     place: S::F16,
     pub(super) primitive: S::F16,
-    pub(super) instance: S::F16,
+    /// 0 where nothing was hit, too.
+    instance: S::F16,
+    /// Bits of the lanes whose `t_rest` has been computed.
+    precise: u32,
 }
 
 impl<S: Simd> Best<S> {
@@ -66,15 +59,27 @@ impl<S: Simd> Best<S> {
         let none = S::F16::splat(f32::from_bits(u32::MAX));
         let zero = S::F16::splat(0.0);
         Best {
-            low: t_max,
             t: t_max,
             t_rest: zero,
             u: zero,
             v: zero,
             place: none,
             primitive: none,
-            instance: none,
+            instance: zero,
+            precise: 0,
         }
+    }
+
+    /// What rounding took from `t`, and the instances that were hit, as bits.
+    #[inline(always)]
+    pub(super) fn rest_and_instance(&self) -> (S::F16, S::F16) {
+        let none = S::F16::splat(f32::from_bits(u32::MAX));
+        let missed = self.primitive.same_bits(none);
+        let mut rest = S::F16::splat(0.0).or_else(missed, S::F16::splat(UNKNOWN_REST));
+        if self.precise != 0 {
+            rest = self.t_rest.or_else(MaskOf::<S>::from_bits(self.precise), rest);
+        }
+        (rest, none.or_else(missed, self.instance))
     }
 }
 
@@ -91,67 +96,69 @@ pub(super) struct Query16<'a, S: Simd> {
 
 /// The rays in the space of one instance.
 struct Leg<'a, S: Simd> {
-    ray: RayV<S::F16>,
+    own: &'a RaysV<S::F16>,
+    local: &'a LocalV<S::F16>,
     extent: f32,
     instance: u32,
-    world: &'a WorldRays<S>,
-}
-
-impl<S: Simd> WorldRays<S> {
-    #[inline(always)]
-    fn ends(&self) -> Ends<S::F16> {
-        Ends { t_min: self.t_min, t_max: self.t_max }
-    }
+    world: &'a RaysV<S::F16>,
 }
 
 impl<S: Simd> Leg<'_, S> {
+    /// A part of the rays, for the first step.
+    #[inline(always)]
+    fn step_rays(&self, part: usize) -> StepRays<S::Part> {
+        let (own, local) = (self.own, self.local);
+        StepRays {
+            direction: each!(k => S::part(&own.direction[k], part)),
+            t_min: S::part(&local.t_min, part),
+            t_max: S::part(&own.t_max, part),
+            length: S::part(&local.length, part),
+            edge_slack: S::part(&local.edge_slack, part),
+            scale: S::part(&local.scale, part),
+        }
+    }
+
     /// Lanes that start far from the box around a tree.
     #[inline(always)]
     fn far_from(&self, bounds: &Bounds) -> MaskOf<S> {
         let extent = bounds.extent();
         if extent > 0.0 {
-            S::F16::splat(FAR * extent).lt(self.ray.largest)
+            S::F16::splat(FAR * extent).lt(self.own.largest())
         } else {
             MaskOf::<S>::from_bits(0)
         }
     }
 }
 
+/// Sixteen rays.
+///
+/// # Safety
+/// The pointers point to rays, and the CPU has the instruction set.
+#[inline(always)]
+pub(super) unsafe fn load_rays<S: Simd>(rays: &[*const f32; 16]) -> RaysV<S::F16> {
+    // SAFETY: a ray is eight floats.
+    let [ox, oy, oz, t_min, dx, dy, dz, t_max] = unsafe { S::transpose16(rays) };
+    RaysV { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max }
+}
+
+/// Rays that start at one point.
+#[inline(always)]
+pub(super) fn rays_from_one_point<S: Simd>(batch: &ShadowBatch<16>) -> RaysV<S::F16> {
+    // SAFETY: sixteen floats each.
+    unsafe {
+        let direction =
+            [S::F16::load(batch.x.as_ptr()), S::F16::load(batch.y.as_ptr()), S::F16::load(batch.z.as_ptr())];
+        let t_max = S::F16::load(batch.t_max.as_ptr());
+        RaysV { origin: splat3(batch.origin), direction, t_min: S::F16::splat(0.0), t_max }
+    }
+}
+
 impl<S: Simd> Packet<S> {
+    /// Nothing, for rays with these ends.
     #[inline(always)]
-    fn new(rays: WorldRays<S>) -> Packet<S> {
-        let t_max = rays.t_max;
+    pub(super) fn new(t_max: S::F16) -> Packet<S> {
         let end = t_max.abs().fma(S::F16::splat(T_ROUNDING), t_max);
-        Packet { rays, end, best: Best::none(t_max) }
-    }
-
-    /// From sixteen rays.
-    ///
-    /// # Safety
-    /// The pointers point to rays, and the CPU has the instruction set.
-    #[inline(always)]
-    pub(super) unsafe fn load(rays: &[*const f32; 16]) -> Packet<S> {
-        // SAFETY: a ray is eight floats.
-        let [ox, oy, oz, t_min, dx, dy, dz, t_max] = unsafe { S::transpose16(rays) };
-        Packet::new(WorldRays { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max })
-    }
-
-    /// From rays that start at one point.
-    #[inline(always)]
-    pub(super) fn from_one_point(batch: &ShadowBatch<16>) -> Packet<S> {
-        // SAFETY: sixteen floats each.
-        unsafe {
-            Packet::new(WorldRays {
-                origin: splat3(batch.origin),
-                direction: [
-                    S::F16::load(batch.x.as_ptr()),
-                    S::F16::load(batch.y.as_ptr()),
-                    S::F16::load(batch.z.as_ptr()),
-                ],
-                t_min: S::F16::splat(0.0),
-                t_max: S::F16::load(batch.t_max.as_ptr()),
-            })
-        }
+        Packet { end, best: Best::none(t_max) }
     }
 
     /// Traces the lanes of `active`.
@@ -159,20 +166,25 @@ impl<S: Simd> Packet<S> {
     /// # Safety
     /// The CPU has the instruction set.
     #[inline(always)]
-    pub(super) unsafe fn trace<const QUERY: Query>(&mut self, active: u32, query: &Query16<S>) {
+    pub(super) unsafe fn trace<const QUERY: Query>(
+        &mut self,
+        rays: &RaysV<S::F16>,
+        active: u32,
+        query: &Query16<S>,
+    ) {
         debug_assert!(QUERY != NEXT);
         let bvh = query.bvh;
         let zero = S::F16::splat(0.0);
         let active = MaskOf::<S>::from_bits(active);
-        let rays = self.rays;
         let extent = bvh.geometries[0].extent;
-        let ray = RayV::new::<S>(rays.origin, rays.direction, rays.ends(), extent);
-        let leg = Leg::<S> { ray, extent, instance: 0, world: &rays };
+        let (mut local, usual) = LocalV::of_world(rays, extent);
+        usual.mend_others::<S>(rays, &mut local);
+        let leg = Leg::<S> { own: rays, local: &local, extent, instance: 0, world: rays };
         let mut singles = SingleRays::none();
-        let live = active.and(zero.le(leg.ray.t_min)).and(leg.ray.t_min.le(self.end));
-        let far = leg.far_from(&bvh.bounds[0]);
+        let live = active.and(zero.le(leg.local.t_min)).and(leg.local.t_min.le(self.end));
+        let far = S::F16::splat(bvh.near).lt(rays.largest());
         // What starts before its origin goes alone too: the bounds of a group do not hold there.
-        let before = active.and(leg.ray.t_min.lt(zero));
+        let before = active.and(leg.local.t_min.lt(zero));
         // SAFETY: the caller's.
         unsafe {
             self.walk_octants::<QUERY, false>(query, bvh.roots[0], &leg, &mut singles, live.without(far));
@@ -203,7 +215,7 @@ impl<S: Simd> Packet<S> {
         active: MaskOf<S>,
     ) {
         let zero = S::F16::splat(0.0);
-        let backward = each!(k => leg.ray.slab.inverse[k].lt(zero).bits());
+        let backward = each!(k => leg.local.slab.inverse[k].lt(zero).bits());
         let mut left = active.bits();
         if root == EMPTY {
             return;

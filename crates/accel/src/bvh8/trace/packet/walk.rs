@@ -1,7 +1,7 @@
 //! The way of a group of rays through a tree.
 
 use super::alone::SingleRays;
-use super::interval::{FARTHER, Interval};
+use super::interval::Interval;
 use super::{Leg, MaskOf, Packet, Query16};
 use crate::bvh8::trace::single::{near_planes, planes};
 use crate::bvh8::trace::walk::{ANY, Query, STACK};
@@ -41,15 +41,14 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
         let bvh = query.bvh;
         let nodes = if INSTANCES { bvh.instance_nodes } else { bvh.nodes };
         let boxes_extent = if INSTANCES { bvh.instance_bounds.extent() } else { leg.extent };
-        let interval = Interval::<S>::new(&leg.ray, boxes_extent, group, octant);
+        let interval = Interval::<S>::new(leg, boxes_extent, group, octant);
         let nowhere = S::F16::splat(f32::NEG_INFINITY);
         // Not even at infinity.
         let never = S::F16::splat(f32::NAN);
-        // Copies, which the compiler can keep in registers.
-        let (slab, t_min) = (leg.ray.slab, leg.ray.t_min);
+        // Copies, which the compiler can keep in registers where there are enough.
+        let (slab, t_min) = (leg.local.slab, leg.local.t_min);
         let mut end = packet.end;
         let near_planes = near_planes(octant);
-        let farther = S::F8::splat(FARTHER);
         let mut children = MaybeUninit::<[Child; STACK]>::uninit();
         let mut nears = MaybeUninit::<[S::F16; STACK]>::uninit();
         let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<S::F16>());
@@ -79,7 +78,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                     let [x0, y0, z0] = each!(k => planes::<S>(node, near_planes[k]).fma(ns[k], no[k]));
                     let [x1, y1, z1] = each!(k => planes::<S>(node, near_planes[k] ^ 32).fma(fs[k], fo[k]));
                     let first = x0.max(y0).max(z0.max(interval.t_min));
-                    let last = x1.min(y1).min(z1).mul(farther).min(latest);
+                    let last = x1.min(y1).min(z1.min(latest));
                     let order = *node.orders.get_unchecked(octant);
                     let lanes = S::order8(order);
                     let mut entered = S::permute8(first, lanes).le(S::permute8(last, lanes)).bits();
@@ -114,18 +113,10 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                 changed = unsafe { packet.test_sphere::<QUERY>(query, at & PLACE, leg, bits) };
                 end = packet.end;
             } else {
-                let (one_origin, farthest) = (interval.one_origin, interval.farthest);
+                let one_origin = interval.one_origin;
                 // SAFETY: the caller's.
                 changed = unsafe {
-                    packet.best.test_block::<QUERY>(
-                        query,
-                        at & PLACE,
-                        leg,
-                        active,
-                        one_origin,
-                        farthest,
-                        &mut end,
-                    )
+                    packet.best.test_block::<QUERY>(query, at & PLACE, leg, active, one_origin, &mut end)
                 };
             }
             if changed {
