@@ -416,8 +416,9 @@ fn hits_are_those_of_double_precision() {
         let points_are_near = !name.ends_with("from the origin");
         // Edges are widened by 2^-21 = 4.8e-7 of the reach, the third by up to twice that.
         assert!(accuracy.outside < 1e-6 && accuracy.inside < 1e-7, "{name}: {accuracy:?}");
-        // Two units in the last place of the largest coordinate: `t` is that of single precision.
-        assert!(accuracy.off_plane < 2.4e-7, "{name}: {accuracy:?}");
+        // Two and a half units in the last place of the largest coordinate: `t` is that of single precision, as long as its
+        // bound is within `T_ERROR`.
+        assert!(accuracy.off_plane < 3e-7, "{name}: {accuracy:?}");
         if points_are_near {
             assert!(accuracy.t_error < 4e-6 && accuracy.steep_t_error < 1e-6, "{name}: {accuracy:?}");
         }

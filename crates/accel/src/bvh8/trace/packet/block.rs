@@ -168,7 +168,6 @@ impl<S: Simd> Best<S> {
         // SAFETY: leaves name blocks that the builder made.
         let block = unsafe { query.bvh.blocks.get_unchecked(number as usize) };
         let shared = Shared::new::<S>(block, one_origin);
-        let is_one_origin = one_origin.is_some();
         // Unused lanes come last.
         let used = block.count::<S>();
         let block = Tested { number, block, shared: &shared, is_one_origin: one_origin.is_some(), used };
