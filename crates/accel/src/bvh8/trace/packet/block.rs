@@ -10,8 +10,8 @@ use eosphor_core::intersect::{TriangleHit, UNDERFLOW_SLACK, intersect_precisely}
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 
-/// The best hit is no earlier than its `t` less this times what it may be later: the bounds lie 6 units in the last place
-/// of `t` to either side at least, so what rounding makes of them is less than the rest.
+/// The best hit is no earlier than its `t` less this times what it may be later. The upper bound lies 4 · 2^-24 of `t` beyond
+/// it at least, and is rounded by 2^-24 of that; 2^-24 is also the most that a precise `t` was rounded by.
 const TO_LOW: f32 = 1.25;
 
 /// What is the same for all rays about the triangles of a block: a triangle a lane, in memory.
