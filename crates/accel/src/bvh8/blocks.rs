@@ -113,20 +113,19 @@ fn pack_avx2(
     let used = _mm_cmpgt_epi32(_mm_set1_epi32(count as i32), _mm_setr_epi32(0, 1, 2, 3));
     let used_ps = _mm_castsi128_ps(used);
     let only_used = |v: [__m128; 3]| v.map(|x| to_array(_mm_and_ps(x, used_ps)));
-    let length = |q: __m128| to_array(_mm_blendv_ps(_mm_set1_ps(-1.0), _mm_sqrt_ps(q), used_ps));
+    let or_unused = |x: __m128, unused: f32| to_array(_mm_blendv_ps(_mm_set1_ps(unused), x, used_ps));
+    let (length1, length2) = (_mm_sqrt_ps(q1), _mm_sqrt_ps(q2));
     let mut primitive = [u32::MAX; 4];
     for k in 0..4 {
         primitive[k] = if k < count { numbers[k] } else { u32::MAX };
     }
     place.write(TriangleBlock {
         v0: only_used(v0),
-        e1: only_used(e1),
-        e2: only_used(e2),
-        length1: length(q1),
-        length2: length(q2),
-        primitive,
         v1: only_used(v1),
         v2: only_used(v2),
+        lengths: or_unused(_mm_add_ps(length1, length2), -2.0),
+        product: or_unused(_mm_mul_ps(length1, length2), 1.0),
+        primitive,
     });
     let (low, high) = (to_array(low), to_array(high));
     let corner = |x: [f32; 4]| Vec3 { x: x[0], y: x[1], z: x[2] };
@@ -192,7 +191,7 @@ mod tests {
                 // SAFETY: both are written.
                 let [block, right] = places.map(|p| unsafe { p.assume_init() });
                 let bits = |b: &TriangleBlock| -> Vec<u32> {
-                    let vectors = [b.v0, b.e1, b.e2, b.v1, b.v2];
+                    let vectors = [b.v0, b.v1, b.v2];
                     vectors.as_flattened().as_flattened().iter().map(|x| x.to_bits()).collect()
                 };
                 assert_eq!((bits(&block), block), (bits(&right), right), "{first} {count}");

@@ -100,6 +100,31 @@ pub(super) unsafe fn scatter8(columns: [X8; 4], rows: &[*mut f32]) {
     }
 }
 
+/// 2 columns of 8 floats into 8 rows of 2.
+#[inline(always)]
+unsafe fn scatter8_pairs(a: X8, b: X8, rows: &[*mut f32]) {
+    // SAFETY: see super; the rows can be written.
+    unsafe {
+        // Rows 0, 1, 4 and 5; the others.
+        let (low, high) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
+        store_pair(_mm256_castps256_ps128(low), rows);
+        store_pair(_mm256_castps256_ps128(high), &rows[2..]);
+        store_pair(_mm256_extractf128_ps::<1>(low), &rows[4..]);
+        store_pair(_mm256_extractf128_ps::<1>(high), &rows[6..]);
+    }
+}
+
+/// The lower and the upper half of four floats into two rows of 2.
+#[inline(always)]
+pub(super) unsafe fn store_pair(halves: __m128, rows: &[*mut f32]) {
+    // SAFETY: see super; the rows can be written.
+    unsafe {
+        let halves = _mm_castps_pd(halves);
+        rows[0].cast::<f64>().write_unaligned(_mm_cvtsd_f64(halves));
+        rows[1].cast::<f64>().write_unaligned(_mm_cvtsd_f64(_mm_unpackhi_pd(halves, halves)));
+    }
+}
+
 impl Simd for Avx2 {
     type F4 = X4;
     type F8 = X8;
@@ -172,6 +197,16 @@ impl Simd for Avx2 {
         unsafe {
             scatter8([a.0, b.0, c.0, d.0], &rows[..8]);
             scatter8([a.1, b.1, c.1, d.1], &rows[8..]);
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn scatter16_pairs(columns: [Pair8; 2], rows: &[*mut f32; 16]) {
+        let [a, b] = columns;
+        // SAFETY: the caller's.
+        unsafe {
+            scatter8_pairs(a.0, b.0, &rows[..8]);
+            scatter8_pairs(a.1, b.1, &rows[8..]);
         }
     }
 }

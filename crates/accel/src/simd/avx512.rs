@@ -5,7 +5,7 @@
     reason = "all alike: the instruction set is there (see super), and who calls a function that takes a pointer sees to it"
 )]
 
-use super::avx2::{Avx2, X4, X8, X8Order};
+use super::avx2::{Avx2, X4, X8, X8Order, store_pair};
 use super::{Float, Kernel, Mask, Simd};
 use std::arch::x86_64::*;
 
@@ -124,6 +124,24 @@ impl Simd for Avx512 {
                 _mm_storeu_ps(rows[k + 4], _mm512_extractf32x4_ps::<1>(four_rows[k]));
                 _mm_storeu_ps(rows[k + 8], _mm512_extractf32x4_ps::<2>(four_rows[k]));
                 _mm_storeu_ps(rows[k + 12], _mm512_extractf32x4_ps::<3>(four_rows[k]));
+                k += 1;
+            }
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn scatter16_pairs(columns: [X16; 2], rows: &[*mut f32; 16]) {
+        let [a, b] = columns;
+        // SAFETY: see super; the rows are the caller's.
+        unsafe {
+            // Rows k and k + 1, k + 4 and k + 5, and so on.
+            let pairs = [_mm512_unpacklo_ps(a.0, b.0), _mm512_unpackhi_ps(a.0, b.0)];
+            let mut k = 0;
+            while k < 2 {
+                store_pair(_mm512_castps512_ps128(pairs[k]), &rows[2 * k..]);
+                store_pair(_mm512_extractf32x4_ps::<1>(pairs[k]), &rows[2 * k + 4..]);
+                store_pair(_mm512_extractf32x4_ps::<2>(pairs[k]), &rows[2 * k + 8..]);
+                store_pair(_mm512_extractf32x4_ps::<3>(pairs[k]), &rows[2 * k + 12..]);
                 k += 1;
             }
         }

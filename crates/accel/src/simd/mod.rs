@@ -77,6 +77,11 @@ pub(crate) trait Simd: Copy {
     /// # Safety
     /// Each row can be written.
     unsafe fn scatter16(columns: [Self::F16; 4], rows: &[*mut f32; 16]);
+    /// Writes 2 vectors as 16 rows of 2 floats.
+    ///
+    /// # Safety
+    /// Each row can be written.
+    unsafe fn scatter16_pairs(columns: [Self::F16; 2], rows: &[*mut f32; 16]);
 }
 
 /// Code for any instruction set.

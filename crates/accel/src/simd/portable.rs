@@ -81,6 +81,16 @@ impl Simd for Portable {
             }
         }
     }
+
+    #[inline(always)]
+    unsafe fn scatter16_pairs(columns: [Lanes<16>; 2], rows: &[*mut f32; 16]) {
+        for (lane, row) in rows.iter().enumerate() {
+            for (k, column) in columns.iter().enumerate() {
+                // SAFETY: rows have 2 floats.
+                unsafe { row.add(k).write(column.0[lane]) };
+            }
+        }
+    }
 }
 
 /// Floats in an array.

@@ -106,7 +106,7 @@ impl<C: Work> BvhTracer<'_, C> {
     /// [`Tracer::occluded`] by what instances place, the world itself left out.
     #[inline(always)]
     pub fn occluded_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        let mut search = Any { t_max: ray.t_max, found: false };
+        let mut search = Any::new(ray.t_max, 0.0);
         let primitives = &self.bvh.primitives;
         let world_ray = LocalRay::of(ray, None, item(primitives.geometries, 0).extent);
         if primitives.instances.len() > 1 && !world_ray.t_min.is_nan() {
@@ -140,7 +140,7 @@ impl<C: Work> SearchScene for BvhTracer<'_, C> {
                 return false;
             };
             let mut leaves = PrimitiveLeaves { tracer: self, ray: &ray, placement, filter };
-            let mut search = Moved { search, from };
+            let mut search = Moved { search, from, distance: from.abs() };
             return walk(nodes, root, &ray.slab, ray.t_min, &self.work, &mut search, &mut leaves);
         }
         let mut leaves = PrimitiveLeaves { tracer: self, ray, placement, filter };

@@ -78,8 +78,8 @@ impl PrimitivesView<'_> {
             }
             let place = placement.place(number);
             let mut offered = Offered::Unclear;
-            if !S::IS_MOVED & meeting.is_clear {
-                offered = search.offer_clear(place, meeting.t - meeting.error, meeting.t + meeting.error);
+            if meeting.is_certain {
+                offered = search.offer_certain(place, meeting.t - meeting.error, meeting.t + meeting.error);
             }
             if offered == Offered::Ends
                 || offered == Offered::Unclear && search.unclear(self, place, id, placement)
@@ -219,17 +219,18 @@ impl PrimitivesView<'_> {
         false
     }
 
-    /// The ray in an instance's space, or `None` where it misses the instance's box before `t_max`.
+    /// The ray in an instance's space, or `None` where it misses the instance's box between `t_min` and `t_max`, as this slab
+    /// measures.
     #[inline(always)]
     pub(super) fn enter_instance<'r>(
         &self,
         number: u32,
         ray: &'r Ray,
         slab: &Slab,
-        t_max: f32,
+        [t_min, t_max]: [f32; 2],
     ) -> Option<(Placement<'r>, LocalRay)> {
         let instance = item(self.instances, number);
-        let (near, far) = slab.interval(&instance.world_bounds, ray.t_min);
+        let (near, far) = slab.interval(&instance.world_bounds, t_min);
         if !Slab::passes(near, far, t_max) {
             return None;
         }

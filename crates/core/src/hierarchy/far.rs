@@ -14,6 +14,12 @@ pub const FAR: f32 = 64.0;
 /// What is added to the box, over its extent.
 const MARGIN: f64 = 1.0 / 1_048_576.0;
 
+/// The least way from where the ray begins to the box, over its extent, for hits to be certain.
+const GAP: f64 = 1.0 / 1024.0;
+
+/// More than rounding to single precision.
+const ROUNDING: f64 = 1.0 / 4_194_304.0;
+
 /// Whether a ray starts far from everything within the extent.
 #[inline(always)]
 pub fn is_far(origin: Vec3, extent: f32) -> bool {
@@ -23,7 +29,7 @@ pub fn is_far(origin: Vec3, extent: f32) -> bool {
 
 /// A ray that starts where it enters a box.
 pub struct FarRay {
-    /// What it looks like from there. No hit is clear by it.
+    /// What it looks like from there. Hits that are certain by it are hits; none is clear.
     pub ray: LocalRay,
     /// The ray's own `t` of that point.
     pub from: f64,
@@ -68,13 +74,19 @@ out_of_line! {
     let length = sum64(d) as f32 * WORLD_FROM_OBJECT_ROUNDING;
     let [shortest, longest] = USUAL_LENGTH;
     let is_usual = (shortest..=longest).contains(&length);
-    let t_min = (ray.t_min as f64 - near) as f32;
     let size = origin.abs();
+    let (t_min, t_max) = (ray.t_min as f64, ray.t_max as f64);
+    // Nothing is certain where the ray may begin within the box: `t` is rounded to single precision, and compared then.
+    let rounding = ROUNDING * (t_min.abs() + near.abs());
+    let begins_before = near - t_min > GAP * extent as f64 / sum64(d) + rounding;
+    let end = if begins_before { t_max - near } else { f64::NEG_INFINITY };
+    let rounding = if end.is_finite() { ROUNDING * (t_max.abs() + near.abs()) } else { 0.0 };
+    let t_min = (t_min - near) as f32;
     let ray = LocalRay {
         origin,
         direction,
         t_min: t_min - t_min.abs() * (1.0 / 4_194_304.0),
-        t_max: f32::INFINITY,
+        t_max: (end - rounding) as f32,
         slab: Slab::new(origin, direction, extent),
         length: if is_usual { length } else { f32::INFINITY },
         reach: size.x + size.y + size.z,

@@ -40,9 +40,17 @@ impl<const PLACED: bool, const IN_STEP: bool> Walks for PairTracer<'_, PLACED, I
 
 /// Searches for any ray, and decides at once.
 #[inline(always)]
-fn search_for_any_ray(view: &PairView, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
+fn search_for_any_ray<S: Search>(
+    view: &PairView,
+    ray: &Ray,
+    filter: &RayFilter,
+    start: impl Fn(f64) -> S,
+) -> S {
     let mut room: Room = Stack::room();
-    Walk::<true, true>::new(view, ray, &mut room).run(view, filter, search);
+    let mut walk = Walk::<true, true>::new(view, ray, &mut room);
+    let mut search = start(walk.from());
+    walk.run(view, filter, &mut search);
+    search
 }
 
 tracer_by_walks! {

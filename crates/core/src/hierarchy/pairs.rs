@@ -3,7 +3,7 @@
 //!
 //! A box is its centre and half its size, so that its entry and its exit are one fused multiply-add each, without telling
 //! near planes from far ones. It is larger than the node's by what rounding can bring about for rays that start within
-//! [`Root::reach`]; for others `Space::slack` is added as they go.
+//! [`Root::reach`]; for others `Space::slack` is added as they go, and those from far away start from the box of the tree.
 //!
 //! What is not certain in single precision would need a function that every walk keeps registers for. So it is put aside
 //! (`put_off.rs`) until the walk is over.
@@ -350,6 +350,8 @@ pub(super) enum Outcome {
 /// anywhere.
 pub(super) struct Walk<'a, 's, const ANYWHERE: bool, const PLACED: bool> {
     space: Space<'a>,
+    /// The ray's own `t` of the point that the search measures from.
+    from: f64,
     next: Link,
     stack: Stack<'s, Link, ROOM>,
 }
@@ -367,15 +369,22 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             }
         }
         let root = item(view.roots, 0);
-        let mut walk =
-            Walk { space: Space::world(&view.primitives, root.reach, world_ray), next: root.first, stack };
+        let space = Space::world(&view.primitives, root.reach, world_ray);
+        let mut walk = Walk { space, from: 0.0, next: root.first, stack };
         if ANYWHERE {
             match walk.world_from_box(view) {
-                Some(space) => walk.space = space,
-                None => walk.next = Link::DONE,
+                Some(space) => (walk.from, walk.space) = (space.from, space),
+                // Past everything: nothing to search.
+                None => walk.space.ray.t_min = f32::NAN,
             }
         }
         walk
+    }
+
+    /// The ray's own `t` of the point that its search has to measure from.
+    #[inline(always)]
+    pub(super) fn from(&self) -> f64 {
+        self.from
     }
 
     /// The world, from where the ray enters what is there.
@@ -390,10 +399,18 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         space.seen_from_box(None, &bounds, root.reach)
     }
 
-    /// [`Search::t_max`], from where the walk measures.
+    /// The search, from where the space that the walk is in measures.
+    #[inline(always)]
+    fn moved<'m, S: Search>(&self, search: &'m mut S) -> Moved<'m, S> {
+        let from = self.space.from;
+        // Only instances are looked at from elsewhere than the world.
+        Moved { search, from: if PLACED { from - self.from } else { 0.0 }, distance: from.abs() }
+    }
+
+    /// [`Search::t_max`], from where the space that the walk is in measures.
     #[inline(always)]
     fn t_max<S: Search>(&self, search: &mut S) -> f32 {
-        if ANYWHERE { Moved { search, from: self.space.from }.t_max() } else { search.t_max() }
+        if ANYWHERE { self.moved(search).t_max() } else { search.t_max() }
     }
 
     /// Searches a leaf of triangles; `true` ends the search.
@@ -402,7 +419,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         let (first, count) = self.next.range();
         let (primitives, Space { placement, ray, .. }) = (&view.primitives, &self.space);
         if ANYWHERE {
-            let mut search = Moved { search, from: self.space.from };
+            let mut search = self.moved(search);
             primitives.search_triangles(first, count, ray, placement, filter, &mut search)
         } else {
             primitives.search_triangles(first, count, ray, placement, filter, search)
@@ -611,9 +628,14 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             return self.search_sphere(view, search).then_some(Outcome::Over);
         }
         if PLACED && kind == INSTANCE {
-            let slab = view.primitives.world_slab(world_ray);
-            let (placement, ray) =
-                view.primitives.enter_instance(number, world_ray, &slab, search.t_max())?;
+            let mut slab = view.primitives.world_slab(world_ray);
+            let mut t_min = world_ray.t_min;
+            if ANYWHERE {
+                // Instances are entered from the world.
+                (slab, t_min) = (self.space.ray.slab, self.space.ray.t_min);
+            }
+            let ends = [t_min, self.t_max(search)];
+            let (placement, ray) = view.primitives.enter_instance(number, world_ray, &slab, ends)?;
             let instance = item(view.primitives.instances, number);
             let root = item(view.roots, instance.geometry);
             let mut space = Space::new(placement, ray, root.reach);

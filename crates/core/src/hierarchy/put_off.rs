@@ -82,8 +82,8 @@ impl<S: Search> Search for PutOff<'_, S> {
     }
 
     #[inline(always)]
-    fn offer_clear(&mut self, place: Place, low: f32, high: f32) -> Offered {
-        self.search.offer_clear(place, low, high)
+    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
+        self.search.offer_certain(place, low, high)
     }
 
     #[inline(always)]

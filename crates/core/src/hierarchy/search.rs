@@ -32,7 +32,7 @@ impl Place {
     }
 }
 
-/// What became of a clear hit that was offered by its bounds.
+/// What became of a certain hit that was offered by its bounds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Offered {
     /// It has to be compared in double precision.
@@ -45,19 +45,16 @@ pub(super) enum Offered {
 
 /// What is looked for, and what was found so far.
 pub(super) trait Search {
-    /// Whether the walk measures `t` from elsewhere than the ray's origin. What it finds out about hits is no more than
-    /// that they may be there.
-    const IS_MOVED: bool = false;
-    /// The search that measures from the ray's origin.
+    /// The search of which this one is a view from elsewhere.
     type Whole: Search;
     /// It.
     fn whole(&mut self) -> &mut Self::Whole;
-    /// Hits beyond this cannot matter any more.
+    /// Hits beyond this cannot matter any more. Like all bounds, from the point that the search measures from.
     fn t_max(&self) -> f32;
     /// The same in double precision.
     fn end(&self) -> f64;
-    /// Offers a clear hit of a triangle, with bounds of its `t`.
-    fn offer_clear(&mut self, place: Place, low: f32, high: f32) -> Offered;
+    /// Offers a hit of a triangle that is certain, with bounds of its `t`.
+    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered;
     /// A primitive whose hits have to be computed to tell; `true` ends the search.
     #[inline(always)]
     fn unclear(
@@ -92,20 +89,26 @@ pub fn upper(t: f32) -> f32 {
     t + t.abs() * T_ROUNDING
 }
 
+/// What the `t` of a hit may be wrong by that was found for this ray, but for rounding.
+#[inline(always)]
+fn error_of_last(ray: &Ray, last: &Hit) -> f32 {
+    if last.t_rest != UNKNOWN_REST {
+        return 0.0;
+    }
+    let (o, d) = (ray.origin.abs(), ray.direction.abs());
+    // Twice what it can be, for the rounding of this.
+    let from_0 = ((o.x + o.y) + o.z) / ((d.x + d.y) + d.z);
+    2.0 * T_ERROR * (from_0 + last.t.abs())
+}
+
 /// Where a hit lies whose `t` is known like this, in a query for the next one: from here to there.
 #[inline(always)]
 pub fn bounds_of_last(ray: &Ray, last: &Hit) -> (f32, f32) {
     if !last.t.is_finite() {
         return (last.t, last.t);
     }
-    let (o, d) = (ray.origin.abs(), ray.direction.abs());
     let t = last.t64() as f32;
-    let mut error = T_ROUNDING * t.abs();
-    if last.t_rest == UNKNOWN_REST {
-        // Twice what it can be, for the rounding of this.
-        let from_0 = ((o.x + o.y) + o.z) / ((d.x + d.y) + d.z);
-        error = 2.0 * T_ERROR * (from_0 + t.abs());
-    }
+    let error = T_ROUNDING * t.abs() + error_of_last(ray, last);
     (t - error, t + error)
 }
 
@@ -120,18 +123,24 @@ pub(super) struct Closest {
     /// The best hit, if it has been computed.
     hit: TriangleHit,
     is_known: bool,
+    /// The ray's own `t` of the point from which the search measures.
+    from: f64,
 }
 
 impl Closest {
     #[inline(always)]
-    pub(super) fn new(t_max: f32) -> Closest {
-        Closest {
-            place: Place::NONE,
-            low: t_max,
-            high: upper(t_max),
-            hit: TriangleHit::NOWHERE,
-            is_known: false,
+    pub(super) fn new(t_max: f32, from: f64) -> Closest {
+        let (low, high) = if from == 0.0 { (t_max, upper(t_max)) } else { around_end(t_max, from) };
+        Closest { place: Place::NONE, low, high, hit: TriangleHit::NOWHERE, is_known: false, from }
+    }
+
+    /// Bounds of a hit that was computed.
+    #[inline(always)]
+    fn bounds(&self, primitives: &PrimitivesView, ray: &Ray, place: Place, hit: &TriangleHit) -> (f32, f32) {
+        if self.from == 0.0 {
+            return hit.bounds();
         }
+        around(primitives.t64(place, hit, ray), self.from, 0.0)
     }
 
     #[inline(always)]
@@ -161,9 +170,8 @@ impl Closest {
     }
 
     #[inline(always)]
-    fn take(&mut self, place: Place, hit: &TriangleHit) {
-        let (low, high) = hit.bounds();
-        *self = Closest { place, low, high, hit: *hit, is_known: true };
+    fn take(&mut self, place: Place, hit: &TriangleHit, (low, high): (f32, f32)) {
+        *self = Closest { place, low, high, hit: *hit, is_known: true, from: self.from };
     }
 
     /// The `t` of the best hit, in double precision.
@@ -193,14 +201,14 @@ impl Search for Closest {
     #[inline(always)]
     fn end(&self) -> f64 {
         if self.is_known && !self.hit.is_clear {
-            self.hit.t as f64 + self.hit.t_rest as f64
+            self.hit.t as f64 + self.hit.t_rest as f64 - self.from
         } else {
             self.high as f64
         }
     }
 
     #[inline(always)]
-    fn offer_clear(&mut self, place: Place, low: f32, high: f32) -> Offered {
+    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
         if high < self.low {
             (self.place, self.low, self.high, self.is_known) = (place, low, high, false);
             return Offered::Taken;
@@ -217,13 +225,14 @@ impl Search for Closest {
         id: PrimitiveId,
         hit: &TriangleHit,
     ) -> bool {
-        let (low, high) = hit.bounds();
+        let bounds = self.bounds(primitives, ray, place, hit);
+        let (low, high) = bounds;
         if self.is_none() || high < self.low {
-            self.take(place, hit);
+            self.take(place, hit, bounds);
         } else if low <= self.high {
             let (t, best) = (primitives.t64(place, hit, ray), self.t64(primitives, ray));
             if (t < best) | ((t == best) && id.before(self.place.id(primitives))) {
-                self.take(place, hit);
+                self.take(place, hit, bounds);
             }
         }
         false
@@ -237,8 +246,16 @@ impl Search for Closest {
 
 /// Any hit.
 pub(super) struct Any {
-    pub(super) t_max: f32,
+    end: f32,
     pub(super) found: bool,
+}
+
+impl Any {
+    #[inline(always)]
+    pub(super) fn new(t_max: f32, from: f64) -> Any {
+        let end = if from == 0.0 { upper(t_max) } else { around_end(t_max, from).1 };
+        Any { end, found: false }
+    }
 }
 
 impl Search for Any {
@@ -251,16 +268,16 @@ impl Search for Any {
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        upper(self.t_max)
+        self.end
     }
 
     #[inline(always)]
     fn end(&self) -> f64 {
-        upper(self.t_max) as f64
+        self.end as f64
     }
 
     #[inline(always)]
-    fn offer_clear(&mut self, _: Place, _: f32, _: f32) -> Offered {
+    fn offer_certain(&mut self, _: Place, _: f32, _: f32) -> Offered {
         self.found = true;
         Offered::Ends
     }
@@ -280,15 +297,23 @@ impl Search for Any {
 /// The nearest hit after another one.
 pub(super) struct Next {
     after: Hit,
-    /// The other one is no earlier than this, and no later than that.
+    /// The other one is no earlier than this, and no later than that, from the ray's origin;
     after_bounds: (f32, f32),
+    /// and from where the search measures.
+    after_high: f32,
     nearest: Closest,
 }
 
 impl Next {
     #[inline(always)]
-    pub(super) fn new(ray: &Ray, after: &Hit) -> Next {
-        Next { after: *after, after_bounds: bounds_of_last(ray, after), nearest: Closest::new(ray.t_max) }
+    pub(super) fn new(ray: &Ray, after: &Hit, from: f64) -> Next {
+        let after_bounds = bounds_of_last(ray, after);
+        let after_high = if from == 0.0 {
+            after_bounds.1
+        } else {
+            around(after.t64(), from, error_of_last(ray, after) as f64).1
+        };
+        Next { after: *after, after_bounds, after_high, nearest: Closest::new(ray.t_max, from) }
     }
 
     /// The hit, computed, with its rest.
@@ -346,8 +371,8 @@ impl Search for Next {
     }
 
     #[inline(always)]
-    fn offer_clear(&mut self, place: Place, low: f32, high: f32) -> Offered {
-        if low > self.after_bounds.1 { self.nearest.offer_clear(place, low, high) } else { Offered::Unclear }
+    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
+        if low > self.after_high { self.nearest.offer_certain(place, low, high) } else { Offered::Unclear }
     }
 
     #[inline(always)]
@@ -372,22 +397,44 @@ impl Search for Next {
     }
 }
 
+/// More than sums of `t` in double precision lose, over what is added up.
+const LOST: f64 = 1.0 / (1u64 << 50) as f64;
+
+/// Bounds of a `t` that may be wrong by this, as seen from a point of the ray.
+#[inline(always)]
+fn around(t: f64, from: f64, error: f64) -> (f32, f32) {
+    let (moved, error) = (t - from, error + (t.abs() + from.abs()) * LOST);
+    // Infinity stays what it is.
+    if !moved.is_finite() {
+        return (moved as f32, moved as f32);
+    }
+    let (low, high) = ((moved - error) as f32, (moved + error) as f32);
+    (low - low.abs() * T_ROUNDING, high + high.abs() * T_ROUNDING)
+}
+
+/// Bounds of what counts as no later than this: hits whose `t` is rounded to it do.
+#[inline(always)]
+fn around_end(t_max: f32, from: f64) -> (f32, f32) {
+    let error = if t_max.is_finite() { t_max.abs() * T_ROUNDING } else { 0.0 };
+    around(t_max as f64, from, error as f64)
+}
+
 /// Where a search ends, as seen from a point that a walk has moved the origin to.
 #[inline(always)]
 pub fn moved_end(end: f64, from: f64) -> f32 {
-    // Of the sums in double precision, 2^-50 may be lost.
-    upper((end - from + (end.abs() + from.abs()) * (1.0 / (1u64 << 50) as f64)) as f32)
+    around(end, from, 0.0).1
 }
 
-/// A search by a walk that measures `t` from a point that it has moved the origin to.
+/// What a search looks like from a point that a walk has moved the origin to.
 pub(super) struct Moved<'a, S> {
     pub(super) search: &'a mut S,
-    /// The ray's own `t` of that point.
+    /// The search's `t` of that point.
     pub(super) from: f64,
+    /// The ray's own `t` of it, without its sign.
+    pub(super) distance: f64,
 }
 
 impl<S: Search> Search for Moved<'_, S> {
-    const IS_MOVED: bool = true;
     type Whole = S;
 
     #[inline(always)]
@@ -397,8 +444,7 @@ impl<S: Search> Search for Moved<'_, S> {
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        // Of the sums in double precision, 2^-50 may be lost.
-        moved_end(self.search.end(), self.from)
+        if self.from == 0.0 { self.search.t_max() } else { moved_end(self.search.end(), self.from) }
     }
 
     #[inline(always)]
@@ -406,9 +452,13 @@ impl<S: Search> Search for Moved<'_, S> {
         self.search.end() - self.from
     }
 
+    /// The `t` of double precision, by which hits are ordered, has been rounded where the ray's own is large.
     #[inline(always)]
-    fn offer_clear(&mut self, _: Place, _: f32, _: f32) -> Offered {
-        Offered::Unclear
+    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
+        let lost = self.distance * LOST;
+        let low = around(low as f64, -self.from, lost).0;
+        let high = around(high as f64, -self.from, lost).1;
+        self.search.offer_certain(place, low, high)
     }
 
     #[inline(always)]

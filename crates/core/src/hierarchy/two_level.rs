@@ -49,7 +49,7 @@ pub(super) trait SearchScene {
         search: &mut impl Search,
     ) -> bool {
         let primitives = self.primitives();
-        match primitives.enter_instance(number, ray, slab, search.t_max()) {
+        match primitives.enter_instance(number, ray, slab, [ray.t_min, search.t_max()]) {
             Some((placement, local)) => {
                 let geometry = item(primitives.instances, number).geometry;
                 self.search_geometry(geometry, &local, &placement, filter, search)
@@ -75,7 +75,7 @@ pub(super) trait SearchScene {
     /// [`super::Tracer::closest_hit`].
     #[inline(always)]
     fn find_closest(&self, ray: &Ray, filter: &RayFilter) -> Hit {
-        let mut search = Closest::new(ray.t_max);
+        let mut search = Closest::new(ray.t_max, 0.0);
         self.search(ray, filter, &mut search);
         search.hit(self.primitives(), ray)
     }
@@ -83,7 +83,7 @@ pub(super) trait SearchScene {
     /// [`super::Tracer::occluded`].
     #[inline(always)]
     fn find_any(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        let mut search = Any { t_max: ray.t_max, found: false };
+        let mut search = Any::new(ray.t_max, 0.0);
         self.search(ray, filter, &mut search);
         search.found
     }
@@ -91,7 +91,7 @@ pub(super) trait SearchScene {
     /// [`super::Tracer::next_hit`].
     #[inline(always)]
     fn find_next(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        let mut search = Next::new(ray, after);
+        let mut search = Next::new(ray, after, 0.0);
         self.search(ray, filter, &mut search);
         search.hit(self.primitives(), ray)
     }
@@ -160,7 +160,7 @@ impl InstanceTreeView<'_> {
         let bounds = item(self.nodes, self.root).bounds();
         if is_far(ray.origin, bounds.extent()) {
             let Some(far) = FarRay::new(ray, None, &bounds) else { return false };
-            let mut search = Moved { search, from: far.from };
+            let mut search = Moved { search, from: far.from, distance: far.from.abs() };
             return walk(self.nodes, self.root, &far.ray.slab, far.ray.t_min, work, &mut search, &mut leaves);
         }
         walk(self.nodes, self.root, &slab, ray.t_min, work, search, &mut leaves)

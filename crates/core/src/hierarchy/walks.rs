@@ -31,7 +31,8 @@ pub(super) fn search_by<S: Search>(
 }
 
 /// Makes a tracer with a field `view: $view` answer queries by [`Walks`], and, where that is not for a ray, by a search that
-/// `$search_for_any_ray(&view, &ray, &filter, &mut search)` makes: rare, so these are functions of their own on GPUs.
+/// `$search_for_any_ray(&view, &ray, &filter, start)` makes, from what `start(from)` gives: rare, so these are functions of their
+/// own on GPUs.
 macro_rules! tracer_by_walks {
     (
         ($($generics:tt)*) $tracer:ty, $view:ident, $search_for_any_ray:ident,
@@ -40,31 +41,27 @@ macro_rules! tracer_by_walks {
         #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
         #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
         fn $closest(view: &$view, ray: &Ray, filter: &RayFilter) -> Hit {
-            let mut found = Closest::new(ray.t_max);
-            $search_for_any_ray(view, ray, filter, &mut found);
+            let found = $search_for_any_ray(view, ray, filter, |from| Closest::new(ray.t_max, from));
             found.hit(&view.primitives, ray)
         }
 
         #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
         #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
         fn $occluded(view: &$view, ray: &Ray, filter: &RayFilter) -> bool {
-            let mut found = Any { t_max: ray.t_max, found: false };
-            $search_for_any_ray(view, ray, filter, &mut found);
-            found.found
+            $search_for_any_ray(view, ray, filter, |from| Any::new(ray.t_max, from)).found
         }
 
         #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
         #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
         fn $next(view: &$view, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-            let mut found = Next::new(ray, after);
-            $search_for_any_ray(view, ray, filter, &mut found);
+            let found = $search_for_any_ray(view, ray, filter, |from| Next::new(ray, after, from));
             found.hit(&view.primitives, ray)
         }
 
         impl<$($generics)*> Tracer for $tracer {
             #[inline(always)]
             fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
-                match search_by(self, ray, filter, Closest::new(ray.t_max)) {
+                match search_by(self, ray, filter, Closest::new(ray.t_max, 0.0)) {
                     Some(found) => found.hit(&self.view.primitives, ray),
                     None => {
                         let copy = self.view;
@@ -75,7 +72,7 @@ macro_rules! tracer_by_walks {
 
             #[inline(always)]
             fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
-                match search_by(self, ray, filter, Any { t_max: ray.t_max, found: false }) {
+                match search_by(self, ray, filter, Any::new(ray.t_max, 0.0)) {
                     Some(found) => found.found,
                     None => {
                         let copy = self.view;
@@ -86,7 +83,7 @@ macro_rules! tracer_by_walks {
 
             #[inline(always)]
             fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-                match search_by(self, ray, filter, Next::new(ray, after)) {
+                match search_by(self, ray, filter, Next::new(ray, after, 0.0)) {
                     Some(found) => found.hit(&self.view.primitives, ray),
                     None => {
                         let copy = self.view;

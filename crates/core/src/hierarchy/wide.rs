@@ -261,7 +261,8 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     fn enter(&mut self, view: &WideView, number: u32, t_max: f32) -> Option<u32> {
         let world_ray = self.space.placement.world_ray;
         let slab = view.primitives.world_slab(world_ray);
-        let (placement, ray) = view.primitives.enter_instance(number, world_ray, &slab, t_max)?;
+        let (placement, ray) =
+            view.primitives.enter_instance(number, world_ray, &slab, [world_ray.t_min, t_max])?;
         let geometry = item(view.primitives.instances, number).geometry;
         // SAFETY: as in `visit`.
         unsafe {

@@ -33,9 +33,16 @@ impl<const PLACED: bool> Walks for WideTracer<'_, PLACED> {
 
 /// Searches for any ray, and decides at once.
 #[inline(always)]
-fn search_for_any_ray(view: &WideView, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
+fn search_for_any_ray<S: Search>(
+    view: &WideView,
+    ray: &Ray,
+    filter: &RayFilter,
+    start: impl Fn(f64) -> S,
+) -> S {
     let mut room: Room = Stack::room();
-    Walk::<true, true>::new(view, ray, &mut room).run::<false>(view, filter, search, Warp::here());
+    let mut search = start(0.0);
+    Walk::<true, true>::new(view, ray, &mut room).run::<false>(view, filter, &mut search, Warp::here());
+    search
 }
 
 tracer_by_walks! {

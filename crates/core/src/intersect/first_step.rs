@@ -1,9 +1,6 @@
 //! The first step of the triangle test, in single precision: most rays miss, and most hits are clear.
 
-use super::{
-    EDGE_SLACK, LocalRay, PackedTriangle, SMALLEST_DETERMINANT, STEEP, T_ERROR, T_SLACK, T_UNDERFLOW,
-    UNDERFLOW_SLACK, UV_ERROR,
-};
+use super::{EDGE_SLACK, LocalRay, PackedTriangle, T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK, UV_ERROR};
 use crate::math::{fma, min};
 
 /// Whether a ray may meet a triangle.
@@ -43,7 +40,9 @@ pub struct Meeting {
     pub v: f32,
     /// Whether the error is known.
     pub is_steep: bool,
-    /// Whether there is a hit for certain: `t`, `u` and `v` are its own.
+    /// Whether there is a hit for certain, within the error.
+    pub is_certain: bool,
+    /// Whether `t`, `u` and `v` are the hit's own, too.
     pub is_clear: bool,
 }
 
@@ -90,7 +89,6 @@ impl FirstStep {
         let along = t.abs();
         let distances = fma(along, ray.length, self.distance);
         let error = fma(T_SLACK * (self.product * inverse), distances, T_UNDERFLOW * inverse);
-        let is_steep = self.size >= fma(STEEP * ray.length, self.product, SMALLEST_DETERMINANT);
         let is_exact = (error * ray.length <= T_ERROR * fma(along, ray.length, ray.scale))
             & (self.slack <= UV_ERROR * self.size);
         let is_between = (t - error > ray.t_min) & (t + error <= ray.t_max);
@@ -99,8 +97,9 @@ impl FirstStep {
             error,
             u: self.u * inverse,
             v: self.v * inverse,
-            is_steep,
-            is_clear: (self.least >= self.slack) & is_steep & is_exact & is_between,
+            is_steep: self.slack <= self.size,
+            is_certain: (self.least >= self.slack) & is_between,
+            is_clear: (self.least >= self.slack) & is_exact & is_between,
         }
     }
 }

@@ -44,18 +44,17 @@ pub const EDGE_SLACK: f32 = 1.0 / 2_097_152.0;
 pub const UNDERFLOW_SLACK: f32 = 1e-26;
 
 /// The `t` of single precision is wrong by at most this (13 · 2^-24) times the lengths of the edges over the determinant,
-/// times the distance from the origin to the first vertex and the distance along the ray. The numerator is wrong by 8u of
-/// its product of lengths, the determinant by 7u, the quotient by 2u; the rest is room for [`STEEP`].
+/// times the distance from the origin to the first vertex and the distance along the ray, where the determinant is no less
+/// than what edge functions may be wrong by.
+///
+/// The numerator is wrong by 8u of its product of lengths, the determinant by 7u, the quotient by 2u. What edge functions may
+/// be wrong by has the lengths of the edges added up and squared,
+/// so such a determinant is 32u of its product of lengths at
+/// least, and right but for 7/32: 9 / (1 - 7/32) is below 12.
 pub const T_SLACK: f32 = 13.0 / 16_777_216.0;
 
 /// More than underflow can make of the numerator of `t`.
 pub const T_UNDERFLOW: f32 = f32::MIN_POSITIVE;
-
-/// From this times the product of all lengths on, a determinant is known well enough for the bounds of `t`.
-pub const STEEP: f32 = 1.0 / 4096.0;
-
-/// Determinants below this, 2^-90, may have lost bits at the end of the range of numbers.
-pub const SMALLEST_DETERMINANT: f32 = 1.0 / (1u128 << 90) as f32;
 
 /// A hit is clear where the bound of the error of `t` is at most this (512 · 2^-24) times the distances from 0 to the origin
 /// and from there to the hit. With half of this, double precision would decide about 2.2 instead of 0.8 percent of what a

@@ -254,16 +254,16 @@ impl<'a, S: Simd> Shared<'a, S> {
 unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
     let best = &packet.best;
     let (rest, instance) = best.rest_and_instance();
-    let (instance, primitive) = (instance.to_array(), best.primitive.to_array());
+    let mut ids = *rows;
+    let mut lane = 0;
     // SAFETY: the caller's; a hit is six numbers of 32 bits.
     unsafe {
-        S::scatter16([best.t, rest, best.u, best.v], rows);
-        let mut lane = 0;
         while lane < 16 {
-            rows[lane].add(4).write(instance.as_ref()[lane]);
-            rows[lane].add(5).write(primitive.as_ref()[lane]);
+            ids[lane] = ids[lane].add(4);
             lane += 1;
         }
+        S::scatter16([best.t, rest, best.u, best.v], rows);
+        S::scatter16_pairs([instance, best.primitive], &ids);
     }
 }
 

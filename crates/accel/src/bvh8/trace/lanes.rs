@@ -3,9 +3,9 @@
 use crate::bvh8::TriangleBlock;
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
 use eosphor_core::intersect::{
-    EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, ORIGIN_SLACK, SHORT, SHORTEST_DIRECTION, SMALLEST_DETERMINANT,
-    SMALLEST_DIRECTION, STEEP, T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK, USUAL_LENGTH, USUAL_REACH,
-    UV_ERROR, WORLD_FROM_OBJECT_ROUNDING,
+    EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, ORIGIN_SLACK, SHORT, SHORTEST_DIRECTION, SMALLEST_DIRECTION,
+    T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK, USUAL_LENGTH, USUAL_REACH, UV_ERROR,
+    WORLD_FROM_OBJECT_ROUNDING,
 };
 use eosphor_core::math::Affine;
 
@@ -310,7 +310,12 @@ impl<F: Float> StepTriangles<F> {
 
     /// When rays meet their planes.
     #[inline(always)]
-    pub(super) fn meet_planes(&self, ray: &StepRays<F>, determinant: &Determinant<F>) -> PlanesV<F> {
+    pub(super) fn meet_planes(
+        &self,
+        ray: &StepRays<F>,
+        determinant: &Determinant<F>,
+        slack: F,
+    ) -> PlanesV<F> {
         let Determinant { sign, size } = *determinant;
         let inverse = F::splat(1.0).div(size);
         let t = self.numerator.xor(sign).mul(inverse);
@@ -318,8 +323,7 @@ impl<F: Float> StepTriangles<F> {
         let distances = t.abs().fma(ray.length, self.distance);
         let underflow = F::splat(T_UNDERFLOW).mul(inverse);
         let error = F::splat(T_SLACK).mul(product.mul(inverse)).fma(distances, underflow);
-        let is_steep = F::splat(STEEP).mul(ray.length).fma(product, F::splat(SMALLEST_DETERMINANT)).le(size);
-        PlanesV { t, error, low: t.sub(error), high: t.add(error), inverse, is_steep }
+        PlanesV { t, error, low: t.sub(error), high: t.add(error), inverse, is_steep: slack.le(size) }
     }
 }
 
@@ -336,6 +340,6 @@ impl<F: Float> PlanesV<F> {
         let bound = F::splat(T_ERROR).mul(self.t.abs().fma(ray.length, ray.scale));
         let is_exact = self.error.mul(ray.length).le(bound).and(slack.le(F::splat(UV_ERROR).mul(size)));
         let is_between = ray.t_min.lt(self.low).and(self.high.le(ray.t_max));
-        slack.le(edges.least).and(self.is_steep).and(is_exact).and(is_between)
+        slack.le(edges.least).and(is_exact).and(is_between)
     }
 }

@@ -6,9 +6,10 @@ use super::single_ray::SingleRay;
 use super::walk::{ANY, CLOSEST, COUNTING, Found, KIND, NEXT, NO_TRIANGLE, Offer, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, INSTANCE, PLACE, SPHERE, TriangleBlock};
-use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
+use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
 use eosphor_core::intersect::{
-    TriangleHit, UNDERFLOW_SLACK, intersect_precisely, intersect_sphere, may_meet_sphere,
+    T_SLACK, T_UNDERFLOW, TriangleHit, UNDERFLOW_SLACK, intersect_precisely, intersect_sphere,
+    may_meet_sphere,
 };
 use eosphor_core::ray::{Hit, PrimitiveId, RayFilter, UNKNOWN_REST};
 
@@ -46,21 +47,29 @@ impl PrimitiveLeaves<'_> {
         let block = unsafe { self.bvh.blocks.get_unchecked(number as usize) };
         let ray = self.ray;
         let v0 = load3::<S>(&block.v0);
-        let (e1, e2) = (load3::<S>(&block.e1), load3::<S>(&block.e2));
+        let e1 = subtract(&load3::<S>(&block.v1), &v0);
+        let e2 = subtract(&load3::<S>(&block.v2), &v0);
         let direction = each!(k => S::F4::splat(ray.direction[k]));
-        let from_origin = each!(k => v0[k].sub(S::F4::splat(ray.origin[k])));
+        let from_origin = subtract(&v0, &each!(k => S::F4::splat(ray.origin[k])));
         let normal = cross(&e1, &e2);
         let determinant = Determinant::new(&normal, &direction);
         let edges = EdgesV::new(&from_origin, &e1, &e2, &direction, &determinant);
-        let (length1, length2) = (S::F4::from_array(&block.length1), S::F4::from_array(&block.length2));
-        let lengths = length1.add(length2);
-        let most = S::F4::splat(ray.most_slack).fma(lengths, S::F4::splat(UNDERFLOW_SLACK));
+        let lengths = S::F4::from_array(&block.lengths);
+        let outside = S::F4::splat(ray.outside).fma(lengths, S::F4::splat(-UNDERFLOW_SLACK));
         if QUERY & COUNTING != 0 {
             found.primitives += block.count::<S>() as u32;
         }
         // Most leaves end here.
-        if edges.least.lt(most.negate()).bits() == 0xf {
+        let near = !edges.least.lt(outside).bits() & 0xf;
+        if near == 0 {
             return false;
+        }
+        let backs = determinant.sign.same_bits(S::F4::splat(0.0)).bits();
+        if QUERY & KIND == ANY {
+            let numerator = dot(&normal, &from_origin);
+            let (least, product) = (edges.least, S::F4::from_array(&block.product));
+            let plain = Plain { determinant, numerator, least, outside, product, backs };
+            return self.meet::<S, QUERY>(number, near, &plain, found);
         }
         let rays = StepRays {
             direction,
@@ -74,15 +83,15 @@ impl PrimitiveLeaves<'_> {
         let triangles = StepTriangles {
             e1,
             e2,
-            product: length1.mul(length2),
+            product: S::F4::from_array(&block.product),
             lengths,
             from_origin,
             distance,
             distance_with_lengths: distance.add(lengths.abs()),
             numerator: dot(&normal, &from_origin),
         };
-        let planes = triangles.meet_planes(&rays, &determinant);
         let slack = triangles.slack(&rays);
+        let planes = triangles.meet_planes(&rays, &determinant, slack);
         let beyond = planes.is_beyond(rays.t_min, S::F4::splat(found.end));
         let lanes = !edges.least.lt(slack.negate()).or(beyond).bits() & 0xf;
         if lanes == 0 {
@@ -92,16 +101,11 @@ impl PrimitiveLeaves<'_> {
         let lane = lanes.trailing_zeros() as usize & 3;
         let nearer = is_clear.and(planes.high.lt(S::F4::splat(found.before)));
         let is_alone = lanes & (lanes - 1) == 0;
-        let taken = lanes & if QUERY & KIND == ANY { is_clear.bits() } else { nearer.bits() } != 0;
-        let backs = determinant.sign.same_bits(S::F4::splat(0.0)).bits();
+        let taken = lanes & nearer.bits() != 0;
         if QUERY & KIND != NEXT && is_alone & taken & ray.from.is_none() {
             let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
             if self.filter.skips(id) | (self.filter.cull_back_faces & (backs >> lane & 1 == 1)) {
                 return false;
-            }
-            if QUERY & KIND == ANY {
-                found.any = true;
-                return true;
             }
             let (u, v) =
                 (edges.u.mul(planes.inverse).to_array()[lane], edges.v.mul(planes.inverse).to_array()[lane]);
@@ -127,6 +131,49 @@ impl PrimitiveLeaves<'_> {
         };
         // SAFETY: the caller's.
         unsafe { S::run(Compare::<QUERY> { leaves: self, number, lanes, hits: &hits, backs, found }) }
+    }
+
+    /// Whether there is any hit. Most are certain by bounds that hold for all triangles: double precision would say the
+    /// same, since its errors are nothing beside them.
+    #[inline(always)]
+    fn meet<S: Simd, const QUERY: Query>(
+        &mut self,
+        number: u32,
+        near: u32,
+        plain: &Plain<S::F4>,
+        found: &mut Found,
+    ) -> bool {
+        let Plain { determinant, numerator, least, outside, product, backs } = *plain;
+        let ray = self.ray;
+        let inverse = S::F4::splat(1.0).div(determinant.size);
+        let t = numerator.xor(determinant.sign).mul(inverse);
+        let distances = t.abs().fma(S::F4::splat(ray.direction[3]), S::F4::splat(ray.most_distance));
+        let slack = S::F4::splat(T_SLACK).mul(product);
+        let error = slack.fma(distances, S::F4::splat(T_UNDERFLOW)).mul(inverse);
+        let (low, high, t_min) = (t.sub(error), t.add(error), S::F4::splat(ray.origin[3]));
+        // Within the edges for certain: the determinant is three times what edge functions may be wrong by.
+        let inside = outside.negate().le(least);
+        let beyond = inside.and(high.lt(t_min).or(S::F4::splat(found.end).lt(low)));
+        let lanes = near & !beyond.bits();
+        if lanes == 0 {
+            return false;
+        }
+        let between = t_min.lt(low).and(high.le(S::F4::splat(ray.world.t_max)));
+        let lane = lanes.trailing_zeros() as usize & 3;
+        if (inside.and(between).bits() >> lane & 1 == 1) & ray.from.is_none() {
+            // SAFETY: leaves name blocks that the builder made.
+            let block = unsafe { self.bvh.blocks.get_unchecked(number as usize) };
+            let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
+            if !(self.filter.skips(id) | (self.filter.cull_back_faces & (backs >> lane & 1 == 1))) {
+                found.any = true;
+                return true;
+            }
+            if lanes & (lanes - 1) == 0 {
+                return false;
+            }
+        }
+        // SAFETY: the caller's.
+        unsafe { S::run(Compare::<QUERY> { leaves: self, number, lanes, hits: &Clear::NONE, backs, found }) }
     }
 
     #[inline(always)]
@@ -167,6 +214,19 @@ impl<const QUERY: Query> Kernel for SphereTest<'_, QUERY> {
     }
 }
 
+/// What tells about a block of triangles whether a ray meets one, a triangle a lane.
+struct Plain<F> {
+    determinant: Determinant<F>,
+    numerator: F,
+    /// The least edge function, and what that is below only where the ray passes by.
+    least: F,
+    outside: F,
+    /// Lengths of the two edges, multiplied.
+    product: F,
+    /// Bits of those that are met from behind.
+    backs: u32,
+}
+
 /// What the first step says of the triangles of a block, and for which of them that is enough.
 struct Clear {
     bits: u32,
@@ -174,6 +234,11 @@ struct Clear {
     error: [f32; 4],
     u: [f32; 4],
     v: [f32; 4],
+}
+
+impl Clear {
+    /// Nothing.
+    const NONE: Clear = Clear { bits: 0, t: [0.0; 4], error: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
 }
 
 /// Candidates that are not clear, or close to others: a function of its own, since it is rare and large.

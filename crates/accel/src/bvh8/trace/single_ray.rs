@@ -12,7 +12,7 @@ use eosphor_core::math::Affine;
 use eosphor_core::ray::Ray;
 
 /// From 0 to a first vertex, with the lengths of two edges, in extents of the geometry: 3 and 4√3, and room for rounding.
-const FARTHEST_VERTEX: f32 = 10.0;
+pub(super) const FARTHEST_VERTEX: f32 = 10.0;
 
 /// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
 /// is a load away. Vectors have x, y, z and something else.
@@ -26,8 +26,11 @@ pub(super) struct SingleRay<'a> {
     pub(super) far_offset: [f32; 4],
     /// [`EDGE_SLACK`] of the length.
     pub(super) edge_slack: f32,
-    /// Times the lengths of its edges, no less than the edge functions of any triangle of the geometry may be wrong by.
-    pub(super) most_slack: f32,
+    /// At least the distance to the first vertex of any triangle of the geometry, with the lengths of two edges.
+    pub(super) most_distance: f32,
+    /// Times the lengths of its edges, edge functions of any triangle of the geometry are below this only where the ray
+    /// passes by.
+    pub(super) outside: f32,
     pub(super) reach: f32,
     pub(super) scale: f32,
     pub(super) octant: usize,
@@ -65,6 +68,7 @@ impl<'a> SingleRay<'a> {
         let offset = lanes.mul(inverse).negate();
         let edge_slack = EDGE_SLACK * length;
         let scale = o.x + o.y + o.z;
+        let most_distance = FARTHEST_VERTEX * extent + scale;
         SingleRay {
             origin,
             direction,
@@ -72,7 +76,8 @@ impl<'a> SingleRay<'a> {
             near_offset: offset.sub(slack).to_array(),
             far_offset: offset.add(slack).to_array(),
             edge_slack,
-            most_slack: edge_slack * (FARTHEST_VERTEX * extent + scale),
+            most_distance,
+            outside: -edge_slack * most_distance,
             reach: 0.0,
             scale,
             octant: (inverse.lt(S::F4::splat(0.0)).bits() & 7) as usize,
@@ -146,6 +151,7 @@ impl<'a> SingleRay<'a> {
         let four = |v: eosphor_core::math::Vec3, w: f32| [v.x, v.y, v.z, w];
         let i = slab.inverse;
         let (edge_slack, size) = (EDGE_SLACK * local.length, o.abs());
+        let most_distance = FARTHEST_VERTEX * extent + (size.x + size.y + size.z) + local.reach;
         let octant = (i.x < 0.0) as usize | ((i.y < 0.0) as usize) << 1 | ((i.z < 0.0) as usize) << 2;
         SingleRay {
             origin: four(o, local.t_min),
@@ -154,7 +160,8 @@ impl<'a> SingleRay<'a> {
             near_offset: four(slab.near_offset, 0.0),
             far_offset: four(slab.far_offset, 0.0),
             edge_slack,
-            most_slack: edge_slack * (FARTHEST_VERTEX * extent + (size.x + size.y + size.z) + local.reach),
+            most_distance,
+            outside: -edge_slack * most_distance,
             reach: local.reach,
             scale: local.scale,
             octant,

@@ -235,7 +235,7 @@ impl<'a, const W: usize> Packet<'a, W> {
     fn test(&mut self, tree: &OctreeView, reference: u32, lane: usize) {
         let world_ray = self.rays.ray(lane);
         let (p, ray, world) = (&tree.primitives, &self.local[lane], &Placement::world(&world_ray));
-        let mut search = Any { t_max: self.t_max[lane], found: false };
+        let mut search = Any::new(self.t_max[lane], 0.0);
         if reference & SPHERE_REFERENCE == 0 {
             p.search_triangles(reference, 1, ray, world, self.filter, &mut search);
         } else {

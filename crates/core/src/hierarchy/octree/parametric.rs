@@ -194,7 +194,7 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
 impl<C: Work> OctreeParametricTracer<'_, C> {
     #[inline(always)]
     fn hidden_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        let mut search = Any { t_max: ray.t_max, found: false };
+        let mut search = Any::new(ray.t_max, 0.0);
         self.search_instances(ray, filter, &mut search);
         search.found
     }

@@ -1,6 +1,6 @@
 //! Rays of a packet that go on one by one.
 
-use super::block::world_ray;
+use super::decide::world_ray;
 use super::{Leg, Packet, Query16};
 use crate::bvh8::Child;
 use crate::bvh8::trace::single;
@@ -32,7 +32,9 @@ impl<'a> SingleRays<'a> {
             let lane = missing.trailing_zeros() as usize & 15;
             missing &= missing - 1;
             let ray = world_ray(leg, lane);
-            self.rays[lane].write(if leg.instance == 0 {
+            self.rays[lane].write(if leg.instance == 0 && SingleRay::is_usual(&ray, query.bvh.near) {
+                Some(SingleRay::of_world::<S>(&ray, leg.extent))
+            } else if leg.instance == 0 {
                 SingleRay::of_any::<S>(&ray, leg.extent, bounds)
             } else {
                 SingleRay::of_object::<S>(&ray, &instance.object_from_world, leg.extent, bounds)

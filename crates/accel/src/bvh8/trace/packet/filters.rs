@@ -1,6 +1,6 @@
 //! What each of sixteen rays leaves out.
 
-use super::{MaskOf, PartMask};
+use super::MaskOf;
 use crate::simd::{Float, Mask, Simd};
 use eosphor_core::ray::RayFilter;
 
@@ -26,22 +26,14 @@ impl<S: Simd> LaneFilters<S> {
         }
     }
 
-    /// The lanes of `mask`, which is that of a part, that see a triangle which they meet with this determinant.
+    /// The lanes of `mask` that see a triangle whose front is met where this sign is set.
     #[inline(always)]
-    pub(super) fn apply(
-        &self,
-        part: usize,
-        mask: PartMask<S>,
-        instance: u32,
-        primitive: u32,
-        determinant: S::Part,
-    ) -> PartMask<S> {
-        let (i, p) = (S::Part::splat(f32::from_bits(instance)), S::Part::splat(f32::from_bits(primitive)));
+    pub(super) fn apply(&self, mask: MaskOf<S>, instance: u32, primitive: u32, sign: S::F16) -> MaskOf<S> {
+        let (i, p) = (S::F16::splat(f32::from_bits(instance)), S::F16::splat(f32::from_bits(primitive)));
         let [start, target] = [&self.start, &self.target];
-        let start = S::part(&start[0], part).same_bits(p).and(S::part(&start[1], part).same_bits(i));
-        let target = S::part(&target[0], part).same_bits(p).and(S::part(&target[1], part).same_bits(i));
-        // The front is where the ray goes against the normal; minus 0 counts as that.
-        let back = determinant.sign().same_bits(S::Part::splat(0.0)).and(S::mask_part(self.cull, part));
+        let start = start[0].same_bits(p).and(start[1].same_bits(i));
+        let target = target[0].same_bits(p).and(target[1].same_bits(i));
+        let back = sign.same_bits(S::F16::splat(0.0)).and(self.cull);
         mask.without(start.or(target).or(back))
     }
 

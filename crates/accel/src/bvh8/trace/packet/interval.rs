@@ -1,8 +1,10 @@
 //! Bounds of rays, to test boxes against all of them at a time.
 
 use super::{Leg, MaskOf};
-use crate::simd::{Float, Mask, Simd, Vec3V, each};
+use crate::bvh8::trace::single_ray::FARTHEST_VERTEX;
+use crate::simd::{Float, Mask, Simd, Vec3V, cross, each};
 use eosphor_core::intersect::{EXTENT_SLACK, ORIGIN_SLACK};
+use std::mem::MaybeUninit;
 
 /// Bounds of the rays of a group, for boxes: `plane * scale + offset` is no later than any ray enters, no earlier than
 /// any leaves.
@@ -12,8 +14,17 @@ pub(super) struct Interval<S: Simd> {
     pub(super) far_scale: Vec3V<S::F8>,
     pub(super) far_offset: Vec3V<S::F8>,
     pub(super) t_min: S::F8,
-    /// Where all rays start and their reach, if their numbers are usual.
-    pub(super) one_origin: Option<[f32; 4]>,
+    /// Whether all rays start at one point, and their numbers are usual.
+    pub(super) is_one_origin: bool,
+    /// That point, and their reach.
+    pub(super) origin: [f32; 4],
+    /// Unless they start at one point: origin cross direction.
+    pub(super) moment: MaybeUninit<Vec3V<S::F16>>,
+    /// At least the distance from there to the first vertex of any triangle of the geometry, with the lengths of two edges
+    /// and the rays' reach.
+    pub(super) most_distance: f32,
+    /// The largest of the rays' edge slacks.
+    pub(super) most_slack: f32,
 }
 
 /// The interval is widened by so many times what each ray's own test is: over the rounding of both that comes from origins.
@@ -37,7 +48,11 @@ impl<S: Simd> Interval<S> {
             far_scale: none,
             far_offset: none,
             t_min: zero,
-            one_origin: None,
+            is_one_origin: false,
+            origin: [0.0; 4],
+            moment: MaybeUninit::uninit(),
+            most_distance: 0.0,
+            most_slack: 0.0,
         };
         let first = group.bits().trailing_zeros() as usize & 15;
         let mut low = each!(k => origin[k].to_array().as_ref()[first]);
@@ -73,7 +88,13 @@ impl<S: Simd> Interval<S> {
         let is_usual = local.length.lt(S::F16::splat(f32::INFINITY));
         if one_origin && !group.without(is_usual).any() {
             let own_reach = if leg.instance == 0 { 0.0 } else { local.reach.to_array().as_ref()[first] };
-            interval.one_origin = Some([low[0], low[1], low[2], own_reach]);
+            interval.is_one_origin = true;
+            interval.origin = [low[0], low[1], low[2], own_reach];
+        } else {
+            interval.moment.write(cross(origin, &leg.own.direction));
+            // Where an instance placed it, a ray's reach is as much as its origin.
+            interval.most_distance = FARTHEST_VERTEX * leg.extent + 2.0 * (reach[0] + reach[1] + reach[2]);
+            interval.most_slack = local.edge_slack.largest(group);
         }
         interval
     }

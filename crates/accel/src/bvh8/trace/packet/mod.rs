@@ -7,9 +7,11 @@
 
 mod alone;
 mod block;
+mod decide;
 mod filters;
 mod instance;
 mod interval;
+mod look;
 mod sphere;
 mod walk;
 
@@ -26,6 +28,10 @@ use eosphor_core::hierarchy::{FAR, ShadowBatch};
 use eosphor_core::intersect::T_ROUNDING;
 use eosphor_core::ray::{RayFilter, UNKNOWN_REST};
 use walk::Walk;
+
+/// The best hit is no earlier than its `t` less this times what it may be later. The upper bound lies 4 · 2^-24 of `t` beyond
+/// it at least, and is rounded by 2^-24 of that; 2^-24 is also the most that a precise `t` was rounded by.
+const TO_LOW: f32 = 1.25;
 
 type MaskOf<S> = <<S as Simd>::F16 as Float>::Mask;
 type PartMask<S> = <<S as Simd>::Part as Float>::Mask;

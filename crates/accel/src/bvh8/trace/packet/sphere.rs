@@ -1,6 +1,6 @@
 //! A sphere against sixteen rays.
 
-use super::block::world_ray;
+use super::decide::world_ray;
 use super::{Leg, Packet, Query16};
 use crate::bvh8::trace::walk::{ANY, NO_TRIANGLE, Offer, Query};
 use crate::simd::{Kernel, Simd};

@@ -113,10 +113,14 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                 changed = unsafe { packet.test_sphere::<QUERY>(query, at & PLACE, leg, bits) };
                 end = packet.end;
             } else {
-                let one_origin = interval.one_origin;
+                let (best, place) = (&mut packet.best, at & PLACE);
                 // SAFETY: the caller's.
                 changed = unsafe {
-                    packet.best.test_block::<QUERY>(query, at & PLACE, leg, active, one_origin, &mut end)
+                    if interval.is_one_origin {
+                        best.test_block::<QUERY, true>(query, place, leg, active, &interval, &mut end)
+                    } else {
+                        best.test_block::<QUERY, false>(query, place, leg, active, &interval, &mut end)
+                    }
                 };
             }
             if changed {
