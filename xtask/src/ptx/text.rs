@@ -32,8 +32,9 @@ const LAUNCH_BOUNDS: &str = ".maxntid 128";
 /// then, and 40 are slower.
 const QUERY_BOUNDS: &str = ".maxnreg 48";
 
-/// Added for kernels that render. With all 255 registers two blocks of 128 threads run on a processor. On an H200 PG1's box at
-/// 10000 x 10000 took 1.21 s with 255, 0.96 with 168, 0.98 with 144, 0.84 with 128; glass spheres 95, 103, 104, 102 ms.
+/// Added for kernels that render through a `bvh`. With all 255 registers two blocks of 128 threads run on a processor. On an
+/// H200 PG1's box at 10000 x 10000 took 1.21 s with 255, 0.96 with 168, 0.98 with 144, 0.84 with 128; glass spheres 95, 103, 104,
+/// 102 ms. (Kernels for other structures would spill three times as much with it; they were not measured.)
 const RENDER_BOUNDS: &str = ".maxnreg 128";
 
 /// What the header says.
@@ -64,19 +65,26 @@ pub(super) fn with_header(body: &str, hash: &str, compiler: &str, flags: &[&str]
 
 /// The text with [`LAUNCH_BOUNDS`], and [`QUERY_BOUNDS`] or [`RENDER_BOUNDS`], after the parameter list of every kernel.
 pub(super) fn with_launch_bounds(ptx: &str) -> String {
-    let (mut in_parameters, mut is_query) = (false, false);
+    let (mut in_parameters, mut bounds) = (false, None);
     let mut out = String::with_capacity(ptx.len() + 64);
     for line in ptx.lines() {
         if let Some(name) = entry_name(line) {
-            (in_parameters, is_query) = (true, !name.starts_with("render_"));
+            in_parameters = true;
+            bounds = if !name.starts_with("render_") {
+                Some(QUERY_BOUNDS)
+            } else {
+                name.starts_with("render_bvh").then_some(RENDER_BOUNDS)
+            };
         }
         out.push_str(line);
         out.push('\n');
         if in_parameters && line.starts_with(')') {
             out.push_str(LAUNCH_BOUNDS);
             out.push('\n');
-            out.push_str(if is_query { QUERY_BOUNDS } else { RENDER_BOUNDS });
-            out.push('\n');
+            if let Some(bounds) = bounds {
+                out.push_str(bounds);
+                out.push('\n');
+            }
             in_parameters = false;
         }
     }

@@ -17,6 +17,9 @@ pub(crate) struct Bvh8View<'a> {
     /// For each geometry, its root.
     pub(super) roots: &'a [Child],
     pub(super) geometries: &'a [Geometry],
+    /// Of the first, which is the world's own: its root, and its largest absolute coordinate.
+    pub(super) world_root: Child,
+    pub(super) world_extent: f32,
     /// Nodes of the tree over the instances, perhaps among others.
     pub(super) instance_nodes: &'a [Node8],
     pub(super) instance_root: Child,
@@ -39,6 +42,8 @@ impl Bvh8 {
             sphere_primitives: &self.sphere_primitives,
             roots: &self.roots,
             geometries: &self.geometries,
+            world_root: self.roots[0],
+            world_extent: self.geometries[0].extent,
             instance_nodes: &self.nodes,
             instance_root: self.instance_root,
             instances: &self.instances,
@@ -52,6 +57,6 @@ impl Bvh8 {
 impl Bvh8View<'_> {
     /// The largest absolute coordinate of all.
     pub(super) fn extent(&self) -> f32 {
-        self.instance_bounds.extent().max(self.geometries[0].extent)
+        self.instance_bounds.extent().max(self.world_extent)
     }
 }

@@ -10,17 +10,33 @@ use eosphor_core::intersect::Slab;
 use eosphor_core::ray::{Ray, RayFilter};
 use std::mem::MaybeUninit;
 
-/// Where the planes that rays of an octant meet first start in a node, in bytes, for each axis; those on the far side are
-/// 32 bytes away, one way or the other.
+/// For each octant, where the planes that its rays meet first start in a node, in bytes, for each axis; and those that they
+/// meet last. (A table, because searches read it again after each leaf.)
+static PLANES: [[[usize; 3]; 2]; 8] = {
+    let mut planes = [[[0; 3]; 2]; 8];
+    let mut octant = 0;
+    while octant < 8 {
+        let mut k = 0;
+        while k < 3 {
+            let near = 64 * k + 32 * (octant >> k & 1);
+            (planes[octant][0][k], planes[octant][1][k]) = (near, near ^ 32);
+            k += 1;
+        }
+        octant += 1;
+    }
+    planes
+};
+
+/// Where the planes that rays of an octant meet first start in a node, in bytes, for each axis; and those that they meet last.
 #[inline(always)]
-pub(super) fn near_planes(octant: usize) -> [usize; 3] {
-    each!(k => 64 * k + 32 * (octant >> k & 1))
+pub(super) fn near_and_far_planes(octant: usize) -> [[usize; 3]; 2] {
+    PLANES[octant & 7]
 }
 
 /// Eight planes of a node.
 ///
 /// # Safety
-/// The place is one of [`near_planes`], or on the far side.
+/// The place is one of [`near_and_far_planes`].
 #[inline(always)]
 pub(super) unsafe fn planes<S: Simd>(node: &Node8, place: usize) -> S::F8 {
     // SAFETY: the caller's.
@@ -38,9 +54,9 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
     filter: &RayFilter,
     found: &mut Found,
 ) {
-    let root = bvh.roots[0];
+    let root = bvh.world_root;
     if SingleRay::is_usual(ray, bvh.near) {
-        let local = SingleRay::of_world::<S>(ray, bvh.geometries[0].extent);
+        let local = SingleRay::of_world::<S>(ray, bvh.world_extent);
         let search = Search::<QUERY> { bvh, root, ray: &local, instance: 0, filter, found: &mut *found };
         // SAFETY: the root is the scene's.
         unsafe { search.run::<S>() };
@@ -72,10 +88,10 @@ impl<const QUERY: Query> Kernel for Unusual<'_, QUERY> {
     #[inline(always)]
     unsafe fn run<S: Simd>(self) {
         let Unusual { bvh, ray, filter, found } = self;
-        if let Some(local) = SingleRay::of_any::<S>(ray, bvh.geometries[0].extent, &bvh.bounds[0]) {
+        if let Some(local) = SingleRay::of_any::<S>(ray, bvh.world_extent, &bvh.bounds[0]) {
             local.enter(found);
             // SAFETY: the caller's; the root is the scene's.
-            unsafe { search::<S, QUERY>(bvh, bvh.roots[0], &local, 0, filter, found) };
+            unsafe { search::<S, QUERY>(bvh, bvh.world_root, &local, 0, filter, found) };
         }
     }
 }
@@ -214,18 +230,35 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
     let mut nears = MaybeUninit::<[f32; STACK]>::uninit();
     let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<f32>());
     let mut count = 0usize;
+    // The next of those that wait, if any may have a hit.
+    macro_rules! next {
+        () => {
+            loop {
+                if count == 0 {
+                    return false;
+                }
+                count -= 1;
+                // SAFETY: below the count, the stack has been written.
+                if QUERY & KIND == ANY || unsafe { *nears.add(count) } <= found.end {
+                    // SAFETY: as above.
+                    break unsafe { *children.add(count) };
+                }
+            }
+        };
+    }
     let mut at = root;
     if root == EMPTY {
         return false;
     }
-    let mut inverse = each!(k => S::F8::splat(ray.inverse[k]));
-    let mut near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
-    let mut far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
-    let mut t_min = S::F8::splat(ray.origin[3]);
-    let near_planes = near_planes(ray.octant);
-    let mut t_max = S::F8::splat(found.end);
     loop {
-        if at & LEAF == 0 {
+        // Loaded again after leaves, and not saved before: most rays visit one leaf or two.
+        let ray = std::hint::black_box(ray);
+        let inverse = each!(k => S::F8::splat(ray.inverse[k]));
+        let near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
+        let far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
+        let (t_min, t_max) = (S::F8::splat(ray.origin[3]), S::F8::splat(found.end));
+        let [near_planes, far_planes] = near_and_far_planes(ray.octant);
+        while at & LEAF == 0 {
             // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
             unsafe {
                 let node = nodes.get_unchecked(at as usize);
@@ -235,7 +268,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                 let [x0, y0, z0] =
                     each!(k => planes::<S>(node, near_planes[k]).fma(inverse[k], near_offset[k]));
                 let [x1, y1, z1] =
-                    each!(k => planes::<S>(node, near_planes[k] ^ 32).fma(inverse[k], far_offset[k]));
+                    each!(k => planes::<S>(node, far_planes[k]).fma(inverse[k], far_offset[k]));
                 let near = x0.max(y0).max(z0.max(t_min));
                 let far = x1.min(y1).min(z1.min(t_max));
                 let entered = near.le(far).bits();
@@ -243,32 +276,30 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                 debug_assert!(count + 8 <= STACK);
                 if others == 0 {
                     // None, or one: on to it.
-                    if entered != 0 {
-                        at = *node.children.get_unchecked(entered.trailing_zeros() as usize);
-                        continue;
-                    }
+                    at = if entered != 0 {
+                        *node.children.get_unchecked(entered.trailing_zeros() as usize)
+                    } else {
+                        next!()
+                    };
                 } else if QUERY & KIND == ANY {
                     let node_children = S::F8::load(node.children.as_ptr().cast());
                     S::compress8(node_children, entered, children.add(count).cast());
                     count += entered.count_ones() as usize - 1;
                     // The last one is on top: on to it without asking the stack.
                     at = *node.children.get_unchecked(31 - entered.leading_zeros() as usize);
-                    continue;
+                } else if others & (others - 1) == 0 {
+                    // Two, the usual case: the nearer one first.
+                    let (a, b) =
+                        (entered.trailing_zeros() as usize & 7, others.trailing_zeros() as usize & 7);
+                    let distances = near.to_array();
+                    let (near_a, near_b) = (distances[a], distances[b]);
+                    let (child_a, child_b) = (node.children[a], node.children[b]);
+                    let a_first = near_a <= near_b;
+                    *children.add(count) = if a_first { child_b } else { child_a };
+                    *nears.add(count) = if a_first { near_b } else { near_a };
+                    count += 1;
+                    at = if a_first { child_a } else { child_b };
                 } else {
-                    if others & (others - 1) == 0 {
-                        // Two, the usual case: the nearer one first.
-                        let (a, b) =
-                            (entered.trailing_zeros() as usize & 7, others.trailing_zeros() as usize & 7);
-                        let distances = near.to_array();
-                        let (near_a, near_b) = (distances[a], distances[b]);
-                        let (child_a, child_b) = (node.children[a], node.children[b]);
-                        let a_first = near_a <= near_b;
-                        *children.add(count) = if a_first { child_b } else { child_a };
-                        *nears.add(count) = if a_first { near_b } else { near_a };
-                        count += 1;
-                        at = if a_first { child_a } else { child_b };
-                        continue;
-                    }
                     let bits = *node.orders.get_unchecked(ray.octant);
                     let order = S::order8(bits);
                     let near = S::permute8(near, order);
@@ -279,33 +310,15 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                     count += entered.count_ones() as usize - 1;
                     let lane = 31 - entered.leading_zeros();
                     at = *node.children.get_unchecked((bits >> (3 * lane) & 7) as usize);
-                    continue;
                 }
             }
-        } else {
+        }
+        while at & LEAF != 0 {
             // SAFETY: the caller's.
             if unsafe { leaves.visit::<QUERY>(at, found) } {
                 return true;
             }
-            t_max = S::F8::splat(found.end);
-            // Loaded again, and not saved before: most rays visit one leaf or two.
-            let ray = std::hint::black_box(ray);
-            inverse = each!(k => S::F8::splat(ray.inverse[k]));
-            near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
-            far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
-            t_min = S::F8::splat(ray.origin[3]);
+            at = next!();
         }
-        loop {
-            if count == 0 {
-                return false;
-            }
-            count -= 1;
-            // SAFETY: below the count, the stack has been written.
-            if QUERY & KIND == ANY || unsafe { *nears.add(count) } <= found.end {
-                break;
-            }
-        }
-        // SAFETY: as above.
-        at = unsafe { *children.add(count) };
     }
 }

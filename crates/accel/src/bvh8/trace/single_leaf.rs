@@ -16,6 +16,7 @@ use eosphor_core::ray::{Hit, PrimitiveId, RayFilter, UNKNOWN_REST};
 /// Leaves of triangles and spheres.
 ///
 /// Most hits are clear, and by the bounds of their `t` nothing that was met before is near. Such a hit is taken as it is.
+#[derive(Clone, Copy)]
 pub(super) struct PrimitiveLeaves<'a> {
     pub(super) bvh: &'a Bvh8View<'a>,
     pub(super) ray: &'a SingleRay<'a>,
@@ -30,7 +31,7 @@ impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
             if QUERY & COUNTING != 0 {
                 found.primitives += 1;
             }
-            let (leaves, number) = (&*self, (leaf & PLACE) as usize);
+            let (leaves, number) = (*self, (leaf & PLACE) as usize);
             // SAFETY: the caller's.
             return unsafe { S::run(SphereTest::<QUERY> { leaves, number, found }) };
         }
@@ -74,8 +75,8 @@ impl PrimitiveLeaves<'_> {
         let rays = StepRays {
             direction,
             t_min: S::F4::splat(ray.origin[3]),
-            t_max: S::F4::splat(ray.world.t_max),
-            length: S::F4::splat(ray.direction[3]),
+            t_max: S::F4::splat(ray.direction[3]),
+            length: S::F4::splat(ray.length),
             edge_slack: S::F4::splat(ray.edge_slack),
             scale: S::F4::splat(ray.scale),
         };
@@ -130,7 +131,7 @@ impl PrimitiveLeaves<'_> {
             v: edges.v.mul(planes.inverse).to_array(),
         };
         // SAFETY: the caller's.
-        unsafe { S::run(Compare::<QUERY> { leaves: self, number, lanes, hits: &hits, backs, found }) }
+        unsafe { S::run(Compare::<QUERY> { leaves: *self, number, lanes, hits: &hits, backs, found }) }
     }
 
     /// Whether there is any hit. Most are certain by bounds that hold for all triangles: double precision would say the
@@ -147,7 +148,7 @@ impl PrimitiveLeaves<'_> {
         let ray = self.ray;
         let inverse = S::F4::splat(1.0).div(determinant.size);
         let t = numerator.xor(determinant.sign).mul(inverse);
-        let distances = t.abs().fma(S::F4::splat(ray.direction[3]), S::F4::splat(ray.most_distance));
+        let distances = t.abs().fma(S::F4::splat(ray.length), S::F4::splat(ray.most_distance));
         let slack = S::F4::splat(T_SLACK).mul(product);
         let error = slack.fma(distances, S::F4::splat(T_UNDERFLOW)).mul(inverse);
         let (low, high, t_min) = (t.sub(error), t.add(error), S::F4::splat(ray.origin[3]));
@@ -158,7 +159,7 @@ impl PrimitiveLeaves<'_> {
         if lanes == 0 {
             return false;
         }
-        let between = t_min.lt(low).and(high.le(S::F4::splat(ray.world.t_max)));
+        let between = t_min.lt(low).and(high.le(S::F4::splat(ray.direction[3])));
         let lane = lanes.trailing_zeros() as usize & 3;
         if (inside.and(between).bits() >> lane & 1 == 1) & ray.from.is_none() {
             // SAFETY: leaves name blocks that the builder made.
@@ -173,7 +174,7 @@ impl PrimitiveLeaves<'_> {
             }
         }
         // SAFETY: the caller's.
-        unsafe { S::run(Compare::<QUERY> { leaves: self, number, lanes, hits: &Clear::NONE, backs, found }) }
+        unsafe { S::run(Compare::<QUERY> { leaves: *self, number, lanes, hits: &Clear::NONE, backs, found }) }
     }
 
     #[inline(always)]
@@ -200,7 +201,7 @@ impl PrimitiveLeaves<'_> {
 
 /// A sphere: a function of its own, since it is rare and large.
 struct SphereTest<'a, const QUERY: Query> {
-    leaves: &'a PrimitiveLeaves<'a>,
+    leaves: PrimitiveLeaves<'a>,
     number: usize,
     found: &'a mut Found,
 }
@@ -243,7 +244,7 @@ impl Clear {
 
 /// Candidates that are not clear, or close to others: a function of its own, since it is rare and large.
 struct Compare<'a, const QUERY: Query> {
-    leaves: &'a PrimitiveLeaves<'a>,
+    leaves: PrimitiveLeaves<'a>,
     number: u32,
     lanes: u32,
     hits: &'a Clear,

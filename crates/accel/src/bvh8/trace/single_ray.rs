@@ -19,13 +19,15 @@ pub(super) const FARTHEST_VERTEX: f32 = 10.0;
 pub(super) struct SingleRay<'a> {
     /// And `t_min`; NaN where the ray has numbers out of range.
     pub(super) origin: [f32; 4],
-    /// And its length, as in `LocalRay`.
+    /// And the world ray's `t_max`.
     pub(super) direction: [f32; 4],
     pub(super) inverse: [f32; 4],
     pub(super) near_offset: [f32; 4],
     pub(super) far_offset: [f32; 4],
     /// [`EDGE_SLACK`] of the length.
     pub(super) edge_slack: f32,
+    /// The direction's, as in `LocalRay`.
+    pub(super) length: f32,
     /// At least the distance to the first vertex of any triangle of the geometry, with the lengths of two edges.
     pub(super) most_distance: f32,
     /// Times the lengths of its edges, edge functions of any triangle of the geometry are below this only where the ray
@@ -57,9 +59,12 @@ impl<'a> SingleRay<'a> {
     pub(super) fn of_world<S: Simd>(ray: &Ray, extent: f32) -> SingleRay<'a> {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let length = d.x + d.y + d.z;
-        let origin = [ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min];
-        let direction = [ray.direction.x, ray.direction.y, ray.direction.z, length];
-        let (lanes, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
+        // SAFETY: a ray is eight floats in this order (`repr(C)`).
+        let (lanes, d) = unsafe {
+            let at = (&raw const *ray).cast::<f32>();
+            (S::F4::load(at), S::F4::load(at.add(4)))
+        };
+        let (origin, direction) = (lanes.to_array(), d.to_array());
         let smallest = S::F4::splat(SMALLEST_DIRECTION);
         let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
         let inverse = S::F4::splat(1.0).div(safe);
@@ -76,6 +81,7 @@ impl<'a> SingleRay<'a> {
             near_offset: offset.sub(slack).to_array(),
             far_offset: offset.add(slack).to_array(),
             edge_slack,
+            length,
             most_distance,
             outside: -edge_slack * most_distance,
             reach: 0.0,
@@ -155,11 +161,12 @@ impl<'a> SingleRay<'a> {
         let octant = (i.x < 0.0) as usize | ((i.y < 0.0) as usize) << 1 | ((i.z < 0.0) as usize) << 2;
         SingleRay {
             origin: four(o, local.t_min),
-            direction: four(d, local.length),
+            direction: four(d, world.t_max),
             inverse: four(i, 0.0),
             near_offset: four(slab.near_offset, 0.0),
             far_offset: four(slab.far_offset, 0.0),
             edge_slack,
+            length: local.length,
             most_distance,
             outside: -edge_slack * most_distance,
             reach: local.reach,
@@ -212,7 +219,7 @@ impl SingleRay<'_> {
                 near_offset: vector(&self.near_offset),
                 far_offset: vector(&self.far_offset),
             },
-            length: self.direction[3],
+            length: self.length,
             reach: self.reach,
             scale: self.scale,
         }

@@ -3,7 +3,7 @@
 use super::alone::SingleRays;
 use super::interval::Interval;
 use super::{Leg, MaskOf, Packet, Query16};
-use crate::bvh8::trace::single::{near_planes, planes};
+use crate::bvh8::trace::single::{near_and_far_planes, planes};
 use crate::bvh8::trace::walk::{ANY, Query, STACK};
 use crate::bvh8::{Child, LEAF, PLACE, SPHERE};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
@@ -48,7 +48,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
         // Copies, which the compiler can keep in registers where there are enough.
         let (slab, t_min) = (leg.local.slab, leg.local.t_min);
         let mut end = packet.end;
-        let near_planes = near_planes(octant);
+        let [near_planes, far_planes] = near_and_far_planes(octant);
         let mut children = MaybeUninit::<[Child; STACK]>::uninit();
         let mut nears = MaybeUninit::<[S::F16; STACK]>::uninit();
         let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<S::F16>());
@@ -76,7 +76,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                     let (ns, no) = (&interval.near_scale, &interval.near_offset);
                     let (fs, fo) = (&interval.far_scale, &interval.far_offset);
                     let [x0, y0, z0] = each!(k => planes::<S>(node, near_planes[k]).fma(ns[k], no[k]));
-                    let [x1, y1, z1] = each!(k => planes::<S>(node, near_planes[k] ^ 32).fma(fs[k], fo[k]));
+                    let [x1, y1, z1] = each!(k => planes::<S>(node, far_planes[k]).fma(fs[k], fo[k]));
                     let first = x0.max(y0).max(z0.max(interval.t_min));
                     let last = x1.min(y1).min(z1.min(latest));
                     let order = *node.orders.get_unchecked(octant);
@@ -90,7 +90,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                         let box_planes = node.planes.as_ptr().cast::<f32>().add(slot).cast::<u8>();
                         let [x0, y0, z0] = each!(k => S::F16::splat(*box_planes.add(near_planes[k]).cast::<f32>())
                                 .fma(slab.inverse[k], slab.near_offset[k]));
-                        let [x1, y1, z1] = each!(k => S::F16::splat(*box_planes.add(near_planes[k] ^ 32).cast::<f32>())
+                        let [x1, y1, z1] = each!(k => S::F16::splat(*box_planes.add(far_planes[k]).cast::<f32>())
                                 .fma(slab.inverse[k], slab.far_offset[k]));
                         let child_near = x0.max(y0).max(z0.max(t_min));
                         let child_far = x1.min(y1).min(z1.min(end));
