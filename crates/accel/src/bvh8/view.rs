@@ -1,6 +1,6 @@
 //! The hierarchy, borrowed for traversals.
 
-use super::{Bvh8, Child, Node8, TriangleBlock};
+use super::{Bvh8, Child, EMPTY, Node8, TriangleBlock};
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use eosphor_core::hierarchy::FAR;
 use eosphor_core::intersect::USUAL_REACH;
@@ -42,8 +42,8 @@ impl Bvh8 {
             sphere_primitives: &self.sphere_primitives,
             roots: &self.roots,
             geometries: &self.geometries,
-            world_root: self.roots[0],
-            world_extent: self.geometries[0].extent,
+            world_root: self.roots.first().copied().unwrap_or(EMPTY),
+            world_extent: self.geometries.first().map_or(0.0, |geometry| geometry.extent),
             instance_nodes: &self.nodes,
             instance_root: self.instance_root,
             instances: &self.instances,

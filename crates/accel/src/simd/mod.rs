@@ -165,6 +165,11 @@ pub(crate) trait Float: Copy {
     /// `self` where the mask is set, else `o`.
     fn or_else(self, mask: Self::Mask, o: Self) -> Self;
 
+    /// The same in place: where the mask is set, by `o`.
+    #[inline(always)]
+    fn replace(&mut self, mask: Self::Mask, o: Self) {
+        *self = o.or_else(mask, *self);
+    }
     /// Through memory, for what is rare.
     #[inline(always)]
     fn to_array(self) -> Self::Array {

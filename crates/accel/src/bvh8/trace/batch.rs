@@ -2,15 +2,16 @@
 
 use super::choice::{Way, choose};
 use super::lanes::RaysV;
-use super::packet::{LaneFilters, Packet, Query16, load_rays, rays_from_one_point};
+use super::packet::{LaneFilters, Packet, Query16, Room, load_rays, rays_from_one_point, trace};
 use super::single;
 use super::sort;
-use super::walk::{ANY, Found, NEXT, Query};
+use super::walk::{ANY, Found, NEXT, Query, STACK};
 use crate::bvh8::view::Bvh8View;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use crate::{Coherence, Filters};
 use eosphor_core::hierarchy::ShadowBatch;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
+use std::mem::MaybeUninit;
 
 /// Queries to be answered.
 pub(super) struct Batch<'a, const QUERY: Query> {
@@ -55,7 +56,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             let (ray, filter) = (&self.rays[k], self.filters.of(k));
             let mut found = Found::nothing(ray.t_max);
             if QUERY == NEXT {
-                found.after = self.hits[k];
+                found.after = Some(self.hits[k]);
             }
             // SAFETY: the caller's.
             unsafe { single::trace::<S, QUERY>(self.bvh, ray, filter, &mut found) };
@@ -67,164 +68,239 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         }
     }
 
-    /// Sixteen rays; of some, the numbers may repeat the last one.
+    /// The rays of these numbers in packets that walk together, as many as fit: at least one ray.
     #[inline(always)]
-    unsafe fn packet<S: Simd>(&mut self, numbers: &[u32; 16], count: usize, alone: u32, shared: &Shared<S>) {
-        let rays = self.rays.as_ptr();
-        let mut rows = [std::ptr::null::<f32>(); 16];
-        let mut filters = [&RayFilter::ALL; 16];
-        let mut lane = 0;
-        while lane < 16 {
-            // SAFETY: numbers are below the length.
-            unsafe {
-                rows[lane] = rays.add(numbers[lane] as usize).cast();
-                if let Filters::Each(each) = self.filters {
-                    filters[lane] = each.get_unchecked(numbers[lane] as usize);
-                }
-            }
-            lane += 1;
-        }
-        // SAFETY: the caller's.
-        unsafe {
-            let loaded = load_rays::<S>(&rows);
-            let mut packet = Packet::new(loaded.t_max);
-            self.trace(&mut packet, &loaded, &filters, count, alone, shared);
-            if QUERY == ANY {
-                let hidden = packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
-                for lane in 0..count {
-                    self.hidden[numbers[lane] as usize] = hidden >> lane & 1 == 1;
-                }
-                return;
-            }
-            // Lanes that are not used go nowhere.
-            let mut nowhere = Hit::miss(0.0);
-            let mut rows = [(&raw mut nowhere).cast::<f32>(); 16];
-            for lane in 0..count {
-                rows[lane] = self.hits.as_mut_ptr().add(numbers[lane] as usize).cast();
-            }
-            store_hits(&packet, &rows);
-        }
-    }
-
-    /// Sixteen rays from `first` on: addresses follow from one.
-    #[inline(always)]
-    unsafe fn packet_in_order<S: Simd>(&mut self, first: usize, shared: &Shared<S>) {
-        let mut rows = [std::ptr::null::<f32>(); 16];
-        let mut filters = [&RayFilter::ALL; 16];
-        let mut lane = 0;
-        // SAFETY: the caller's; there are sixteen rays, filters and answers.
-        unsafe {
-            let rays = self.rays.as_ptr().add(first);
-            while lane < 16 {
-                rows[lane] = rays.add(lane).cast();
-                // Of the packet after this one, which is one ahead in each lane.
-                S::prefetch(rays.wrapping_add(16 + lane));
-                if let Filters::Each(each) = self.filters {
-                    filters[lane] = each.get_unchecked(first + lane);
-                }
-                lane += 1;
-            }
-            let loaded = load_rays::<S>(&rows);
-            let mut packet = Packet::new(loaded.t_max);
-            self.trace(&mut packet, &loaded, &filters, 16, ALONE_COHERENT, shared);
-            if QUERY == ANY {
-                let hidden = packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
-                let answers = self.hidden.as_mut_ptr().add(first);
-                let mut lane = 0;
-                while lane < 16 {
-                    answers.add(lane).write(hidden >> lane & 1 == 1);
-                    lane += 1;
-                }
-                return;
-            }
-            let answers = self.hits.as_mut_ptr().add(first);
-            let mut rows = [answers.cast::<f32>(); 16];
-            let mut lane = 0;
-            while lane < 16 {
-                rows[lane] = answers.add(lane).cast();
-                lane += 1;
-            }
-            store_hits(&packet, &rows);
-        }
-    }
-
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "what packets are made of")]
-    unsafe fn trace<S: Simd>(
-        &self,
-        packet: &mut Packet<S>,
-        rays: &RaysV<S::F16>,
-        each: &[&RayFilter; 16],
-        count: usize,
+    unsafe fn packets_of<S: Simd, const N: usize>(
+        &mut self,
+        numbers: &[u32],
         alone: u32,
         shared: &Shared<S>,
+        room: &mut Room<S, N>,
     ) {
-        let active = if count == 16 { 0xffff } else { (1u32 << count) - 1 };
-        // SAFETY: the caller's.
+        let rays = self.rays.as_ptr();
+        let mut loaded = MaybeUninit::<[RaysV<S::F16>; N]>::uninit();
+        let mut packets = MaybeUninit::<[Packet<S>; N]>::uninit();
+        let mut filters = MaybeUninit::<[[&RayFilter; 16]; N]>::uninit();
+        let filter = filters.as_mut_ptr().cast::<&RayFilter>();
+        let mut counts = [0; N];
+        let last = numbers.len() - 1;
+        // SAFETY: numbers are below the length; there are so many packets.
         unsafe {
-            if let Filters::Each(_) = self.filters {
-                let lanes = LaneFilters::new(each);
-                let query = Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: each, alone };
-                packet.trace::<QUERY>(rays, active, &query);
-            } else {
-                let query = Query16 {
-                    bvh: self.bvh,
-                    lane_filters: shared.lanes.as_ref(),
-                    filters: &shared.filters,
-                    alone,
-                };
-                packet.trace::<QUERY>(rays, active, &query);
+            let mut k = 0;
+            while k < N {
+                counts[k] = numbers.len().saturating_sub(16 * k).min(16);
+                let mut rows = [std::ptr::null::<f32>(); 16];
+                let mut lane = 0;
+                while lane < 16 {
+                    // Lanes that are not used have the last ray.
+                    let number = *numbers.get_unchecked((16 * k + lane).min(last)) as usize;
+                    rows[lane] = rays.add(number).cast();
+                    if let Filters::Each(each) = self.filters {
+                        filter.add(16 * k + lane).write(each.get_unchecked(number));
+                    }
+                    lane += 1;
+                }
+                let rays = load_rays::<S>(&rows);
+                packets.as_mut_ptr().cast::<Packet<S>>().add(k).write(Packet::new(rays.t_max));
+                loaded.as_mut_ptr().cast::<RaysV<S::F16>>().add(k).write(rays);
+                k += 1;
+            }
+            let packets = packets.assume_init_mut();
+            let rays = loaded.assume_init_ref();
+            self.trace::<S, N>(packets, rays, &filters, counts, alone, shared, room);
+            k = 0;
+            while k < N {
+                let (packet, count) = (&packets[k], counts[k]);
+                if QUERY == ANY {
+                    let hidden = packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
+                    for lane in 0..count {
+                        self.hidden[numbers[16 * k + lane] as usize] = hidden >> lane & 1 == 1;
+                    }
+                } else {
+                    // Lanes that are not used go nowhere.
+                    let mut nowhere = Hit::miss(0.0);
+                    let mut rows = [(&raw mut nowhere).cast::<f32>(); 16];
+                    for lane in 0..count {
+                        rows[lane] = self.hits.as_mut_ptr().add(numbers[16 * k + lane] as usize).cast();
+                    }
+                    store_hits(packet, &rows);
+                }
+                k += 1;
             }
         }
     }
 
-    /// Rays `first .. end` in the given order, sixteen at a time.
+    /// N packets of sixteen rays from `first` on, which walk together: addresses follow from one.
     #[inline(always)]
-    unsafe fn packets<S: Simd>(&mut self, mut first: usize, end: usize, shared: &Shared<S>) {
+    unsafe fn packets_in_order<S: Simd, const N: usize>(
+        &mut self,
+        first: usize,
+        shared: &Shared<S>,
+        room: &mut Room<S, N>,
+    ) {
+        let mut loaded = MaybeUninit::<[RaysV<S::F16>; N]>::uninit();
+        let mut packets = MaybeUninit::<[Packet<S>; N]>::uninit();
+        let mut filters = MaybeUninit::<[[&RayFilter; 16]; N]>::uninit();
+        let filter = filters.as_mut_ptr().cast::<&RayFilter>();
+        // SAFETY: the caller's; there are so many rays, filters and answers, and so many packets.
+        unsafe {
+            let mut k = 0;
+            while k < N {
+                let rays = self.rays.as_ptr().add(first + 16 * k);
+                let mut rows = [std::ptr::null::<f32>(); 16];
+                let mut lane = 0;
+                while lane < 16 {
+                    rows[lane] = rays.add(lane).cast();
+                    // Of the group after this one, which is one ahead in each lane.
+                    S::prefetch(rays.wrapping_add(16 * N + lane));
+                    if let Filters::Each(each) = self.filters {
+                        filter.add(16 * k + lane).write(each.get_unchecked(first + 16 * k + lane));
+                    }
+                    lane += 1;
+                }
+                let rays = load_rays::<S>(&rows);
+                packets.as_mut_ptr().cast::<Packet<S>>().add(k).write(Packet::new(rays.t_max));
+                loaded.as_mut_ptr().cast::<RaysV<S::F16>>().add(k).write(rays);
+                k += 1;
+            }
+            let packets = packets.assume_init_mut();
+            let rays = loaded.assume_init_ref();
+            self.trace::<S, N>(packets, rays, &filters, [16; N], ALONE_COHERENT, shared, room);
+            k = 0;
+            while k < N {
+                let (packet, first) = (&packets[k], first + 16 * k);
+                let mut lane = 0;
+                if QUERY == ANY {
+                    let hidden = packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
+                    let answers = self.hidden.as_mut_ptr().add(first);
+                    while lane < 16 {
+                        answers.add(lane).write(hidden >> lane & 1 == 1);
+                        lane += 1;
+                    }
+                } else {
+                    let answers = self.hits.as_mut_ptr().add(first);
+                    let mut rows = [answers.cast::<f32>(); 16];
+                    while lane < 16 {
+                        rows[lane] = answers.add(lane).cast();
+                        lane += 1;
+                    }
+                    store_hits(packet, &rows);
+                }
+                k += 1;
+            }
+        }
+    }
+
+    /// Traces packets; `each` holds the filters of rays that have their own.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "what packets are made of")]
+    unsafe fn trace<S: Simd, const N: usize>(
+        &self,
+        packets: &mut [Packet<S>; N],
+        rays: &[RaysV<S::F16>; N],
+        each: &MaybeUninit<[[&RayFilter; 16]; N]>,
+        counts: [usize; N],
+        alone: u32,
+        shared: &Shared<S>,
+        room: &mut Room<S, N>,
+    ) {
+        let mut active = [0; N];
+        let query =
+            Query16 { bvh: self.bvh, lane_filters: shared.lanes.as_ref(), filters: &shared.filters, alone };
+        let mut queries = [query; N];
+        let mut lanes = [const { MaybeUninit::uninit() }; N];
+        let mut k = 0;
+        while k < N {
+            active[k] = (1u32 << counts[k]) - 1;
+            k += 1;
+        }
+        if let Filters::Each(_) = self.filters {
+            // SAFETY: rays that have their own filters come with them.
+            let each = unsafe { each.assume_init_ref() };
+            k = 0;
+            while k < N {
+                lanes[k].write(LaneFilters::new(&each[k]));
+                k += 1;
+            }
+            k = 0;
+            while k < N {
+                // SAFETY: they have been written.
+                let lanes = unsafe { lanes[k].assume_init_ref() };
+                queries[k] = Query16 { lane_filters: Some(lanes), filters: &each[k], ..query };
+                k += 1;
+            }
+        }
+        // SAFETY: the caller's.
+        unsafe { trace::<S, QUERY, N>(packets, rays, active, &queries, room) };
+    }
+
+    /// Rays `first .. end` in the given order, in groups.
+    #[inline(always)]
+    unsafe fn packets<S: Simd>(
+        &mut self,
+        mut first: usize,
+        end: usize,
+        shared: &Shared<S>,
+        room: &mut Room<S, TOGETHER>,
+    ) {
+        while first + 16 * TOGETHER <= end {
+            // SAFETY: the caller's.
+            unsafe { self.packets_in_order::<S, TOGETHER>(first, shared, room) };
+            first += 16 * TOGETHER;
+        }
+        // The rest.
+        let mut room = MaybeUninit::uninit();
         while first + 16 <= end {
             // SAFETY: the caller's.
-            unsafe { self.packet_in_order(first, shared) };
+            unsafe { self.packets_in_order::<S, 1>(first, shared, &mut room) };
             first += 16;
         }
         if first < end {
             let count = end - first;
             let mut numbers = [0; 16];
-            let mut lane = 0;
-            while lane < 16 {
-                numbers[lane] = (first + lane.min(count - 1)) as u32;
-                lane += 1;
+            for (lane, number) in numbers[..count].iter_mut().enumerate() {
+                *number = (first + lane) as u32;
             }
             // SAFETY: the caller's.
-            unsafe { self.packet(&numbers, count, ALONE_COHERENT, shared) };
+            unsafe { self.packets_of::<S, 1>(&numbers[..count], ALONE_COHERENT, shared, &mut room) };
         }
     }
 
     /// Rays `first .. end`, at most [`CHUNK`], in the order of the octants that they go into.
     #[inline(always)]
-    unsafe fn sorted_packets<S: Simd>(&mut self, first: usize, end: usize, shared: &Shared<S>) {
+    unsafe fn sorted_packets<S: Simd>(
+        &mut self,
+        first: usize,
+        end: usize,
+        shared: &Shared<S>,
+        room: &mut Room<S, TOGETHER>,
+    ) {
         let mut order = [0u32; CHUNK];
         let count = end - first;
         sort::by_octant(&self.rays[first..end], first as u32, &mut order[..count]);
-        let mut start = 0;
-        while start < count {
-            let lanes = (count - start).min(16);
-            let mut numbers = [order[start]; 16];
-            numbers[..lanes].copy_from_slice(&order[start..start + lanes]);
+        for group in order[..count].chunks(16 * TOGETHER) {
             // SAFETY: the caller's.
-            unsafe { self.packet(&numbers, lanes, const { alone_sorted::<S>() }, shared) };
-            start += 16;
+            unsafe {
+                self.packets_of::<S, TOGETHER>(group, const { alone_sorted::<S>() }, shared, room);
+            }
         }
     }
 
     /// Rays `first .. end` in the order of the places where they start and the octants that they go into.
     #[inline(always)]
-    unsafe fn packets_by_place<S: Simd>(&mut self, first: usize, end: usize, shared: &Shared<S>) {
+    unsafe fn packets_by_place<S: Simd>(
+        &mut self,
+        first: usize,
+        end: usize,
+        shared: &Shared<S>,
+        room: &mut Room<S, TOGETHER>,
+    ) {
         let order = sort::by_place(&self.rays[first..end], first as u32);
-        for group in order.chunks(16) {
-            let mut numbers = [group[0]; 16];
-            numbers[..group.len()].copy_from_slice(group);
+        for group in order.chunks(16 * TOGETHER) {
             // SAFETY: the caller's.
-            unsafe { self.packet(&numbers, group.len(), const { alone_sorted::<S>() }, shared) };
+            unsafe {
+                self.packets_of::<S, TOGETHER>(group, const { alone_sorted::<S>() }, shared, room);
+            }
         }
     }
 }
@@ -285,20 +361,18 @@ impl Kernel for FromOnePoint<'_> {
         let (batch, filters) = (self.batch, [self.filter; 16]);
         let lanes = LaneFilters::<S>::shared(self.filter);
         let rays = rays_from_one_point::<S>(batch);
-        let mut packet = Packet::<S>::new(rays.t_max);
+        let mut packets = [Packet::<S>::new(rays.t_max)];
+        let mut room = MaybeUninit::uninit();
+        let query =
+            Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: &filters, alone: ALONE_COHERENT };
         // SAFETY: the caller's.
-        unsafe {
-            let query = Query16 {
-                bvh: self.bvh,
-                lane_filters: Some(&lanes),
-                filters: &filters,
-                alone: ALONE_COHERENT,
-            };
-            packet.trace::<ANY>(&rays, self.active, &query);
-        }
-        packet.end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
+        unsafe { trace::<S, ANY, 1>(&mut packets, &[rays], [self.active], &[query], &mut room) };
+        packets[0].end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
     }
 }
+
+/// Packets that walk together.
+const TOGETHER: usize = 4;
 
 /// Rays that are sorted together.
 const CHUNK: usize = 4096;
@@ -308,7 +382,7 @@ const ALONE_COHERENT: u32 = 0;
 
 /// The same for rays sorted by octant: together they cost about half as much where sixteen are one register.
 const fn alone_sorted<S: Simd>() -> u32 {
-    if S::HAS_REGISTERS_OF_16 { 2 } else { 4 }
+    if S::HAS_REGISTERS_OF_16 { 2 } else { 3 }
 }
 
 /// Fewer rays than this are traced one by one.
@@ -332,6 +406,7 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                 return self.one_by_one::<S>(0, count);
             }
             let shared = Shared::<S>::new(self.filters);
+            let mut room = Box::<[[S::F16; TOGETHER]; STACK]>::new_uninit();
             let dense = self.bvh.blocks.len() > DENSE;
             let mut first = 0;
             while first < self.rays.len() {
@@ -340,7 +415,7 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                 match way {
                     // What is said to be incoherent does not go in packets as it comes.
                     Way::Packets if self.coherence != Coherence::Incoherent => {
-                        self.packets(first, end, &shared);
+                        self.packets(first, end, &shared, &mut room);
                     }
                     Way::Scattered => {
                         // As many as there are, since the more there are the closer are neighbours.
@@ -352,13 +427,13 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                             end = next;
                         }
                         if end - first >= MANY {
-                            self.packets_by_place(first, end, &shared);
+                            self.packets_by_place(first, end, &shared, &mut room);
                         } else {
                             self.one_by_one::<S>(first, end);
                         }
                     }
                     _ if dense => self.one_by_one::<S>(first, end),
-                    _ => self.sorted_packets(first, end, &shared),
+                    _ => self.sorted_packets(first, end, &shared, &mut room),
                 }
                 first = end;
             }

@@ -93,7 +93,7 @@ impl Tracer for Bvh8Tracer<'_> {
     }
 
     fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        let mut found = Found { after: *after, ..Found::nothing(ray.t_max) };
+        let mut found = Found { after: Some(*after), ..Found::nothing(ray.t_max) };
         self.one::<NEXT>(ray, filter, &mut found);
         found.best
     }
@@ -175,7 +175,7 @@ impl<C: Work> Tracer for Bvh8CountingTracer<'_, C> {
     }
 
     fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-        let found = Found { after: *after, ..Found::nothing(ray.t_max) };
+        let found = Found { after: Some(*after), ..Found::nothing(ray.t_max) };
         self.one::<{ NEXT | COUNTING }>(ray, filter, found).best
     }
 }

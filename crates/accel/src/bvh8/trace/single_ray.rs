@@ -59,12 +59,10 @@ impl<'a> SingleRay<'a> {
     pub(super) fn of_world<S: Simd>(ray: &Ray, extent: f32) -> SingleRay<'a> {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let length = d.x + d.y + d.z;
-        // SAFETY: a ray is eight floats in this order (`repr(C)`).
-        let (lanes, d) = unsafe {
-            let at = (&raw const *ray).cast::<f32>();
-            (S::F4::load(at), S::F4::load(at.add(4)))
-        };
-        let (origin, direction) = (lanes.to_array(), d.to_array());
+        // One by one: the ray has often just been written so, and the CPU waits where it has to put together what it reads.
+        let origin = [ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min];
+        let direction = [ray.direction.x, ray.direction.y, ray.direction.z, ray.t_max];
+        let (lanes, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
         let smallest = S::F4::splat(SMALLEST_DIRECTION);
         let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
         let inverse = S::F4::splat(1.0).div(safe);

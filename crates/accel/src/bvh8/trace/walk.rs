@@ -43,7 +43,7 @@ pub(super) struct Found {
     /// From where the walk measures, if not from the ray's origin.
     pub(super) from: Option<f64>,
     /// For [`NEXT`]: only hits after this one count.
-    pub(super) after: Hit,
+    pub(super) after: Option<Hit>,
     /// For [`ANY`]: there is one.
     pub(super) any: bool,
     /// For [`COUNTING`]: boxes and primitives tested.
@@ -93,15 +93,20 @@ fn find_triangle(bvh: &Bvh8View, ray: &Ray, hit: &Hit) -> Option<u32> {
 impl Found {
     #[inline(always)]
     pub(super) fn nothing(t_max: f32) -> Found {
-        let high = upper(t_max);
+        Found::with(Hit::miss(t_max), NO_TRIANGLE, t_max, upper(t_max))
+    }
+
+    /// A best hit, no earlier than `low` and no later than `high`.
+    #[inline(always)]
+    pub(super) fn with(best: Hit, place: u32, low: f32, high: f32) -> Found {
         Found {
-            best: Hit::miss(t_max),
-            place: NO_TRIANGLE,
+            best,
+            place,
             end: high,
-            before: t_max,
+            before: low,
             high,
             from: None,
-            after: Hit::miss(t_max),
+            after: None,
             any: false,
             nodes: 0,
             primitives: 0,
@@ -140,7 +145,7 @@ impl Found {
     /// Whether a hit comes after [`Found::after`].
     fn is_after(&self, offer: &Offer) -> bool {
         let (low, high) = offer.hit.bounds();
-        let after = &self.after;
+        let Some(after) = &self.after else { return true };
         let (after_low, after_high) = bounds_of_last(offer.ray, after);
         if (low > after_high) | (high < after_low) {
             return low > after_high;

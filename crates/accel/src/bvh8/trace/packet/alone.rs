@@ -6,19 +6,36 @@ use crate::bvh8::Child;
 use crate::bvh8::trace::single;
 use crate::bvh8::trace::single_ray::SingleRay;
 use crate::bvh8::trace::walk::{ANY, Query};
+use crate::bvh8::view::Bvh8View;
 use crate::simd::{Kernel, Simd};
+use eosphor_core::ray::Ray;
 use std::mem::MaybeUninit;
 
 /// The rays of a leg as single ones, made when they are first needed.
 pub(super) struct SingleRays<'a> {
     made: u32,
-    rays: [MaybeUninit<Option<SingleRay<'a>>>; 16],
+    /// Of these, the ones that pass by everything, which are not written.
+    gone: u32,
+    rays: [MaybeUninit<SingleRay<'a>>; 16],
 }
 
 impl<'a> SingleRays<'a> {
+    /// None so far, in memory that is not written otherwise (it is large).
     #[inline(always)]
-    pub(super) fn none() -> SingleRays<'a> {
-        SingleRays { made: 0, rays: [const { MaybeUninit::uninit() }; 16] }
+    pub(super) fn none<'r, const N: usize>(
+        room: &'r mut MaybeUninit<[SingleRays<'a>; N]>,
+    ) -> &'r mut [SingleRays<'a>; N] {
+        let first = room.as_mut_ptr().cast::<SingleRays>();
+        let mut k = 0;
+        // SAFETY: there is room for so many; the rays need not be anything.
+        unsafe {
+            while k < N {
+                (&raw mut (*first.add(k)).made).write(0);
+                (&raw mut (*first.add(k)).gone).write(0);
+                k += 1;
+            }
+            room.assume_init_mut()
+        }
     }
 
     /// Makes those of `lanes` that are not there yet.
@@ -26,31 +43,55 @@ impl<'a> SingleRays<'a> {
     fn make<S: Simd>(&mut self, leg: &Leg<S>, query: &Query16<'a, S>, lanes: u32) {
         let mut missing = lanes & !self.made;
         self.made |= missing;
-        let instance = &query.bvh.instances[leg.instance as usize];
-        let bounds = &query.bvh.bounds[instance.geometry as usize];
         while missing != 0 {
             let lane = missing.trailing_zeros() as usize & 15;
             missing &= missing - 1;
             let ray = world_ray(leg, lane);
-            self.rays[lane].write(if leg.instance == 0 && SingleRay::is_usual(&ray, query.bvh.near) {
-                Some(SingleRay::of_world::<S>(&ray, leg.extent))
-            } else if leg.instance == 0 {
-                SingleRay::of_any::<S>(&ray, leg.extent, bounds)
-            } else {
-                SingleRay::of_object::<S>(&ray, &instance.object_from_world, leg.extent, bounds)
-            });
+            if leg.instance == 0 && SingleRay::is_usual(&ray, query.bvh.near) {
+                self.rays[lane].write(SingleRay::of_world::<S>(&ray, leg.extent));
+                continue;
+            }
+            let (bvh, instance, extent) = (query.bvh, leg.instance, leg.extent);
+            let unusual = Unusual { bvh, ray, instance, extent, to: &mut self.rays[lane] };
+            // SAFETY: the caller's.
+            self.gone |= u32::from(!unsafe { S::run(unusual) }) << lane;
         }
     }
 
-    /// `None` for a ray that passes by.
-    ///
     /// # Safety
-    /// It has been made.
+    /// It has been made, and does not pass by.
     #[inline(always)]
-    unsafe fn get(&self, lane: usize) -> Option<&SingleRay<'a>> {
-        debug_assert!(self.made >> lane & 1 == 1);
+    unsafe fn get(&self, lane: usize) -> &SingleRay<'a> {
+        debug_assert!((self.made & !self.gone) >> lane & 1 == 1);
         // SAFETY: the caller's.
-        unsafe { self.rays[lane].assume_init_ref() }.as_ref()
+        unsafe { self.rays[lane].assume_init_ref() }
+    }
+}
+
+/// Makes a ray that is not usual or in an object's space; whether it does not pass by everything. A function of its own, since
+/// it is rare.
+struct Unusual<'a, 'b> {
+    bvh: &'a Bvh8View<'a>,
+    ray: Ray,
+    instance: u32,
+    extent: f32,
+    to: &'b mut MaybeUninit<SingleRay<'a>>,
+}
+
+impl Kernel for Unusual<'_, '_> {
+    type Output = bool;
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) -> bool {
+        let Unusual { bvh, ray, instance: number, extent, to } = self;
+        let instance = &bvh.instances[number as usize];
+        let bounds = &bvh.bounds[instance.geometry as usize];
+        let made = if number == 0 {
+            SingleRay::of_any::<S>(&ray, extent, bounds)
+        } else {
+            SingleRay::of_object::<S>(&ray, &instance.object_from_world, extent, bounds)
+        };
+        made.map(|made| to.write(made)).is_some()
     }
 }
 
@@ -90,6 +131,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
         let bvh = query.bvh;
         if !INSTANCES {
             singles.make(leg, query, lanes);
+            lanes &= !singles.gone;
         }
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & 15;
@@ -98,10 +140,12 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
             unsafe {
                 let end = &mut *(&raw mut packet.end).cast::<f32>().add(lane);
                 let mut found = packet.best.found(lane, *end);
+                let before = (found.best.t, found.best.id);
                 let filter = query.filters[lane];
                 if INSTANCES {
                     single::trace_instances::<S, QUERY>(bvh, at, &world_ray(leg, lane), filter, &mut found);
-                } else if let Some(ray) = singles.get(lane) {
+                } else {
+                    let ray = singles.get(lane);
                     ray.enter(&mut found);
                     single::search::<S, QUERY>(bvh, at, ray, leg.instance, filter, &mut found);
                 }
@@ -109,7 +153,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
                     if found.any {
                         *end = f32::NEG_INFINITY;
                     }
-                } else {
+                } else if before != (found.best.t, found.best.id) {
                     packet.best.take_over(lane, &found, end);
                 }
             }

@@ -1,48 +1,72 @@
-//! Four triangles against sixteen rays.
+//! Four triangles against the rays of packets.
 
 use super::decide::Decide;
 use super::interval::Interval;
 use super::look::{Look, Shared, lane3};
-use super::{Best, Leg, MaskOf, PartMask, Query16, TO_LOW};
+use super::{Best, Leg, MaskOf, Packet, PartMask, Query16, TO_LOW};
 use crate::bvh8::TriangleBlock;
 use crate::bvh8::trace::lanes::{Determinant, EdgesV, PlanesV, StepTriangles};
 use crate::bvh8::trace::walk::{ANY, Query};
 use crate::simd::{Float, Mask, Simd};
+use std::mem::MaybeUninit;
 
-impl<S: Simd> Best<S> {
+/// Packets that come to a leaf.
+pub(super) struct Leaf<'a, 'b, S: Simd, const N: usize> {
+    pub(super) packets: &'a mut [Packet<S>; N],
+    pub(super) queries: &'a [Query16<'b, S>; N],
+    pub(super) legs: &'a [Leg<'a, S>; N],
+    /// Bits of those with rays that enter it.
+    pub(super) live: u32,
+    /// These rays.
+    pub(super) active: &'a [MaskOf<S>; N],
+    pub(super) ends: &'a mut [S::F16; N],
+}
+
+impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
     /// Tests up to four triangles; whether any ray has a new hit. After a first look few rays are left, for which core's
     /// first step is computed.
     #[inline(always)]
     pub(super) unsafe fn test_block<const QUERY: Query, const ONE_ORIGIN: bool>(
-        &mut self,
-        query: &Query16<S>,
+        self,
         number: u32,
-        leg: &Leg<S>,
-        active: MaskOf<S>,
-        interval: &Interval<S>,
-        end: &mut S::F16,
+        interval: &Interval<S, N>,
     ) -> bool {
+        let Leaf { packets, queries, legs, live, active, ends } = self;
         // SAFETY: leaves name blocks that the builder made.
-        let block = unsafe { query.bvh.blocks.get_unchecked(number as usize) };
-        let shared = Shared::new::<S, QUERY, ONE_ORIGIN>(block, interval);
+        let block = unsafe { queries[0].bvh.blocks.get_unchecked(number as usize) };
+        let shared = Shared::new::<S, QUERY, ONE_ORIGIN, N>(block, interval);
         let mut changed = false;
         let mut lane = 0;
         // Unused lanes come last.
         let used = block.count::<S>();
         while lane < used {
-            // SAFETY: it was made for these rays.
-            let look = unsafe { shared.look::<S, ONE_ORIGIN>(block, lane, leg, interval, active) };
-            if look.lanes.any() {
-                // What the look computed is computed again where it is needed: it would be written to memory for it.
-                let tested = Tested { number, lane: std::hint::black_box(lane), block, shared: &shared };
-                // SAFETY: the caller's.
-                changed |= unsafe { self.test::<QUERY, ONE_ORIGIN>(query, leg, &tested, &look, end) };
+            let mut k = 0;
+            while k < N {
+                if N == 1 || live >> k & 1 == 1 {
+                    let leg = &legs[k];
+                    // SAFETY: as many moments as packets; it was made for these rays.
+                    let look = unsafe {
+                        let moment = &*interval.moments.as_ptr().cast::<MaybeUninit<_>>().add(k);
+                        shared.look::<S, ONE_ORIGIN>(block, lane, leg, moment, active[k])
+                    };
+                    if look.lanes.any() {
+                        // What the look computed is computed again where it is needed: it would be written to memory for it.
+                        let tested =
+                            Tested { number, lane: std::hint::black_box(lane), block, shared: &shared };
+                        let (best, query, end) = (&mut packets[k].best, &queries[k], &mut ends[k]);
+                        // SAFETY: the caller's.
+                        changed |= unsafe { best.test::<QUERY, ONE_ORIGIN>(query, leg, &tested, &look, end) };
+                    }
+                }
+                k += 1;
             }
             lane += 1;
         }
         changed
     }
+}
 
+impl<S: Simd> Best<S> {
     /// Tests the rays that a first look has left.
     #[inline(always)]
     unsafe fn test<const QUERY: Query, const ONE_ORIGIN: bool>(
@@ -172,8 +196,7 @@ impl<S: Simd> Best<S> {
             self.take(part, better, [planes.t, u, v, place_v, primitive_v]);
             // The world comes first.
             if leg.instance != 0 {
-                let best = S::part_mut(&mut self.instance, part);
-                *best = instance_v.or_else(better, *best);
+                S::part_mut(&mut self.instance, part).replace(better, instance_v);
             }
             self.precise &= !(better.bits() << (part * S::PART));
         }
@@ -212,16 +235,11 @@ impl<S: Simd> Best<S> {
     #[inline(always)]
     fn take(&mut self, part: usize, better: PartMask<S>, hits: [S::Part; 5]) {
         let [t, u, v, place, primitive] = hits;
-        let best = S::part_mut(&mut self.t, part);
-        *best = t.or_else(better, *best);
-        let best = S::part_mut(&mut self.u, part);
-        *best = u.or_else(better, *best);
-        let best = S::part_mut(&mut self.v, part);
-        *best = v.or_else(better, *best);
-        let best = S::part_mut(&mut self.place, part);
-        *best = place.or_else(better, *best);
-        let best = S::part_mut(&mut self.primitive, part);
-        *best = primitive.or_else(better, *best);
+        S::part_mut(&mut self.t, part).replace(better, t);
+        S::part_mut(&mut self.u, part).replace(better, u);
+        S::part_mut(&mut self.v, part).replace(better, v);
+        S::part_mut(&mut self.place, part).replace(better, place);
+        S::part_mut(&mut self.primitive, part).replace(better, primitive);
     }
 }
 

@@ -59,9 +59,7 @@ impl<S: Simd> Best<S> {
     pub(super) fn found(&mut self, lane: usize, end: f32) -> Found {
         let (best, place) = self.of_lane(lane);
         let low = best.t - TO_LOW * (end - best.t);
-        let mut found = Found::nothing(best.t);
-        found.take(best, place, if low.is_nan() { best.t } else { low }, end);
-        found
+        Found::with(best, place, if low.is_nan() { best.t } else { low }, end)
     }
 
     /// Takes over what a search one by one has found.

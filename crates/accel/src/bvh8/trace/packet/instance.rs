@@ -1,11 +1,12 @@
 //! What an instance places, for sixteen rays.
 
 use super::alone::SingleRays;
-use super::{Leg, MaskOf, Packet, Query16};
+use super::{Leg, MaskOf, Packet, Query16, walk_octants};
 use crate::bvh8::EMPTY;
 use crate::bvh8::trace::lanes::LocalV;
 use crate::bvh8::trace::walk::Query;
 use crate::simd::{Float, Mask, Simd, splat3};
+use std::mem::MaybeUninit;
 
 impl<S: Simd> Packet<S> {
     /// Searches what an instance places; whether any ray may have a new hit.
@@ -35,14 +36,24 @@ impl<S: Simd> Packet<S> {
         let leg = Leg { own: &own, local: &local, extent, instance: number, world: rays };
         let active = active.and(S::F16::splat(0.0).le(leg.local.t_min));
         let root = bvh.roots[geometry];
-        let mut singles = SingleRays::none();
+        let (mut room, mut singles) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+        let singles = SingleRays::none::<1>(&mut singles);
         let far = leg.far_from(&bvh.bounds[geometry]);
         // SAFETY: the caller's.
         unsafe {
-            self.walk_octants::<QUERY, false>(query, root, &leg, &mut singles, active.without(far));
+            walk_octants::<S, QUERY, false, 1>(
+                std::array::from_mut(self),
+                std::array::from_ref(query),
+                root,
+                &[leg],
+                singles,
+                [active.without(far)],
+                &mut room,
+            );
             let alone = active.and(far).bits();
             if alone != 0 && root != EMPTY {
-                self.go_on_alone::<QUERY, false>(query, root, &leg, &mut singles, alone);
+                let [singles] = singles;
+                self.go_on_alone::<QUERY, false>(query, root, &leg, singles, alone);
             }
         }
         true

@@ -8,7 +8,7 @@ use std::mem::MaybeUninit;
 
 /// Bounds of the rays of a group, for boxes: `plane * scale + offset` is no later than any ray enters, no earlier than
 /// any leaves.
-pub(super) struct Interval<S: Simd> {
+pub(super) struct Interval<S: Simd, const N: usize> {
     pub(super) near_scale: Vec3V<S::F8>,
     pub(super) near_offset: Vec3V<S::F8>,
     pub(super) far_scale: Vec3V<S::F8>,
@@ -19,7 +19,7 @@ pub(super) struct Interval<S: Simd> {
     /// That point, and their reach.
     pub(super) origin: [f32; 4],
     /// Unless they start at one point: origin cross direction.
-    pub(super) moment: MaybeUninit<Vec3V<S::F16>>,
+    pub(super) moments: MaybeUninit<[Vec3V<S::F16>; N]>,
     /// At least the distance from there to the first vertex of any triangle of the geometry, with the lengths of two edges
     /// and the rays' reach.
     pub(super) most_distance: f32,
@@ -34,12 +34,31 @@ const WIDER: f32 = 4.0;
 /// where they are met, and of the origin.
 const FARTHER: f32 = 1.0 + 1.0 / 1_048_576.0;
 
-impl<S: Simd> Interval<S> {
+/// The smallest or the largest number among the rays of groups.
+macro_rules! extreme {
+    ($groups:expr, $better:ident, $whole:ident, $none:expr, $k:ident => $of:expr) => {{
+        let none = S::F16::splat($none);
+        let mut best = none;
+        let mut $k = 1;
+        while $k < N {
+            best = best.$better($of.or_else($groups[$k], none));
+            $k += 1;
+        }
+        $k = 0;
+        best.$better($of.or_else($groups[$k], none)).$whole(MaskOf::<S>::from_bits(0xffff))
+    }};
+}
+
+impl<S: Simd, const N: usize> Interval<S, N> {
     /// Of rays that all go into one octant and whose `t_min` is not below 0: what lies behind an origin then fails by
-    /// its sign, whatever the bounds make of it.
+    /// its sign, whatever the bounds make of it. There is at least one.
     #[inline(always)]
-    pub(super) fn new(leg: &Leg<S>, extent: f32, group: MaskOf<S>, octant: usize) -> Interval<S> {
-        let (origin, local) = (&leg.own.origin, leg.local);
+    pub(super) fn new(
+        legs: &[Leg<S>; N],
+        extent: f32,
+        groups: &[MaskOf<S>; N],
+        octant: usize,
+    ) -> Interval<S, N> {
         let zero = S::F8::splat(0.0);
         let none = [zero, zero, zero];
         let mut interval = Interval {
@@ -50,21 +69,35 @@ impl<S: Simd> Interval<S> {
             t_min: zero,
             is_one_origin: false,
             origin: [0.0; 4],
-            moment: MaybeUninit::uninit(),
+            moments: MaybeUninit::uninit(),
             most_distance: 0.0,
             most_slack: 0.0,
         };
-        let first = group.bits().trailing_zeros() as usize & 15;
-        let mut low = each!(k => origin[k].to_array().as_ref()[first]);
-        let mut high = low;
-        // Most groups start at one point.
-        let same = each!(k => origin[k].same_bits(S::F16::splat(low[k])));
-        let one_origin = !group.without(same[0].and(same[1]).and(same[2])).any();
+        let mut member = 0;
+        while member + 1 < N && !groups[member].any() {
+            member += 1;
+        }
+        let leg = &legs[member];
+        let first = groups[member].bits().trailing_zeros() as usize & 15;
+        let mut low = each!(k => leg.own.origin[k].to_array().as_ref()[first]);
+        let mut high = each!(k => leg.own.origin[k].to_array().as_ref()[first]);
+        // Most groups start at one point. The first look then multiplies in another order, which for unusual numbers overflows
+        // where core's does not.
+        let (mut one_origin, mut is_usual) = (true, true);
+        member = 0;
+        while member < N {
+            let Leg { own, local, .. } = &legs[member];
+            let same = each!(k => own.origin[k].same_bits(S::F16::splat(low[k])));
+            one_origin &= !groups[member].without(same[0].and(same[1]).and(same[2])).any();
+            let usual = local.length.lt(S::F16::splat(f32::INFINITY));
+            is_usual &= !groups[member].without(usual).any();
+            member += 1;
+        }
         let mut k = 0;
         if !one_origin {
             while k < 3 {
-                low[k] = origin[k].smallest(group);
-                high[k] = origin[k].largest(group);
+                low[k] = extreme!(groups, min, smallest, f32::INFINITY, m => legs[m].own.origin[k]);
+                high[k] = extreme!(groups, max, largest, f32::NEG_INFINITY, m => legs[m].own.origin[k]);
                 k += 1;
             }
         }
@@ -72,8 +105,8 @@ impl<S: Simd> Interval<S> {
         let everywhere = EXTENT_SLACK * (extent + reach[0].max(reach[1]).max(reach[2]));
         k = 0;
         while k < 3 {
-            let inverse = local.slab.inverse[k];
-            let (i0, i1) = (inverse.smallest(group), inverse.largest(group));
+            let i0 = extreme!(groups, min, smallest, f32::INFINITY, m => legs[m].local.slab.inverse[k]);
+            let i1 = extreme!(groups, max, largest, f32::NEG_INFINITY, m => legs[m].local.slab.inverse[k]);
             let backward = octant >> k & 1 == 1;
             let (near, near_origin) = if backward { (i1, low[k]) } else { (i0, high[k]) };
             let (far, far_origin) = if backward { (i0, high[k]) } else { (i1, low[k]) };
@@ -84,17 +117,23 @@ impl<S: Simd> Interval<S> {
             interval.far_offset[k] = S::F8::splat(FARTHER * (slack - far * far_origin));
             k += 1;
         }
-        // The first look then multiplies in another order, which for unusual numbers overflows where core's does not.
-        let is_usual = local.length.lt(S::F16::splat(f32::INFINITY));
-        if one_origin && !group.without(is_usual).any() {
-            let own_reach = if leg.instance == 0 { 0.0 } else { local.reach.to_array().as_ref()[first] };
+        if one_origin & is_usual {
+            let own_reach = if leg.instance == 0 { 0.0 } else { leg.local.reach.to_array().as_ref()[first] };
             interval.is_one_origin = true;
             interval.origin = [low[0], low[1], low[2], own_reach];
         } else {
-            interval.moment.write(cross(origin, &leg.own.direction));
+            let moments = interval.moments.as_mut_ptr().cast::<Vec3V<S::F16>>();
+            member = 0;
+            while member < N {
+                let own = legs[member].own;
+                // SAFETY: there is room for so many.
+                unsafe { moments.add(member).write(cross(&own.origin, &own.direction)) };
+                member += 1;
+            }
             // Where an instance placed it, a ray's reach is as much as its origin.
             interval.most_distance = FARTHEST_VERTEX * leg.extent + 2.0 * (reach[0] + reach[1] + reach[2]);
-            interval.most_slack = local.edge_slack.largest(group);
+            interval.most_slack =
+                extreme!(groups, max, largest, f32::NEG_INFINITY, m => legs[m].local.edge_slack);
         }
         interval
     }

@@ -74,9 +74,9 @@ pub(super) fn lane3<F: Float>(v: &[[f32; 4]; 3], lane: usize) -> Vec3V<F> {
 
 impl Shared {
     #[inline(always)]
-    pub(super) fn new<S: Simd, const QUERY: Query, const ONE_ORIGIN: bool>(
+    pub(super) fn new<S: Simd, const QUERY: Query, const ONE_ORIGIN: bool, const N: usize>(
         block: &TriangleBlock,
-        interval: &Interval<S>,
+        interval: &Interval<S, N>,
     ) -> Shared {
         let v0 = load3::<S>(&block.v0);
         let e1 = subtract(&load3::<S>(&block.v1), &v0);
@@ -155,7 +155,7 @@ impl Shared {
         block: &TriangleBlock,
         lane: usize,
         leg: &Leg<S>,
-        interval: &Interval<S>,
+        moment: &MaybeUninit<Vec3V<S::F16>>,
         active: MaskOf<S>,
     ) -> Look<S> {
         let direction = &leg.own.direction;
@@ -172,7 +172,7 @@ impl Shared {
         } else {
             let v0 = lane3::<S::F16>(&block.v0, lane);
             // SAFETY: they do not start at one point.
-            let moment = unsafe { interval.moment.assume_init_ref() };
+            let moment = unsafe { moment.assume_init_ref() };
             // The first vertex cross the direction, less the moment.
             let r = [
                 v0[1].fms(direction[2], v0[2].fma(direction[1], moment[0])),

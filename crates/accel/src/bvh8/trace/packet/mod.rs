@@ -1,4 +1,4 @@
-//! Sixteen rays at a time.
+//! Sixteen rays at a time, and several such packets that walk together.
 //!
 //! Rays of one octant walk together: a node's eight boxes are first tested against the interval that holds all rays, the
 //! ones that pass against each ray (Wald et al. 2001, "Interactive Rendering with Coherent Ray Tracing"; Boulos et al.
@@ -27,6 +27,8 @@ use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{FAR, ShadowBatch};
 use eosphor_core::intersect::T_ROUNDING;
 use eosphor_core::ray::{RayFilter, UNKNOWN_REST};
+use std::mem::MaybeUninit;
+pub(super) use walk::Room;
 use walk::Walk;
 
 /// The best hit is no earlier than its `t` less this times what it may be later. The upper bound lies 4 · 2^-24 of `t` beyond
@@ -101,6 +103,7 @@ pub(super) struct Query16<'a, S: Simd> {
 }
 
 /// The rays in the space of one instance.
+#[derive(Clone, Copy)]
 struct Leg<'a, S: Simd> {
     own: &'a RaysV<S::F16>,
     local: &'a LocalV<S::F16>,
@@ -166,91 +169,146 @@ impl<S: Simd> Packet<S> {
         let end = t_max.abs().fma(S::F16::splat(T_ROUNDING), t_max);
         Packet { end, best: Best::none(t_max) }
     }
+}
 
-    /// Traces the lanes of `active`.
-    ///
-    /// # Safety
-    /// The CPU has the instruction set.
-    #[inline(always)]
-    pub(super) unsafe fn trace<const QUERY: Query>(
-        &mut self,
-        rays: &RaysV<S::F16>,
-        active: u32,
-        query: &Query16<S>,
-    ) {
-        debug_assert!(QUERY != NEXT);
-        let bvh = query.bvh;
-        let zero = S::F16::splat(0.0);
-        let active = MaskOf::<S>::from_bits(active);
-        let extent = bvh.geometries[0].extent;
-        let (mut local, usual) = LocalV::of_world(rays, extent);
-        usual.mend_others::<S>(rays, &mut local);
-        let leg = Leg::<S> { own: rays, local: &local, extent, instance: 0, world: rays };
-        let mut singles = SingleRays::none();
-        let live = active.and(zero.le(leg.local.t_min)).and(leg.local.t_min.le(self.end));
-        let far = S::F16::splat(bvh.near).lt(rays.largest());
+/// Traces the lanes of `active` of packets that walk together.
+///
+/// # Safety
+/// The CPU has the instruction set.
+#[inline(always)]
+pub(super) unsafe fn trace<S: Simd, const QUERY: Query, const N: usize>(
+    packets: &mut [Packet<S>; N],
+    rays: &[RaysV<S::F16>; N],
+    active: [u32; N],
+    queries: &[Query16<S>; N],
+    room: &mut Room<S, N>,
+) {
+    debug_assert!(QUERY != NEXT);
+    let bvh = queries[0].bvh;
+    let zero = S::F16::splat(0.0);
+    let extent = bvh.world_extent;
+    let mut locals = MaybeUninit::<[LocalV<S::F16>; N]>::uninit();
+    let first = locals.as_mut_ptr().cast::<LocalV<S::F16>>();
+    let mut k = 0;
+    while k < N {
+        let (local, usual) = LocalV::of_world(&rays[k], extent);
+        // SAFETY: there is room for so many.
+        let local = unsafe {
+            first.add(k).write(local);
+            &mut *first.add(k)
+        };
+        usual.mend_others::<S>(&rays[k], local);
+        k += 1;
+    }
+    // SAFETY: all have been written.
+    let locals = unsafe { locals.assume_init_ref() };
+    let mut legs = [Leg::<S> { own: &rays[0], local: &locals[0], extent, instance: 0, world: &rays[0] }; N];
+    let none = MaskOf::<S>::from_bits(0);
+    let (mut near, mut near_instances, mut alone, mut alone_instances) =
+        ([none; N], [none; N], [0; N], [0; N]);
+    let has_instances = bvh.instance_root != EMPTY;
+    k = 0;
+    while k < N {
+        let leg = Leg::<S> { own: &rays[k], local: &locals[k], world: &rays[k], ..legs[0] };
+        legs[k] = leg;
+        let active = MaskOf::<S>::from_bits(active[k]);
+        let live = active.and(zero.le(leg.local.t_min)).and(leg.local.t_min.le(packets[k].end));
         // What starts before its origin goes alone too: the bounds of a group do not hold there.
         let before = active.and(leg.local.t_min.lt(zero));
-        // SAFETY: the caller's.
-        unsafe {
-            self.walk_octants::<QUERY, false>(query, bvh.roots[0], &leg, &mut singles, live.without(far));
-            let alone = before.or(live.and(far)).bits();
-            if alone != 0 && bvh.roots[0] != EMPTY {
-                self.go_on_alone::<QUERY, false>(query, bvh.roots[0], &leg, &mut singles, alone);
-            }
-            if bvh.instance_root != EMPTY {
-                let far = leg.far_from(&bvh.instance_bounds);
-                let root = bvh.instance_root;
-                self.walk_octants::<QUERY, true>(query, root, &leg, &mut singles, live.without(far));
-                let alone = before.or(live.and(far)).bits();
-                if alone != 0 {
-                    self.go_on_alone::<QUERY, true>(query, root, &leg, &mut singles, alone);
-                }
-            }
+        let far = S::F16::splat(bvh.near).lt(rays[k].largest());
+        (near[k], alone[k]) = (live.without(far), before.or(live.and(far)).bits());
+        if has_instances {
+            let far = leg.far_from(&bvh.instance_bounds);
+            (near_instances[k], alone_instances[k]) = (live.without(far), before.or(live.and(far)).bits());
         }
+        k += 1;
     }
-
-    /// Walks for each octant that rays go into.
-    #[inline(always)]
-    unsafe fn walk_octants<'a, const QUERY: Query, const INSTANCES: bool>(
-        &mut self,
-        query: &Query16<'a, S>,
-        root: Child,
-        leg: &Leg<S>,
-        singles: &mut SingleRays<'a>,
-        active: MaskOf<S>,
-    ) {
-        let zero = S::F16::splat(0.0);
-        let backward = each!(k => leg.local.slab.inverse[k].lt(zero).bits());
-        let mut left = active.bits();
-        if root == EMPTY {
+    let mut singles = MaybeUninit::uninit();
+    let singles = SingleRays::none::<N>(&mut singles);
+    // SAFETY: the caller's.
+    unsafe {
+        walk_octants::<S, QUERY, false, N>(packets, queries, bvh.world_root, &legs, singles, near, room);
+        k = 0;
+        while k < N {
+            if alone[k] != 0 && bvh.world_root != EMPTY {
+                let (query, singles) = (&queries[k], &mut singles[k]);
+                packets[k].go_on_alone::<QUERY, false>(query, bvh.world_root, &legs[k], singles, alone[k]);
+            }
+            k += 1;
+        }
+        if !has_instances {
             return;
         }
-        while left != 0 {
-            let lane = left.trailing_zeros();
-            let (mut group, mut octant, mut k) = (left, 0, 0);
-            while k < 3 {
-                if backward[k] >> lane & 1 == 1 {
-                    group &= backward[k];
-                    octant |= 1 << k;
-                } else {
-                    group &= !backward[k];
-                }
-                k += 1;
+        let root = bvh.instance_root;
+        walk_octants::<S, QUERY, true, N>(packets, queries, root, &legs, singles, near_instances, room);
+        k = 0;
+        while k < N {
+            if alone_instances[k] != 0 {
+                let (query, singles) = (&queries[k], &mut singles[k]);
+                packets[k].go_on_alone::<QUERY, true>(query, root, &legs[k], singles, alone_instances[k]);
             }
-            left &= !group;
-            let group = MaskOf::<S>::from_bits(group);
-            let walk = Walk::<S, QUERY, INSTANCES> {
-                packet: &mut *self,
-                query,
-                root,
-                leg,
-                singles: &mut *singles,
-                group,
-                octant,
-            };
-            // SAFETY: the caller's.
-            unsafe { S::run(walk) };
+            k += 1;
         }
+    }
+}
+
+/// Walks for each octant that rays go into.
+#[inline(always)]
+unsafe fn walk_octants<'a, S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize>(
+    packets: &mut [Packet<S>; N],
+    queries: &[Query16<'a, S>; N],
+    root: Child,
+    legs: &[Leg<S>; N],
+    singles: &mut [SingleRays<'a>; N],
+    active: [MaskOf<S>; N],
+    room: &mut Room<S, N>,
+) {
+    let zero = S::F16::splat(0.0);
+    let (mut backward, mut left) = ([[0; 3]; N], [0; N]);
+    let mut member = 0;
+    while member < N {
+        backward[member] = each!(k => legs[member].local.slab.inverse[k].lt(zero).bits());
+        left[member] = active[member].bits();
+        member += 1;
+    }
+    if root == EMPTY {
+        return;
+    }
+    loop {
+        member = 0;
+        while member < N && left[member] == 0 {
+            member += 1;
+        }
+        if member == N {
+            return;
+        }
+        let (first, lane) = (backward[member], left[member].trailing_zeros());
+        let (mut octant, mut groups) = (0, active);
+        let mut k = 0;
+        while k < 3 {
+            octant |= ((first[k] >> lane & 1) as usize) << k;
+            k += 1;
+        }
+        member = 0;
+        while member < N {
+            // Rays that go the other way along an axis.
+            let [x, y, z] = each!(k => backward[member][k] ^ ((octant >> k & 1) as u32).wrapping_neg());
+            let group = left[member] & !(x | y | z);
+            left[member] &= !group;
+            groups[member] = MaskOf::<S>::from_bits(group);
+            member += 1;
+        }
+        let walk = Walk::<S, QUERY, INSTANCES, N> {
+            packets: &mut *packets,
+            queries,
+            root,
+            legs,
+            singles: &mut *singles,
+            groups,
+            octant,
+            room: &mut *room,
+        };
+        // SAFETY: the caller's.
+        unsafe { S::run(walk) };
     }
 }

@@ -1,6 +1,7 @@
 //! The way of a group of rays through a tree.
 
 use super::alone::SingleRays;
+use super::block::Leaf;
 use super::interval::Interval;
 use super::{Leg, MaskOf, Packet, Query16};
 use crate::bvh8::trace::single::{near_and_far_planes, planes};
@@ -9,18 +10,41 @@ use crate::bvh8::{Child, LEAF, PLACE, SPHERE};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
 use std::mem::MaybeUninit;
 
-/// The walk of a group: a function of its own, which keeps the code small.
-pub(super) struct Walk<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: bool> {
-    pub(super) packet: &'a mut Packet<S>,
-    pub(super) query: &'a Query16<'b, S>,
+/// A place on the stack: a child, and from bit 32 on a bit for each packet that has rays which enter it. (One number, since a
+/// CPU waits where it has to put together what it reads from what was just written.)
+type Waiting = u64;
+
+/// Room for where rays enter what waits on the stack: of groups, more than a function's own stack should hold.
+pub(in super::super) type Room<S, const N: usize> = MaybeUninit<[[<S as Simd>::F16; N]; STACK]>;
+
+/// The walk of a group, of N packets: a function of its own, which keeps the code small.
+pub(super) struct Walk<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> {
+    pub(super) packets: &'a mut [Packet<S>; N],
+    pub(super) queries: &'a [Query16<'b, S>; N],
     pub(super) root: Child,
-    pub(super) leg: &'a Leg<'a, S>,
-    pub(super) singles: &'a mut SingleRays<'b>,
-    pub(super) group: MaskOf<S>,
+    pub(super) legs: &'a [Leg<'a, S>; N],
+    pub(super) singles: &'a mut [SingleRays<'b>; N],
+    pub(super) groups: [MaskOf<S>; N],
     pub(super) octant: usize,
+    pub(super) room: &'a mut Room<S, N>,
 }
 
-impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_, S, QUERY, INSTANCES> {
+/// The latest of the ends of rays.
+#[inline(always)]
+fn latest_of<S: Simd, const N: usize>(ends: &[S::F16; N], groups: &[MaskOf<S>; N]) -> f32 {
+    let nowhere = S::F16::splat(f32::NEG_INFINITY);
+    let mut latest = nowhere;
+    let mut k = 1;
+    while k < N {
+        latest = latest.max(ends[k].or_else(groups[k], nowhere));
+        k += 1;
+    }
+    latest.max(ends[0].or_else(groups[0], nowhere)).largest(MaskOf::<S>::from_bits(0xffff))
+}
+
+impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
+    for Walk<'_, '_, S, QUERY, INSTANCES, N>
+{
     type Output = ();
 
     /// Visits the leaves that a group of rays enters, roughly from near to far.
@@ -29,47 +53,69 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
         // One by one: the compiler would load several at once from where they were just stored one by one, for which the CPU has
         // to wait until the stores are over.
         // SAFETY: they are live, and these fields are not used again.
-        let (packet, query, leg, singles) = unsafe {
+        let (packets, queries, legs, singles) = unsafe {
             (
-                std::ptr::read_volatile(&raw const self.packet),
-                std::ptr::read_volatile(&raw const self.query),
-                std::ptr::read_volatile(&raw const self.leg),
+                std::ptr::read_volatile(&raw const self.packets),
+                std::ptr::read_volatile(&raw const self.queries),
+                std::ptr::read_volatile(&raw const self.legs),
                 std::ptr::read_volatile(&raw const self.singles),
             )
         };
-        let (root, group, octant) = (self.root, self.group, self.octant);
-        let bvh = query.bvh;
+        let (root, groups, octant) = (self.root, self.groups, self.octant);
+        let bvh = queries[0].bvh;
         let nodes = if INSTANCES { bvh.instance_nodes } else { bvh.nodes };
-        let boxes_extent = if INSTANCES { bvh.instance_bounds.extent() } else { leg.extent };
-        let interval = Interval::<S>::new(leg, boxes_extent, group, octant);
-        let nowhere = S::F16::splat(f32::NEG_INFINITY);
+        let boxes_extent = if INSTANCES { bvh.instance_bounds.extent() } else { legs[0].extent };
+        let interval = Interval::<S, N>::new(legs, boxes_extent, &groups, octant);
         // Not even at infinity.
         let never = S::F16::splat(f32::NAN);
-        // Copies, which the compiler can keep in registers where there are enough.
-        let (slab, t_min) = (leg.local.slab, leg.local.t_min);
-        let mut end = packet.end;
         let [near_planes, far_planes] = near_and_far_planes(octant);
-        let mut children = MaybeUninit::<[Child; STACK]>::uninit();
-        let mut nears = MaybeUninit::<[S::F16; STACK]>::uninit();
-        let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<S::F16>());
+        let mut stack = MaybeUninit::<[Waiting; STACK]>::uninit();
+        let (stack, nears) =
+            (stack.as_mut_ptr().cast::<Waiting>(), self.room.as_mut_ptr().cast::<[S::F16; N]>());
         let mut count = 0usize;
         let mut at = root;
+        let mut members = 0;
         // Where each ray enters the node; NaN where it does not.
-        let mut near = t_min.or_else(group, never);
-        let mut latest = S::F8::splat(end.or_else(group, nowhere).largest(group));
+        let mut near = [never; N];
+        let mut ends = [never; N];
+        let mut k = 0;
+        while k < N {
+            near[k] = legs[k].local.t_min.or_else(groups[k], never);
+            ends[k] = packets[k].end;
+            members |= u32::from(groups[k].any()) << k;
+            k += 1;
+        }
+        // Of all rays, no earlier than the latest end.
+        let mut latest = S::F8::splat(latest_of::<S, N>(&ends, &groups));
+        let mut ends_changed = false;
+        let mut active = groups;
         loop {
-            let active = near.le(end);
-            let bits = active.bits();
-            let mut changed = false;
-            if bits.count_ones() <= query.alone {
-                if bits != 0 {
-                    packet.end = end;
-                    // SAFETY: the caller's.
-                    unsafe { packet.go_on_alone::<QUERY, INSTANCES>(query, at, leg, singles, bits) };
-                    end = packet.end;
-                    changed = true;
+            let mut live = 0;
+            k = 0;
+            while k < N {
+                if N == 1 || members >> k & 1 == 1 {
+                    active[k] = near[k].le(ends[k]);
+                    let bits = active[k].bits();
+                    if bits.count_ones() > queries[k].alone {
+                        live |= 1 << k;
+                    } else if bits != 0 {
+                        packets[k].end = ends[k];
+                        let (query, leg, singles) = (&queries[k], &legs[k], &mut singles[k]);
+                        // SAFETY: the caller's.
+                        unsafe { packets[k].go_on_alone::<QUERY, INSTANCES>(query, at, leg, singles, bits) };
+                        ends[k] = packets[k].end;
+                        ends_changed = true;
+                    }
                 }
+                k += 1;
+            }
+            if live == 0 {
+                // No one is left.
             } else if at & LEAF == 0 {
+                if ends_changed {
+                    latest = S::F8::splat(latest_of::<S, N>(&ends, &groups));
+                    ends_changed = false;
+                }
                 // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
                 unsafe {
                     let node = nodes.get_unchecked(at as usize);
@@ -88,57 +134,88 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Walk<'_, '_,
                         entered &= entered - 1;
                         let slot = (order >> (3 * place) & 7) as usize;
                         let box_planes = node.planes.as_ptr().cast::<f32>().add(slot).cast::<u8>();
-                        let [x0, y0, z0] = each!(k => S::F16::splat(*box_planes.add(near_planes[k]).cast::<f32>())
-                                .fma(slab.inverse[k], slab.near_offset[k]));
-                        let [x1, y1, z1] = each!(k => S::F16::splat(*box_planes.add(far_planes[k]).cast::<f32>())
-                                .fma(slab.inverse[k], slab.far_offset[k]));
-                        let child_near = x0.max(y0).max(z0.max(t_min));
-                        let child_far = x1.min(y1).min(z1.min(end));
-                        let enters = child_near.le(child_far).and(active);
-                        if enters.any() {
-                            *children.add(count) = *node.children.get_unchecked(slot);
-                            nears.add(count).write(child_near.or_else(enters, never));
+                        let low = each!(k => S::F16::splat(*box_planes.add(near_planes[k]).cast::<f32>()));
+                        let high = each!(k => S::F16::splat(*box_planes.add(far_planes[k]).cast::<f32>()));
+                        let child_nears = nears.add(count).cast::<S::F16>();
+                        let mut child_members = 0u32;
+                        k = 0;
+                        while k < N {
+                            if N == 1 || live >> k & 1 == 1 {
+                                let (slab, t_min) = (&legs[k].local.slab, legs[k].local.t_min);
+                                let (i, no, fo) = (&slab.inverse, &slab.near_offset, &slab.far_offset);
+                                let [x0, y0, z0] = each!(k => low[k].fma(i[k], no[k]));
+                                let [x1, y1, z1] = each!(k => high[k].fma(i[k], fo[k]));
+                                let child_near = x0.max(y0).max(z0.max(t_min));
+                                let child_far = x1.min(y1).min(z1.min(ends[k]));
+                                let enters = child_near.le(child_far).and(active[k]);
+                                if enters.any() {
+                                    child_nears.add(k).write(child_near.or_else(enters, never));
+                                    child_members |= 1 << k;
+                                }
+                            }
+                            k += 1;
+                        }
+                        if child_members != 0 {
+                            let child = *node.children.get_unchecked(slot);
+                            stack.add(count).write(Waiting::from(child) | Waiting::from(child_members) << 32);
                             count += 1;
                         }
                     }
                 }
-            } else if INSTANCES {
-                packet.end = end;
+            } else if !INSTANCES && at & SPHERE == 0 {
+                let place = at & PLACE;
+                let leaf =
+                    Leaf { packets: &mut *packets, queries, legs, live, active: &active, ends: &mut ends };
                 // SAFETY: the caller's.
-                changed = unsafe { packet.visit_instance::<QUERY>(query, at & PLACE, leg, active) };
-                end = packet.end;
-            } else if at & SPHERE != 0 {
-                packet.end = end;
-                // SAFETY: the caller's.
-                changed = unsafe { packet.test_sphere::<QUERY>(query, at & PLACE, leg, bits) };
-                end = packet.end;
-            } else {
-                let (best, place) = (&mut packet.best, at & PLACE);
-                // SAFETY: the caller's.
-                changed = unsafe {
+                ends_changed |= unsafe {
                     if interval.is_one_origin {
-                        best.test_block::<QUERY, true>(query, place, leg, active, &interval, &mut end)
+                        leaf.test_block::<QUERY, true>(place, &interval)
                     } else {
-                        best.test_block::<QUERY, false>(query, place, leg, active, &interval, &mut end)
+                        leaf.test_block::<QUERY, false>(place, &interval)
                     }
                 };
-            }
-            if changed {
-                if QUERY == ANY && !nowhere.lt(end).and(group).any() {
-                    break;
+            } else {
+                k = 0;
+                while k < N {
+                    if live >> k & 1 == 1 {
+                        let (packet, query, leg, place) =
+                            (&mut packets[k], &queries[k], &legs[k], at & PLACE);
+                        packet.end = ends[k];
+                        // SAFETY: the caller's.
+                        ends_changed |= unsafe {
+                            if INSTANCES {
+                                packet.visit_instance::<QUERY>(query, place, leg, active[k])
+                            } else {
+                                packet.test_sphere::<QUERY>(query, place, leg, active[k].bits())
+                            }
+                        };
+                        ends[k] = packet.end;
+                    }
+                    k += 1;
                 }
-                latest = S::F8::splat(end.largest(group));
             }
             if count == 0 {
                 break;
             }
             count -= 1;
-            // SAFETY: below the count, the stack has been written.
+            // SAFETY: below the count, the stack has been written, for these members.
             unsafe {
-                at = *children.add(count);
-                near = nears.add(count).read();
+                let waiting = *stack.add(count);
+                (at, members) = (waiting as Child, (waiting >> 32) as u32);
+                let from = nears.add(count).cast::<S::F16>();
+                k = 0;
+                while k < N {
+                    if N == 1 || members >> k & 1 == 1 {
+                        near[k] = from.add(k).read();
+                    }
+                    k += 1;
+                }
             }
         }
-        packet.end = end;
+        k = 0;
+        while k < N {
+            packets[k].end = ends[k];
+            k += 1;
+        }
     }
 }
