@@ -257,7 +257,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
         let near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
         let far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
         let (t_min, t_max) = (S::F8::splat(ray.origin[3]), S::F8::splat(found.end));
-        let [near_planes, far_planes] = near_and_far_planes(ray.octant);
+        let [near_planes, far_planes] = near_and_far_planes(ray.octant as usize);
         while at & LEAF == 0 {
             // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
             unsafe {
@@ -300,7 +300,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                     count += 1;
                     at = if a_first { child_a } else { child_b };
                 } else {
-                    let bits = *node.orders.get_unchecked(ray.octant);
+                    let bits = *node.orders.get_unchecked(ray.octant as usize);
                     let order = S::order8(bits);
                     let near = S::permute8(near, order);
                     let entered = near.le(S::permute8(far, order)).bits();

@@ -75,8 +75,8 @@ impl PrimitiveLeaves<'_> {
         let rays = StepRays {
             direction,
             t_min: S::F4::splat(ray.origin[3]),
-            t_max: S::F4::splat(ray.direction[3]),
-            length: S::F4::splat(ray.length),
+            t_max: S::F4::splat(ray.world.t_max),
+            length: S::F4::splat(ray.direction[3]),
             edge_slack: S::F4::splat(ray.edge_slack),
             scale: S::F4::splat(ray.scale),
         };
@@ -148,7 +148,7 @@ impl PrimitiveLeaves<'_> {
         let ray = self.ray;
         let inverse = S::F4::splat(1.0).div(determinant.size);
         let t = numerator.xor(determinant.sign).mul(inverse);
-        let distances = t.abs().fma(S::F4::splat(ray.length), S::F4::splat(ray.most_distance));
+        let distances = t.abs().fma(S::F4::splat(ray.direction[3]), S::F4::splat(ray.most_distance));
         let slack = S::F4::splat(T_SLACK).mul(product);
         let error = slack.fma(distances, S::F4::splat(T_UNDERFLOW)).mul(inverse);
         let (low, high, t_min) = (t.sub(error), t.add(error), S::F4::splat(ray.origin[3]));
@@ -159,7 +159,7 @@ impl PrimitiveLeaves<'_> {
         if lanes == 0 {
             return false;
         }
-        let between = t_min.lt(low).and(high.le(S::F4::splat(ray.direction[3])));
+        let between = t_min.lt(low).and(high.le(S::F4::splat(ray.world.t_max)));
         let lane = lanes.trailing_zeros() as usize & 3;
         if (inside.and(between).bits() >> lane & 1 == 1) & ray.from.is_none() {
             // SAFETY: leaves name blocks that the builder made.
