@@ -565,6 +565,11 @@ impl Float for Pair8 {
         Self(self.0.or_else(mask.0, o.0), self.1.or_else(mask.1, o.1))
     }
     #[inline(always)]
+    fn replace(&mut self, mask: Pair8Mask, o: Self) {
+        self.0.replace(mask.0, o.0);
+        self.1.replace(mask.1, o.1);
+    }
+    #[inline(always)]
     fn smallest(self, mask: Pair8Mask) -> f32 {
         let infinite = X8::splat(f32::INFINITY);
         let eight = self.0.or_else(mask.0, infinite).min(self.1.or_else(mask.1, infinite));

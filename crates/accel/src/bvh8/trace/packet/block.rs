@@ -87,7 +87,7 @@ impl<S: Simd> Best<S> {
             // SAFETY: it was made for this query.
             let (meets, others) =
                 unsafe { shared.meet::<S, ONE_ORIGIN>(block, lane, leg, look, lanes, *end) };
-            *end = S::F16::splat(f32::NEG_INFINITY).or_else(meets, *end);
+            end.replace(meets, S::F16::splat(f32::NEG_INFINITY));
             changed = meets.any();
             lanes = others;
             if !lanes.any() {
@@ -156,7 +156,7 @@ impl<S: Simd> Best<S> {
         let block = &query.bvh.blocks[(place >> 2) as usize];
         let primitive = block.primitive[(place & 3) as usize];
         if QUERY == ANY {
-            *S::part_mut(ends, part) = S::Part::splat(f32::NEG_INFINITY).or_else(clear, end);
+            S::part_mut(ends, part).replace(clear, S::Part::splat(f32::NEG_INFINITY));
             let unclear = mask.without(clear);
             let mut changed = clear.any();
             if unclear.any() {
@@ -192,7 +192,7 @@ impl<S: Simd> Best<S> {
             (S::Part::splat(f32::from_bits(place)), S::Part::splat(f32::from_bits(primitive)));
         let instance_v = S::Part::splat(f32::from_bits(leg.instance));
         if changed {
-            *S::part_mut(ends, part) = planes.high.or_else(better, end);
+            S::part_mut(ends, part).replace(better, planes.high);
             self.take(part, better, [planes.t, u, v, place_v, primitive_v]);
             // The world comes first.
             if leg.instance != 0 {

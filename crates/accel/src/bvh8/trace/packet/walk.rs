@@ -6,7 +6,7 @@ use super::interval::Interval;
 use super::{Leg, MaskOf, Packet, Query16};
 use crate::bvh8::trace::single::{near_and_far_planes, planes};
 use crate::bvh8::trace::walk::{ANY, Query, STACK};
-use crate::bvh8::{Child, LEAF, PLACE, SPHERE};
+use crate::bvh8::{Child, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
 use std::mem::MaybeUninit;
 
@@ -16,6 +16,21 @@ type Waiting = u64;
 
 /// Room for where rays enter what waits on the stack: of groups, more than a function's own stack should hold.
 pub(in super::super) type Room<S, const N: usize> = MaybeUninit<[[<S as Simd>::F16; N]; STACK]>;
+
+/// Says that a child will be looked at soon.
+#[inline(always)]
+fn prefetch<S: Simd>(nodes: &[Node8], blocks: &[TriangleBlock], child: Child) {
+    let place = (child & PLACE) as usize;
+    let at = if child & LEAF == 0 {
+        nodes.as_ptr().wrapping_add(place).cast::<u8>()
+    } else {
+        blocks.as_ptr().wrapping_add(place).cast::<u8>()
+    };
+    S::prefetch(at);
+    S::prefetch(at.wrapping_add(64));
+    S::prefetch(at.wrapping_add(128));
+    S::prefetch(at.wrapping_add(192));
+}
 
 /// The walk of a group, of N packets: a function of its own, which keeps the code small.
 pub(super) struct Walk<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> {
@@ -157,6 +172,9 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
                         }
                         if child_members != 0 {
                             let child = *node.children.get_unchecked(slot);
+                            if N > 1 {
+                                prefetch::<S>(nodes, bvh.blocks, child);
+                            }
                             stack.add(count).write(Waiting::from(child) | Waiting::from(child_members) << 32);
                             count += 1;
                         }
