@@ -5,7 +5,7 @@ use crate::parameters::{array, indexed};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
 use eosphor_core::hierarchy::{
-    BvhPair, Company, Link, PairTracer, PairView, PrimitivesView, Root, Tracer, WideNode, WideTracer, WideView,
+    BvhPair, Company, FarTracer, Link, PairTracer, PairView, PrimitivesView, Root, Tracer, WideNode, WideTracer, WideView,
 };
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
@@ -67,6 +67,25 @@ macro_rules! bvh_ray_kernels {
             $closest, $occluded, placed $placed,
             (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, company: Company)
             |primitives| PairTracer::<$placed, $in_step> {
+                view: PairView {
+                    pairs: indexed(pairs),
+                    roots: indexed(roots),
+                    instance_root,
+                    company,
+                    primitives,
+                },
+            }
+        }
+    };
+}
+
+/// The same for rays of which many start far away: from where they enter the box of the tree.
+macro_rules! far_ray_kernels {
+    ($closest:ident, $occluded:ident, placed $placed:literal) => {
+        ray_kernels! {
+            $closest, $occluded, placed $placed,
+            (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, company: Company)
+            |primitives| FarTracer::<$placed> {
                 view: PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
@@ -141,5 +160,7 @@ bvh_ray_kernels! { closest_hits_bvh, occluded_bvh, placed true, in step false }
 bvh_ray_kernels! { closest_hits_world, occluded_world, placed false, in step false }
 bvh_ray_kernels! { closest_hits_in_step, occluded_in_step, placed true, in step true }
 bvh_ray_kernels! { closest_hits_world_in_step, occluded_world_in_step, placed false, in step true }
+far_ray_kernels! { closest_hits_far, occluded_far, placed true }
+far_ray_kernels! { closest_hits_world_far, occluded_world_far, placed false }
 wide_ray_kernels! { closest_hits_wide, occluded_wide, placed true }
 wide_ray_kernels! { closest_hits_world_wide, occluded_world_wide, placed false }

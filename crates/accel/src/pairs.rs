@@ -2,7 +2,9 @@
 
 use crate::Bvh;
 use eosphor_core::geometry::Bounds;
-use eosphor_core::hierarchy::{BvhNode, BvhPair, Company, Link, PAIR_SLACK, PairTracer, PairView, Root};
+use eosphor_core::hierarchy::{
+    BvhNode, BvhPair, Company, FarTracer, Link, PAIR_SLACK, PairTracer, PairView, Root,
+};
 use eosphor_core::intersect::{EXTENT_SLACK, sphere_bounds};
 use eosphor_core::math::{Vec3, vec3};
 
@@ -95,6 +97,11 @@ impl BvhPairs {
     /// The traversal of GPUs with the threads of a warp in step.
     pub fn tracer_in_step<'a>(&'a self, bvh: &'a Bvh) -> PairTracer<'a, true, true> {
         PairTracer { view: self.view(bvh) }
+    }
+
+    /// The traversal of GPUs for rays that start far away.
+    pub fn far_tracer<'a>(&'a self, bvh: &'a Bvh) -> FarTracer<'a, true> {
+        FarTracer { view: self.view(bvh) }
     }
 
     /// The traversal of GPUs, one ray at a time. On a CPU it is for tests: [`crate::Bvh8`] is faster.

@@ -12,6 +12,12 @@ use eosphor_accel::Bvh;
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 use eosphor_render::BackendError;
 
+/// Those of the kernels below that are for rays of which many start far away, if they have a kernel of their own.
+pub(crate) fn far_ray_kernels(traversal: Traversal) -> Option<[[&'static str; 2]; 2]> {
+    let far = [["closest_hits_far", "occluded_far"], ["closest_hits_world_far", "occluded_world_far"]];
+    (traversal != Traversal::Wide).then_some(far)
+}
+
 /// The kernels of `gpu/src/rays.rs`: closest hits, and whether anything is in the way; then the same where there is no
 /// instance but the world.
 pub(crate) fn ray_kernels(traversal: Traversal) -> [[&'static str; 2]; 2] {
@@ -32,11 +38,18 @@ pub(crate) fn ray_kernels(traversal: Traversal) -> [[&'static str; 2]; 2] {
 /// Threads of a block: small, so that a warp that is done makes room for another one before its neighbours are.
 const RAYS_IN_BLOCK: u32 = 64;
 
+/// So many rays are looked at, at most, to find out whether they start far away.
+const SAMPLES: usize = 4096;
+
 /// A bounding volume hierarchy on a device, to be asked about rays.
 pub struct CudaRays {
     device: Device,
     /// Closest hits, and whether anything is in the way.
     kernels: [CudaFunction; 2],
+    /// The same for rays of which many start from beyond [`CudaRays::reach`].
+    far_kernels: [CudaFunction; 2],
+    /// Nearer along each axis, rays do not start far away.
+    reach: f32,
     /// What kernels take before the rays.
     parameters: Vec<u64>,
     /// Where the hierarchy is; kept for as long as the parameters name it.
@@ -97,14 +110,30 @@ impl CudaRays {
         let device = Device::open(info)?;
         let [closest, any] = ray_kernels(traversal)[only_world as usize];
         let kernels = [device.kernel(closest)?, device.kernel(any)?];
+        let far_kernels = match far_ray_kernels(traversal) {
+            Some(kernels) => {
+                let [closest, any] = kernels[only_world as usize];
+                [device.kernel(closest)?, device.kernel(any)?]
+            }
+            None => kernels.clone(),
+        };
         let fail = |error| device.failure("copying the hierarchy", error);
         let trees = Trees::new(bvh, traversal, 0)?;
         let parameters = bvh_parameters(bvh, &trees);
+        let reach = trees.reach();
         let stacks = device.stack_bytes(&kernels[0]).map_err(fail)?;
+        let stacks = stacks.max(device.stack_bytes(&far_kernels[0]).map_err(fail)?);
         Needs { scene: parameters.bytes(), film: 0, stacks }
             .check(device.free_bytes().map_err(fail)?, &device.name)?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
-        Ok(CudaRays { parameters: parameters.values(base), _memory: memory, kernels, device })
+        Ok(CudaRays {
+            parameters: parameters.values(base),
+            _memory: memory,
+            kernels,
+            far_kernels,
+            reach,
+            device,
+        })
     }
 
     /// The device's name.
@@ -120,7 +149,7 @@ impl CudaRays {
     pub fn closest_hits(&self, rays: &[Ray], repeats: usize) -> Result<Timed<Hit>, BackendError> {
         let fail = |error| self.device.failure("tracing rays", error);
         let nothing = HitRow { t: 0.0, u: 0.0, v: 0.0, primitive: 0 };
-        let asked = self.ask(&self.kernels[0], rays, nothing, repeats).map_err(fail)?;
+        let asked = self.ask(0, rays, nothing, repeats).map_err(fail)?;
         let answers = asked.answers.iter().zip(&asked.hit_instances);
         let answers = answers.map(|(row, &instance)| row.hit(instance)).collect();
         Ok(Timed { answers, milliseconds: asked.milliseconds })
@@ -133,19 +162,28 @@ impl CudaRays {
     /// As for [`CudaRays::closest_hits`].
     pub fn occluded(&self, rays: &[Ray], repeats: usize) -> Result<Timed<bool>, BackendError> {
         let fail = |error| self.device.failure("tracing rays", error);
-        let asked = self.ask(&self.kernels[1], rays, 0u32, repeats).map_err(fail)?;
+        let asked = self.ask(1, rays, 0u32, repeats).map_err(fail)?;
         let answers = asked.answers.iter().map(|&hidden| hidden != 0).collect();
         Ok(Timed { answers, milliseconds: asked.milliseconds })
     }
 
+    /// Whether a kernel for far rays is faster: if a quarter of the rays is far, by some of them.
+    fn start_far_away(&self, rays: &[Ray]) -> bool {
+        let step = rays.len().div_ceil(SAMPLES).max(1);
+        let is_far = |ray: &&Ray| ray.origin.abs().max_component() > self.reach;
+        let far = rays.iter().step_by(step).filter(is_far).count();
+        far > 0 && 4 * far >= rays.len().div_ceil(step)
+    }
+
     fn ask<T: Copy>(
         &self,
-        kernel: &CudaFunction,
+        query: usize,
         rays: &[Ray],
         nothing: T,
         repeats: usize,
     ) -> Result<Asked<T>, DriverError> {
         let stream = &self.device.stream;
+        let kernel = if self.start_far_away(rays) { &self.far_kernels[query] } else { &self.kernels[query] };
         let mut parameters = Parameters::default();
         parameters.array(rays);
         let (_memory, device_rays) = upload(stream, &parameters)?;

@@ -107,6 +107,14 @@ impl Trees {
         })?;
         Ok(Trees::Wide(wide))
     }
+
+    /// Rays that start within this of 0 along each axis are not far away from the world.
+    pub(crate) fn reach(&self) -> f32 {
+        match self {
+            Trees::Pairs(pairs, _) => pairs.roots.first().map_or(0.0, |root| root.reach),
+            Trees::Wide(wide) => wide.roots.first().map_or(0.0, |root| root.reach),
+        }
+    }
 }
 
 /// Adds the structure's own parameters, in the order of `gpu/src/kernels.rs`. Gives back its primitives, which come next.

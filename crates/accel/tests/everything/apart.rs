@@ -8,8 +8,8 @@ use eosphor_accel::{
     KdTreeOptions, Octree, OctreeOptions, OneByOne, SceneGeometry, SimdLevel,
 };
 use eosphor_core::hierarchy::{
-    BvhTracer, ExhaustiveTracer, GridTracer, IgnoreWork, KdTreeTracer, Link, OctreeParametricTracer,
-    OctreeTracer, PairTracer, PairView, WideTracer, WideView,
+    BvhTracer, ExhaustiveTracer, FarTracer, GridTracer, IgnoreWork, KdTreeTracer, Link,
+    OctreeParametricTracer, OctreeTracer, PairTracer, PairView, WideTracer, WideView,
 };
 
 /// What is below, and what is above.
@@ -81,6 +81,7 @@ impl Apart {
         let (instance_root, primitives) = (*instance_root, bvh.primitives);
         let view = PairView { instance_root, primitives, ..pairs.view(below) };
         add(ways, name("bvh in pairs"), OneByOne(PairTracer::<true> { view }));
+        add(ways, name("bvh in pairs, for far rays"), OneByOne(FarTracer::<true> { view }));
         let (wide, instance_root) = &self.wide;
         let view = WideView { instance_root: *instance_root, ..wide.view(primitives) };
         add(ways, name("bvh wide"), OneByOne(WideTracer::<true> { view }));

@@ -122,6 +122,7 @@ impl Structures {
             add(&mut ways, format!("bvh {name}"), OneByOne(scalar));
             add(&mut ways, format!("bvh {name}, in pairs"), OneByOne(pairs.tracer(bvh)));
             add(&mut ways, format!("bvh {name}, in pairs, in step"), OneByOne(pairs.tracer_in_step(bvh)));
+            add(&mut ways, format!("bvh {name}, in pairs, for far rays"), OneByOne(pairs.far_tracer(bvh)));
             add(&mut ways, format!("bvh {name}, wide"), OneByOne(wide.tracer(bvh.primitives.view())));
             if bvh.primitives.instances.len() == 1 {
                 for (how, company) in [("alone", Company::ALONE), ("together", Company::TOGETHER)] {

@@ -5,6 +5,7 @@ mod candidates;
 mod cell_ray;
 mod exhaustive;
 mod far;
+mod far_tracer;
 mod grid;
 mod kdtree;
 mod octree;
@@ -27,6 +28,7 @@ pub use candidates::PrimitivesView;
 pub(crate) use candidates::item;
 pub use exhaustive::ExhaustiveTracer;
 pub use far::{FAR, FarRay, is_far};
+pub use far_tracer::FarTracer;
 pub use grid::{GridRoot, GridTracer, GridView, MAX_GRID_CELLS};
 pub use kdtree::{KdNode, KdRoot, KdTreeTracer, KdTreeView, MAX_KD_DEPTH};
 pub use octree::{

@@ -9,7 +9,7 @@
 //! (`put_off.rs`) until the walk is over.
 
 use super::candidates::{Placement, PrimitivesView, item};
-use super::far::{FarRay, is_far};
+use super::far::FarRay;
 use super::search::{Moved, Search};
 use super::warp::Warp;
 use super::{MAX_BVH_DEPTH, Stack};
@@ -258,6 +258,9 @@ impl Company {
     }
 }
 
+/// From this many extents of a box on, an origin is well outside.
+const OUTSIDE: f32 = 2.0;
+
 /// A link a level of two trees, whose leaves may have been split further, and the ends.
 const ROOM: usize = 2 * (MAX_BVH_DEPTH + 8) + 4;
 
@@ -290,7 +293,7 @@ impl<'a> Space<'a> {
         Space::new(Placement::world(world_ray), ray, reach)
     }
 
-    /// The same from where the ray enters a box, if it starts far from it; `None` where it passes it by.
+    /// The same from where the ray enters a box, if it starts well outside it and beyond the reach; `None` where it passes it by.
     #[inline(always)]
     pub(super) fn seen_from_box(
         self,
@@ -299,7 +302,8 @@ impl<'a> Space<'a> {
         reach: f32,
     ) -> Option<Space<'a>> {
         // Of rays with numbers out of range nobody asks.
-        if !is_far(self.ray.origin, bounds.extent()) {
+        let (largest, extent) = (self.ray.origin.abs().max_component(), bounds.extent());
+        if !((largest > OUTSIDE * extent) & (extent > 0.0) & (largest > reach)) {
             return Some(self);
         }
         let FarRay { ray, from } = FarRay::new(self.placement.world_ray, map, bounds)?;
@@ -346,9 +350,17 @@ pub(super) enum Outcome {
     Far,
 }
 
-/// A walk through the world and, with `PLACED`, through what instances place in it. With `ANYWHERE` for rays that start
-/// anywhere.
-pub(super) struct Walk<'a, 's, const ANYWHERE: bool, const PLACED: bool> {
+/// From where a walk measures, as a constant so that it is compiled for each.
+type Start = u8;
+/// From the ray's origin, within the reach of the boxes.
+pub(super) const NEAR: Start = 0;
+/// From where the ray enters the box of the tree, if it starts outside; that has to be within the reach of the boxes.
+pub(super) const BOX: Start = 1;
+/// The same from anywhere: boxes are made larger as it goes.
+pub(super) const ANYWHERE: Start = 2;
+
+/// A walk through the world and, with `PLACED`, through what instances place in it.
+pub(super) struct Walk<'a, 's, const START: Start, const PLACED: bool> {
     space: Space<'a>,
     /// The ray's own `t` of the point that the search measures from.
     from: f64,
@@ -356,7 +368,7 @@ pub(super) struct Walk<'a, 's, const ANYWHERE: bool, const PLACED: bool> {
     stack: Stack<'s, Link, ROOM>,
 }
 
-impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PLACED> {
+impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED> {
     /// At the beginning.
     #[inline(always)]
     pub(super) fn new(view: &PairView, world_ray: &'a Ray, room: &'s mut Room) -> Self {
@@ -371,7 +383,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         let root = item(view.roots, 0);
         let space = Space::world(&view.primitives, root.reach, world_ray);
         let mut walk = Walk { space, from: 0.0, next: root.first, stack };
-        if ANYWHERE {
+        if START != NEAR {
             match walk.world_from_box(view) {
                 Some(space) => (walk.from, walk.space) = (space.from, space),
                 // Past everything: nothing to search.
@@ -410,7 +422,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     /// [`Search::t_max`], from where the space that the walk is in measures.
     #[inline(always)]
     fn t_max<S: Search>(&self, search: &mut S) -> f32 {
-        if ANYWHERE { self.moved(search).t_max() } else { search.t_max() }
+        if START != NEAR { self.moved(search).t_max() } else { search.t_max() }
     }
 
     /// Searches a leaf of triangles; `true` ends the search.
@@ -418,7 +430,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     fn search_triangles<S: Search>(&self, view: &PairView, filter: &RayFilter, search: &mut S) -> bool {
         let (first, count) = self.next.range();
         let (primitives, Space { placement, ray, .. }) = (&view.primitives, &self.space);
-        if ANYWHERE {
+        if START != NEAR {
             let mut search = self.moved(search);
             primitives.search_triangles(first, count, ray, placement, filter, &mut search)
         } else {
@@ -444,7 +456,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         if self.space.ray.t_min.is_nan() {
             return Outcome::Over;
         }
-        if !ANYWHERE && self.space.slack > 0.0 {
+        if START != ANYWHERE && self.space.slack > 0.0 {
             return Outcome::Far;
         }
         loop {
@@ -478,7 +490,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         let mut outcome = None;
         if self.space.ray.t_min.is_nan() {
             outcome = Some(Outcome::Over);
-        } else if !ANYWHERE && self.space.slack > 0.0 {
+        } else if START != ANYWHERE && self.space.slack > 0.0 {
             outcome = Some(Outcome::Far);
         }
         loop {
@@ -537,7 +549,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         search: &mut impl Search,
         warp: Warp,
     ) -> Outcome {
-        let is_far = !ANYWHERE && self.space.slack > 0.0;
+        let is_far = START != ANYWHERE && self.space.slack > 0.0;
         let mut is_over = self.space.ray.t_min.is_nan() | is_far;
         loop {
             while self.next.is_pair() {
@@ -577,7 +589,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     #[inline(always)]
     fn cross(&self, pair: &BvhPair, t_max: f32) -> Crossing {
         let (mut half0, mut half1) = (pair.half0, pair.half1);
-        if ANYWHERE {
+        if START == ANYWHERE {
             let slack = Vec3::splat(self.space.slack);
             (half0, half1) = (half0 + slack, half1 + slack);
         }
@@ -630,7 +642,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         if PLACED && kind == INSTANCE {
             let mut slab = view.primitives.world_slab(world_ray);
             let mut t_min = world_ray.t_min;
-            if ANYWHERE {
+            if START != NEAR {
                 // Instances are entered from the world.
                 (slab, t_min) = (self.space.ray.slab, self.space.ray.t_min);
             }
@@ -639,12 +651,12 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             let instance = item(view.primitives.instances, number);
             let root = item(view.roots, instance.geometry);
             let mut space = Space::new(placement, ray, root.reach);
-            if ANYWHERE {
+            if START != NEAR {
                 let map = Some(&instance.object_from_world);
                 space = space.seen_from_box(map, &view.bounds_of(root.first), root.reach)?;
             }
             self.space = space;
-            if !ANYWHERE && self.space.slack > 0.0 {
+            if START != ANYWHERE && self.space.slack > 0.0 {
                 return Some(Outcome::Far);
             }
             // SAFETY: as above.
@@ -658,7 +670,9 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         } else if PLACED && self.next == Link::WORLD {
             let root = item(view.roots, 0);
             self.space = Space::world(&view.primitives, root.reach, world_ray);
-            if ANYWHERE && let Some(space) = self.world_from_box(view) {
+            if START != NEAR
+                && let Some(space) = self.world_from_box(view)
+            {
                 self.space = space;
             }
         } else if self.next == Link::DONE {

@@ -40,20 +40,20 @@ macro_rules! tracer_by_walks {
     ) => {
         #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
         #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-        fn $closest(view: &$view, ray: &Ray, filter: &RayFilter) -> Hit {
+        pub(super) fn $closest(view: &$view, ray: &Ray, filter: &RayFilter) -> Hit {
             let found = $search_for_any_ray(view, ray, filter, |from| Closest::new(ray.t_max, from));
             found.hit(&view.primitives, ray)
         }
 
         #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
         #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-        fn $occluded(view: &$view, ray: &Ray, filter: &RayFilter) -> bool {
+        pub(super) fn $occluded(view: &$view, ray: &Ray, filter: &RayFilter) -> bool {
             $search_for_any_ray(view, ray, filter, |from| Any::new(ray.t_max, from)).found
         }
 
         #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
         #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-        fn $next(view: &$view, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+        pub(super) fn $next(view: &$view, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
             let found = $search_for_any_ray(view, ray, filter, |from| Next::new(ray, after, from));
             found.hit(&view.primitives, ray)
         }

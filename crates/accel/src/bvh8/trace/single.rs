@@ -216,6 +216,29 @@ impl<const QUERY: Query> Kernel for Search<'_, QUERY> {
     }
 }
 
+/// The next child that waits and may have a hit.
+///
+/// # Safety
+/// As many children wait, each with where the ray enters it.
+#[inline(always)]
+unsafe fn pop<const QUERY: Query>(
+    children: *const Child,
+    nears: *const f32,
+    count: &mut usize,
+    end: f32,
+) -> Option<Child> {
+    while *count > 0 {
+        *count -= 1;
+        // SAFETY: the caller's.
+        unsafe {
+            if QUERY & KIND == ANY || *nears.add(*count) <= end {
+                return Some(*children.add(*count));
+            }
+        }
+    }
+    None
+}
+
 /// Visits the leaves that the ray enters, roughly from near to far; `true` where a leaf ended the walk. A node is left
 /// out only when the ray enters it beyond the best hit, never at equality: there a tie may wait.
 #[inline(always)]
@@ -230,22 +253,6 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
     let mut nears = MaybeUninit::<[f32; STACK]>::uninit();
     let (children, nears) = (children.as_mut_ptr().cast::<Child>(), nears.as_mut_ptr().cast::<f32>());
     let mut count = 0usize;
-    // The next of those that wait, if any may have a hit.
-    macro_rules! next {
-        () => {
-            loop {
-                if count == 0 {
-                    return false;
-                }
-                count -= 1;
-                // SAFETY: below the count, the stack has been written.
-                if QUERY & KIND == ANY || unsafe { *nears.add(count) } <= found.end {
-                    // SAFETY: as above.
-                    break unsafe { *children.add(count) };
-                }
-            }
-        };
-    }
     let mut at = root;
     if root == EMPTY {
         return false;
@@ -278,8 +285,10 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                     // None, or one: on to it.
                     at = if entered != 0 {
                         *node.children.get_unchecked(entered.trailing_zeros() as usize)
+                    } else if let Some(next) = pop::<QUERY>(children, nears, &mut count, found.end) {
+                        next
                     } else {
-                        next!()
+                        return false;
                     };
                 } else if QUERY & KIND == ANY {
                     let node_children = S::F8::load(node.children.as_ptr().cast());
@@ -318,7 +327,10 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
             if unsafe { leaves.visit::<QUERY>(at, found) } {
                 return true;
             }
-            at = next!();
+            // SAFETY: below the count, the stack has been written.
+            let next = unsafe { pop::<QUERY>(children, nears, &mut count, found.end) };
+            let Some(next) = next else { return false };
+            at = next;
         }
     }
 }

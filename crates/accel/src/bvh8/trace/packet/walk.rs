@@ -5,7 +5,7 @@ use super::block::Leaf;
 use super::interval::Interval;
 use super::{Leg, MaskOf, Packet, Query16};
 use crate::bvh8::trace::single::{near_and_far_planes, planes};
-use crate::bvh8::trace::walk::{ANY, Query, STACK};
+use crate::bvh8::trace::walk::{Query, STACK};
 use crate::bvh8::{Child, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
 use std::mem::MaybeUninit;

@@ -1,0 +1,65 @@
+//! Queries by a [`PairView`] for rays that may start far away.
+
+use super::Tracer;
+use super::pair_tracer::{closest_hit_of_any_ray, next_hit_of_any_ray, occluded_any_ray};
+use super::pairs::{BOX, Outcome, PairView, Room, Walk};
+use super::put_off::PutOff;
+use super::search::{Any, Closest, Next, Search};
+use super::stack::Stack;
+use super::warp::Warp;
+use crate::ray::{Hit, Ray, RayFilter};
+
+/// Traverses a [`PairView`] from where each ray enters the box of the tree, whether it starts far away or not. A
+/// [`PairTracer`](super::PairTracer) finds the same: it does so for far rays alone, in a function that has to do with the
+/// registers of the kernel that calls it. Without `PLACED` the world alone.
+#[derive(Clone, Copy, Debug)]
+pub struct FarTracer<'a, const PLACED: bool> {
+    /// The trees.
+    pub view: PairView<'a>,
+}
+
+impl<const PLACED: bool> FarTracer<'_, PLACED> {
+    /// The search that `start` makes of the point that it has to measure from. `None` where too much was unclear, or boxes are
+    /// not large enough.
+    #[inline(always)]
+    fn search<S: Search>(&self, ray: &Ray, filter: &RayFilter, start: impl Fn(f64) -> S) -> Option<S> {
+        let mut room: Room = Stack::room();
+        let mut walk = Walk::<BOX, PLACED>::new(&self.view, ray, &mut room);
+        let mut aside = PutOff::<S>::room();
+        let mut put_off = PutOff::new(start(walk.from()), &mut aside);
+        let warp = Warp::here();
+        let outcome = if walk.goes_along(self.view.company, warp) {
+            walk.run_together(&self.view, filter, &mut put_off, warp)
+        } else {
+            walk.run(&self.view, filter, &mut put_off)
+        };
+        let is_decided = outcome == Outcome::Over && put_off.decide(&self.view.primitives, ray);
+        is_decided.then_some(put_off.search)
+    }
+}
+
+impl<const PLACED: bool> Tracer for FarTracer<'_, PLACED> {
+    #[inline(always)]
+    fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
+        match self.search(ray, filter, |from| Closest::new(ray.t_max, from)) {
+            Some(found) => found.hit(&self.view.primitives, ray),
+            None => closest_hit_of_any_ray(&self.view, ray, filter),
+        }
+    }
+
+    #[inline(always)]
+    fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
+        match self.search(ray, filter, |from| Any::new(ray.t_max, from)) {
+            Some(found) => found.found,
+            None => occluded_any_ray(&self.view, ray, filter),
+        }
+    }
+
+    #[inline(always)]
+    fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+        match self.search(ray, filter, |from| Next::new(ray, after, from)) {
+            Some(found) => found.hit(&self.view.primitives, ray),
+            None => next_hit_of_any_ray(&self.view, ray, filter, after),
+        }
+    }
+}
