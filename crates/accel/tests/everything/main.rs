@@ -159,6 +159,15 @@ proptest! {
     }
 }
 
+/// Found by chance by `all_agree_on_hundreds_of_instances`: from 10^14 sizes away, hits of several instances are at one `t` of
+/// double precision; and rays whose numbers are out of range in an instance's space alone hit nothing there.
+#[test]
+fn instances_from_beyond_double_precision() {
+    let mut random = Random(10905397489955544456);
+    let world = scenes::world([Kind::Coplanar, Kind::AxisFlat], [10, 20], 400, &Frame::UNIT, &mut random);
+    check_world(&world, Frame::UNIT, 100, Wildness::Wild, &mut random);
+}
+
 /// Found by chance by `all_agree_at_any_scale_and_far_away`: of rays that start in one point, packets multiplied in an order in
 /// which products overflow and cancel to no number, where core's do not.
 #[test]

@@ -2,7 +2,7 @@
 
 use super::Tracer;
 use super::pair_tracer::{closest_hit_of_any_ray, next_hit_of_any_ray, occluded_any_ray};
-use super::pairs::{BOX, Outcome, PairView, Room, Walk};
+use super::pairs::{PairView, Room, Walk};
 use super::put_off::PutOff;
 use super::search::{Any, Closest, Next, Search};
 use super::stack::Stack;
@@ -19,21 +19,20 @@ pub struct FarTracer<'a, const PLACED: bool> {
 }
 
 impl<const PLACED: bool> FarTracer<'_, PLACED> {
-    /// The search that `start` makes of the point that it has to measure from. `None` where too much was unclear, or boxes are
-    /// not large enough.
+    /// The search that `start` makes of the point that it has to measure from. `None` where too much was unclear.
     #[inline(always)]
     fn search<S: Search>(&self, ray: &Ray, filter: &RayFilter, start: impl Fn(f64) -> S) -> Option<S> {
         let mut room: Room = Stack::room();
-        let mut walk = Walk::<BOX, PLACED>::new(&self.view, ray, &mut room);
+        let mut walk = Walk::<true, PLACED>::new(&self.view, ray, &mut room);
         let mut aside = PutOff::<S>::room();
         let mut put_off = PutOff::new(start(walk.from()), &mut aside);
         let warp = Warp::here();
-        let outcome = if walk.goes_along(self.view.company, warp) {
-            walk.run_together(&self.view, filter, &mut put_off, warp)
+        if walk.goes_along(self.view.company, warp) {
+            walk.run_together(&self.view, filter, &mut put_off, warp);
         } else {
-            walk.run(&self.view, filter, &mut put_off)
-        };
-        let is_decided = outcome == Outcome::Over && put_off.decide(&self.view.primitives, ray);
+            walk.run(&self.view, filter, &mut put_off);
+        }
+        let is_decided = put_off.decide(&self.view.primitives, ray);
         is_decided.then_some(put_off.search)
     }
 }
@@ -43,7 +42,10 @@ impl<const PLACED: bool> Tracer for FarTracer<'_, PLACED> {
     fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
         match self.search(ray, filter, |from| Closest::new(ray.t_max, from)) {
             Some(found) => found.hit(&self.view.primitives, ray),
-            None => closest_hit_of_any_ray(&self.view, ray, filter),
+            None => {
+                let copy = self.view;
+                closest_hit_of_any_ray(&copy, ray, filter)
+            }
         }
     }
 
@@ -51,7 +53,10 @@ impl<const PLACED: bool> Tracer for FarTracer<'_, PLACED> {
     fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
         match self.search(ray, filter, |from| Any::new(ray.t_max, from)) {
             Some(found) => found.found,
-            None => occluded_any_ray(&self.view, ray, filter),
+            None => {
+                let copy = self.view;
+                occluded_any_ray(&copy, ray, filter)
+            }
         }
     }
 
@@ -59,7 +64,10 @@ impl<const PLACED: bool> Tracer for FarTracer<'_, PLACED> {
     fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
         match self.search(ray, filter, |from| Next::new(ray, after, from)) {
             Some(found) => found.hit(&self.view.primitives, ray),
-            None => next_hit_of_any_ray(&self.view, ray, filter, after),
+            None => {
+                let copy = self.view;
+                next_hit_of_any_ray(&copy, ray, filter, after)
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Tracer;
 use super::candidates::PrimitivesView;
-use super::pairs::{ANYWHERE, NEAR, Outcome, PairView, Room, Walk};
+use super::pairs::{Outcome, PairView, Room, Walk};
 use super::search::{Any, Closest, Next, Search};
 use super::stack::Stack;
 use super::walks::{Walks, search_by, tracer_by_walks};
@@ -26,7 +26,7 @@ impl<const PLACED: bool, const IN_STEP: bool> Walks for PairTracer<'_, PLACED, I
     #[inline(always)]
     fn walk(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> Outcome {
         let mut room: Room = Stack::room();
-        let mut walk = Walk::<NEAR, PLACED>::new(&self.view, ray, &mut room);
+        let mut walk = Walk::<false, PLACED>::new(&self.view, ray, &mut room);
         let warp = Warp::here();
         if IN_STEP {
             walk.run_in_step(&self.view, filter, search, warp)
@@ -47,7 +47,7 @@ fn search_for_any_ray<S: Search>(
     start: impl Fn(f64) -> S,
 ) -> S {
     let mut room: Room = Stack::room();
-    let mut walk = Walk::<ANYWHERE, true>::new(view, ray, &mut room);
+    let mut walk = Walk::<true, true>::new(view, ray, &mut room);
     let mut search = start(walk.from());
     walk.run(view, filter, &mut search);
     search

@@ -301,7 +301,10 @@ impl<'a> Space<'a> {
         bounds: &Bounds,
         reach: f32,
     ) -> Option<Space<'a>> {
-        // Of rays with numbers out of range nobody asks.
+        // With numbers out of range, in this space perhaps alone: nothing is hit there.
+        if self.ray.t_min.is_nan() {
+            return None;
+        }
         let (largest, extent) = (self.ray.origin.abs().max_component(), bounds.extent());
         if !((largest > OUTSIDE * extent) & (extent > 0.0) & (largest > reach)) {
             return Some(self);
@@ -350,17 +353,9 @@ pub(super) enum Outcome {
     Far,
 }
 
-/// From where a walk measures, as a constant so that it is compiled for each.
-type Start = u8;
-/// From the ray's origin, within the reach of the boxes.
-pub(super) const NEAR: Start = 0;
-/// From where the ray enters the box of the tree, if it starts outside; that has to be within the reach of the boxes.
-pub(super) const BOX: Start = 1;
-/// The same from anywhere: boxes are made larger as it goes.
-pub(super) const ANYWHERE: Start = 2;
-
-/// A walk through the world and, with `PLACED`, through what instances place in it.
-pub(super) struct Walk<'a, 's, const START: Start, const PLACED: bool> {
+/// A walk through the world and, with `PLACED`, through what instances place in it. With `ANYWHERE` for rays that start
+/// anywhere.
+pub(super) struct Walk<'a, 's, const ANYWHERE: bool, const PLACED: bool> {
     space: Space<'a>,
     /// The ray's own `t` of the point that the search measures from.
     from: f64,
@@ -368,7 +363,7 @@ pub(super) struct Walk<'a, 's, const START: Start, const PLACED: bool> {
     stack: Stack<'s, Link, ROOM>,
 }
 
-impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED> {
+impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PLACED> {
     /// At the beginning.
     #[inline(always)]
     pub(super) fn new(view: &PairView, world_ray: &'a Ray, room: &'s mut Room) -> Self {
@@ -383,7 +378,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
         let root = item(view.roots, 0);
         let space = Space::world(&view.primitives, root.reach, world_ray);
         let mut walk = Walk { space, from: 0.0, next: root.first, stack };
-        if START != NEAR {
+        if ANYWHERE {
             match walk.world_from_box(view) {
                 Some(space) => (walk.from, walk.space) = (space.from, space),
                 // Past everything: nothing to search.
@@ -407,7 +402,10 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
         if space.ray.t_min.is_nan() {
             return None;
         }
-        let bounds = view.bounds_of(root.first).union(&view.bounds_of(view.instance_root));
+        let mut bounds = view.bounds_of(root.first);
+        if PLACED {
+            bounds = bounds.union(&view.bounds_of(view.instance_root));
+        }
         space.seen_from_box(None, &bounds, root.reach)
     }
 
@@ -422,7 +420,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
     /// [`Search::t_max`], from where the space that the walk is in measures.
     #[inline(always)]
     fn t_max<S: Search>(&self, search: &mut S) -> f32 {
-        if START != NEAR { self.moved(search).t_max() } else { search.t_max() }
+        if ANYWHERE { self.moved(search).t_max() } else { search.t_max() }
     }
 
     /// Searches a leaf of triangles; `true` ends the search.
@@ -430,7 +428,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
     fn search_triangles<S: Search>(&self, view: &PairView, filter: &RayFilter, search: &mut S) -> bool {
         let (first, count) = self.next.range();
         let (primitives, Space { placement, ray, .. }) = (&view.primitives, &self.space);
-        if START != NEAR {
+        if ANYWHERE {
             let mut search = self.moved(search);
             primitives.search_triangles(first, count, ray, placement, filter, &mut search)
         } else {
@@ -456,7 +454,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
         if self.space.ray.t_min.is_nan() {
             return Outcome::Over;
         }
-        if START != ANYWHERE && self.space.slack > 0.0 {
+        if !ANYWHERE && self.space.slack > 0.0 {
             return Outcome::Far;
         }
         loop {
@@ -490,7 +488,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
         let mut outcome = None;
         if self.space.ray.t_min.is_nan() {
             outcome = Some(Outcome::Over);
-        } else if START != ANYWHERE && self.space.slack > 0.0 {
+        } else if !ANYWHERE && self.space.slack > 0.0 {
             outcome = Some(Outcome::Far);
         }
         loop {
@@ -549,7 +547,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
         search: &mut impl Search,
         warp: Warp,
     ) -> Outcome {
-        let is_far = START != ANYWHERE && self.space.slack > 0.0;
+        let is_far = !ANYWHERE && self.space.slack > 0.0;
         let mut is_over = self.space.ray.t_min.is_nan() | is_far;
         loop {
             while self.next.is_pair() {
@@ -589,7 +587,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
     #[inline(always)]
     fn cross(&self, pair: &BvhPair, t_max: f32) -> Crossing {
         let (mut half0, mut half1) = (pair.half0, pair.half1);
-        if START == ANYWHERE {
+        if ANYWHERE {
             let slack = Vec3::splat(self.space.slack);
             (half0, half1) = (half0 + slack, half1 + slack);
         }
@@ -642,7 +640,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
         if PLACED && kind == INSTANCE {
             let mut slab = view.primitives.world_slab(world_ray);
             let mut t_min = world_ray.t_min;
-            if START != NEAR {
+            if ANYWHERE {
                 // Instances are entered from the world.
                 (slab, t_min) = (self.space.ray.slab, self.space.ray.t_min);
             }
@@ -651,12 +649,12 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
             let instance = item(view.primitives.instances, number);
             let root = item(view.roots, instance.geometry);
             let mut space = Space::new(placement, ray, root.reach);
-            if START != NEAR {
+            if ANYWHERE {
                 let map = Some(&instance.object_from_world);
                 space = space.seen_from_box(map, &view.bounds_of(root.first), root.reach)?;
             }
             self.space = space;
-            if START != ANYWHERE && self.space.slack > 0.0 {
+            if !ANYWHERE && self.space.slack > 0.0 {
                 return Some(Outcome::Far);
             }
             // SAFETY: as above.
@@ -670,9 +668,7 @@ impl<'a, 's, const START: Start, const PLACED: bool> Walk<'a, 's, START, PLACED>
         } else if PLACED && self.next == Link::WORLD {
             let root = item(view.roots, 0);
             self.space = Space::world(&view.primitives, root.reach, world_ray);
-            if START != NEAR
-                && let Some(space) = self.world_from_box(view)
-            {
+            if ANYWHERE && let Some(space) = self.world_from_box(view) {
                 self.space = space;
             }
         } else if self.next == Link::DONE {

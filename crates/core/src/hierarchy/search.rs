@@ -444,7 +444,11 @@ impl<S: Search> Search for Moved<'_, S> {
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        if self.from == 0.0 { self.search.t_max() } else { moved_end(self.search.end(), self.from) }
+        if self.from == 0.0 {
+            return self.search.t_max();
+        }
+        // What lies beyond the end by less than a `t` is rounded by may be a tie.
+        around(self.search.end(), self.from, self.distance * LOST).1
     }
 
     #[inline(always)]
@@ -456,6 +460,11 @@ impl<S: Search> Search for Moved<'_, S> {
     #[inline(always)]
     fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
         let lost = self.distance * LOST;
+        if self.from == 0.0 {
+            // The rounding of these sums is less than that of `t`.
+            let widened = |t: f32| lost as f32 + t.abs() * T_ROUNDING;
+            return self.search.offer_certain(place, low - widened(low), high + widened(high));
+        }
         let low = around(low as f64, -self.from, lost).0;
         let high = around(high as f64, -self.from, lost).1;
         self.search.offer_certain(place, low, high)
