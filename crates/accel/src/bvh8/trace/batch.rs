@@ -241,11 +241,11 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         mut first: usize,
         end: usize,
         shared: &Shared<S>,
-        room: &mut Room<S, TOGETHER>,
+        room: &mut Option<Box<Room<S, TOGETHER>>>,
     ) {
         while first + 16 * TOGETHER <= end {
             // SAFETY: the caller's.
-            unsafe { self.packets_in_order::<S, TOGETHER>(first, shared, room) };
+            unsafe { self.packets_in_order::<S, TOGETHER>(first, shared, made::<S>(room)) };
             first += 16 * TOGETHER;
         }
         // The rest.
@@ -273,8 +273,9 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         first: usize,
         end: usize,
         shared: &Shared<S>,
-        room: &mut Room<S, TOGETHER>,
+        room: &mut Option<Box<Room<S, TOGETHER>>>,
     ) {
+        let room = made::<S>(room);
         let mut order = [0u32; CHUNK];
         let count = end - first;
         sort::by_octant(&self.rays[first..end], first as u32, &mut order[..count]);
@@ -293,8 +294,9 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         first: usize,
         end: usize,
         shared: &Shared<S>,
-        room: &mut Room<S, TOGETHER>,
+        room: &mut Option<Box<Room<S, TOGETHER>>>,
     ) {
+        let room = made::<S>(room);
         let order = sort::by_place(&self.rays[first..end], first as u32);
         for group in order.chunks(16 * TOGETHER) {
             // SAFETY: the caller's.
@@ -303,6 +305,12 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             }
         }
     }
+}
+
+/// Room for a group, made when it is first needed.
+#[inline(always)]
+fn made<S: Simd>(room: &mut Option<Box<Room<S, TOGETHER>>>) -> &mut Room<S, TOGETHER> {
+    room.get_or_insert_with(Box::<[[S::F16; TOGETHER]; STACK]>::new_uninit)
 }
 
 /// The filter of all rays, sixteen times.
@@ -406,7 +414,7 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                 return self.one_by_one::<S>(0, count);
             }
             let shared = Shared::<S>::new(self.filters);
-            let mut room = Box::<[[S::F16; TOGETHER]; STACK]>::new_uninit();
+            let mut room = None;
             let dense = self.bvh.blocks.len() > DENSE;
             let mut first = 0;
             while first < self.rays.len() {
