@@ -22,7 +22,7 @@ mod tests {
     use crate::options::Traversal;
     use crate::parameters::Kind;
     use crate::ptx_text::kernel_name;
-    use crate::rays::{bvh_parameters, ray_kernels};
+    use crate::rays::{bvh_parameters, far_ray_kernels, ray_kernels};
     use crate::scene::scene_parameters;
     use crate::structure::{Structure, Trees, kernel};
     use eosphor_render::{Accel, Builder, Hierarchy};
@@ -46,7 +46,9 @@ mod tests {
     /// The kernels that answer queries, and the ways that they go.
     fn query_kernels() -> Vec<(Traversal, &'static str)> {
         let of = |traversal| ray_kernels(traversal).concat().into_iter().map(move |name| (traversal, name));
-        [Traversal::Auto, Traversal::Reconverge, Traversal::Wide].into_iter().flat_map(of).collect()
+        let far = far_ray_kernels(Traversal::Auto).expect("there are some").concat();
+        let all = [Traversal::Auto, Traversal::Reconverge, Traversal::Wide].into_iter().flat_map(of);
+        all.chain(far.into_iter().map(|name| (Traversal::Auto, name))).collect()
     }
 
     /// The parameters that a kernel declares.

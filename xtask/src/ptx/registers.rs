@@ -31,19 +31,19 @@ const fn budget(kernel: &'static str, registers: u32, spilled: u32, stack: u32) 
 /// decided in double precision, in functions: that is most of the spills and of the stack.
 const BUDGETS: [Budget; ENTRIES.len()] = [
     budget("closest_hits_bvh", 48, 1800, 2700),
-    budget("closest_hits_far", 72, 2000, 2700),
+    budget("closest_hits_far", 72, 3700, 2700),
     budget("closest_hits_in_step", 48, 1800, 2700),
     budget("closest_hits_wide", 48, 2000, 2200),
     budget("closest_hits_world", 48, 1400, 2700),
-    budget("closest_hits_world_far", 72, 2000, 2700),
+    budget("closest_hits_world_far", 72, 1600, 2700),
     budget("closest_hits_world_in_step", 48, 1200, 2700),
     budget("closest_hits_world_wide", 48, 1500, 2200),
     budget("occluded_bvh", 48, 900, 2400),
-    budget("occluded_far", 72, 2000, 2700),
+    budget("occluded_far", 72, 2300, 2500),
     budget("occluded_in_step", 48, 900, 2400),
     budget("occluded_wide", 48, 900, 1900),
     budget("occluded_world", 48, 600, 2400),
-    budget("occluded_world_far", 72, 2000, 2700),
+    budget("occluded_world_far", 72, 500, 2500),
     budget("occluded_world_in_step", 48, 600, 2400),
     budget("occluded_world_wide", 48, 600, 1900),
     budget("render_bvh", 128, 4900, 11200),
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(over_budget(&kernels), [""; 0]);
         kernels[1].spilled += 1;
         let problems = over_budget(&kernels);
-        assert!(problems.len() == 1 && problems[0].starts_with("closest_hits_in_step has"), "{problems:?}");
+        assert!(problems.len() == 1 && problems[0].starts_with("closest_hits_far has"), "{problems:?}");
         assert_eq!(over_budget(&kernels[1..]).len(), 1);
     }
 
