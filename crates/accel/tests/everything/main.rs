@@ -168,6 +168,14 @@ fn instances_from_beyond_double_precision() {
     check_world(&world, Frame::UNIT, 100, Wildness::Wild, &mut random);
 }
 
+/// Found by chance by `all_agree_on_instances`.
+#[test]
+fn instances_from_far_beyond_their_size() {
+    let mut random = Random(3111489946237811296);
+    let world = scenes::world([Kind::Coplanar, Kind::Coplanar], [19, 7], 3, &Frame::UNIT, &mut random);
+    check_world(&world, Frame::UNIT, 150, Wildness::Wild, &mut random);
+}
+
 /// Found by chance by `all_agree_at_any_scale_and_far_away`: of rays that start in one point, packets multiplied in an order in
 /// which products overflow and cancel to no number, where core's do not.
 #[test]

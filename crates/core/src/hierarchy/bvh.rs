@@ -136,7 +136,7 @@ impl<C: Work> SearchScene for BvhTracer<'_, C> {
         // A ray with numbers out of range hits nothing, from wherever it is looked at.
         if is_far(ray.origin, bounds.extent()) & !ray.t_min.is_nan() {
             let (map, _) = self.bvh.primitives.space(placement.instance);
-            let Some(FarRay { ray, from }) = FarRay::new(placement.world_ray, map, &bounds) else {
+            let Some(FarRay { ray, from, .. }) = FarRay::new(placement.world_ray, map, &bounds) else {
                 return false;
             };
             let mut leaves = PrimitiveLeaves { tracer: self, ray: &ray, placement, filter };

@@ -3,7 +3,7 @@
 
 use crate::geometry::Bounds;
 use crate::intersect::precise::{PreciseRay, along64, sum64};
-use crate::intersect::{LocalRay, Slab, USUAL_LENGTH, WORLD_FROM_OBJECT_ROUNDING};
+use crate::intersect::{EXTENT_SLACK, LocalRay, Slab, USUAL_LENGTH, WORLD_FROM_OBJECT_ROUNDING};
 use crate::math::{Affine, Vec3, vec3};
 use crate::out_of_line::out_of_line;
 use crate::ray::Ray;
@@ -16,6 +16,10 @@ const MARGIN: f64 = 1.0 / 1_048_576.0;
 
 /// The least way from where the ray begins to the box, over its extent, for hits to be certain.
 const GAP: f64 = 1.0 / 1024.0;
+
+/// More than what rounding may change a `t` of double precision by, over it: what enters the box has to be where the ray does,
+/// however far away it starts. (The point at such a `t` is on the ray all the same: it is rounded once.)
+const T_ROUNDING: f64 = 1.0 / (1u64 << 50) as f64;
 
 /// More than rounding to single precision.
 const ROUNDING: f64 = 1.0 / 4_194_304.0;
@@ -33,22 +37,32 @@ pub struct FarRay {
     pub ray: LocalRay,
     /// The ray's own `t` of that point.
     pub from: f64,
+    /// What boxes are too small by: how far from this ray an instance may see it.
+    pub slack: f32,
 }
 
 impl FarRay {
     /// `None` where the ray passes the box by.
     #[inline(always)]
     pub fn new(ray: &Ray, map: Option<&Affine>, bounds: &Bounds) -> Option<FarRay> {
-        far_ray(ray, map, bounds)
+        far_ray(ray, map, bounds, 0.0)
+    }
+
+    /// In the world, for the boxes of instances. Each is met by the ray as its map takes it into the instance's space: from far
+    /// away, the rounding of that moves it.
+    #[inline(always)]
+    pub fn to_instances(ray: &Ray, bounds: &Bounds) -> Option<FarRay> {
+        far_ray(ray, None, bounds, ray.origin.abs().max_component())
     }
 }
 
 out_of_line! {
-    /// [`FarRay::new`].
-    fn far_ray(ray: &Ray, map: Option<&Affine>, bounds: &Bounds) -> Option<FarRay> {
+    /// [`FarRay::new`]; instances move the ray by what rounding at this coordinate does.
+    fn far_ray(ray: &Ray, map: Option<&Affine>, bounds: &Bounds, moved_at: f32) -> Option<FarRay> {
     let extent = bounds.extent();
     let PreciseRay { origin: o, direction: d } = PreciseRay::of(ray, map);
-    let margin = MARGIN * extent as f64;
+    let slack = EXTENT_SLACK * moved_at;
+    let margin = MARGIN * extent as f64 + slack as f64;
     let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
     let mut axis = 0;
     while axis < 3 {
@@ -64,6 +78,7 @@ out_of_line! {
         }
         axis += 1;
     }
+    (near, far) = (near - near.abs() * T_ROUNDING, far + far.abs() * T_ROUNDING);
     // NaN is no way through.
     if !((near <= far) & (far >= ray.t_min as f64) & near.is_finite()) {
         return None;
@@ -87,11 +102,11 @@ out_of_line! {
         direction,
         t_min: t_min - t_min.abs() * (1.0 / 4_194_304.0),
         t_max: (end - rounding) as f32,
-        slab: Slab::new(origin, direction, extent),
+        slab: Slab::new(origin, direction, extent + moved_at),
         length: if is_usual { length } else { f32::INFINITY },
         reach: size.x + size.y + size.z,
         scale: 0.0,
     };
-    Some(FarRay { ray, from: near })
+    Some(FarRay { ray, from: near, slack })
 }
 }

@@ -15,7 +15,7 @@ use super::warp::Warp;
 use super::{MAX_BVH_DEPTH, Stack};
 use crate::geometry::Bounds;
 use crate::intersect::{LocalRay, Slab, sphere_bounds};
-use crate::math::{Affine, Vec3, fma, max, min};
+use crate::math::{Vec3, fma, max, min};
 use crate::ray::{Ray, RayFilter};
 
 /// What boxes are padded by, over the coordinates of the box and of the ray's origin: more than the rounding errors of the
@@ -294,12 +294,13 @@ impl<'a> Space<'a> {
     }
 
     /// The same from where the ray enters a box, if it starts well outside it and beyond the reach; `None` where it passes it by.
+    /// `far_ray` is told the box.
     #[inline(always)]
     pub(super) fn seen_from_box(
         self,
-        map: Option<&Affine>,
         bounds: &Bounds,
         reach: f32,
+        far_ray: impl FnOnce(&Ray, &Bounds) -> Option<FarRay>,
     ) -> Option<Space<'a>> {
         // With numbers out of range, in this space perhaps alone: nothing is hit there.
         if self.ray.t_min.is_nan() {
@@ -309,8 +310,9 @@ impl<'a> Space<'a> {
         if !((largest > OUTSIDE * extent) & (extent > 0.0) & (largest > reach)) {
             return Some(self);
         }
-        let FarRay { ray, from } = FarRay::new(self.placement.world_ray, map, bounds)?;
-        Some(Space { from, ..Space::new(self.placement, ray, reach) })
+        let FarRay { ray, from, slack } = far_ray(self.placement.world_ray, bounds)?;
+        let space = Space::new(self.placement, ray, reach);
+        Some(Space { from, slack: space.slack + slack, ..space })
     }
 
     /// The signs of the direction, x lowest.
@@ -406,7 +408,10 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         if PLACED {
             bounds = bounds.union(&view.bounds_of(view.instance_root));
         }
-        space.seen_from_box(None, &bounds, root.reach)
+        space.seen_from_box(&bounds, root.reach, |ray, bounds| {
+            let to_instances = PLACED && view.primitives.instances.len() > 1;
+            if to_instances { FarRay::to_instances(ray, bounds) } else { FarRay::new(ray, None, bounds) }
+        })
     }
 
     /// The search, from where the space that the walk is in measures.
@@ -651,7 +656,9 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             let mut space = Space::new(placement, ray, root.reach);
             if ANYWHERE {
                 let map = Some(&instance.object_from_world);
-                space = space.seen_from_box(map, &view.bounds_of(root.first), root.reach)?;
+                let bounds = view.bounds_of(root.first);
+                space =
+                    space.seen_from_box(&bounds, root.reach, |ray, bounds| FarRay::new(ray, map, bounds))?;
             }
             self.space = space;
             if !ANYWHERE && self.space.slack > 0.0 {

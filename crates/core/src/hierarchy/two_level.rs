@@ -159,7 +159,7 @@ impl InstanceTreeView<'_> {
         let mut leaves = InstanceLeaves { scene, order: self.order, ray, slab, filter };
         let bounds = item(self.nodes, self.root).bounds();
         if is_far(ray.origin, bounds.extent()) {
-            let Some(far) = FarRay::new(ray, None, &bounds) else { return false };
+            let Some(far) = FarRay::to_instances(ray, &bounds) else { return false };
             let mut search = Moved { search, from: far.from, distance: far.from.abs() };
             return walk(self.nodes, self.root, &far.ray.slab, far.ray.t_min, work, &mut search, &mut leaves);
         }

@@ -124,7 +124,7 @@ pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
     filter: &RayFilter,
     found: &mut Found,
 ) {
-    let world_ray = SingleRay::of_any::<S>(ray, bvh.instance_bounds.extent(), &bvh.instance_bounds);
+    let world_ray = SingleRay::to_instances::<S>(ray, &bvh.instance_bounds);
     let Some(world_ray) = world_ray.filter(|ray| !ray.origin[3].is_nan()) else { return };
     let slab = Slab::new(ray.origin, ray.direction, 0.0);
     let mut leaves = InstanceLeaves { bvh, ray, from: world_ray.from, slab: &slab, filter };

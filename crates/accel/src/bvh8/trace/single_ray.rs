@@ -96,7 +96,17 @@ impl<'a> SingleRay<'a> {
     #[inline(always)]
     pub(super) fn of_any<S: Simd>(ray: &Ray, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
         if is_far(ray.origin, bounds.extent()) {
-            return SingleRay::far::<S>(ray, None, extent, bounds);
+            return SingleRay::far::<S>(ray, To::World, extent, bounds);
+        }
+        Some(SingleRay::from_local::<S>(&LocalRay::new(ray, extent), ray, None, extent, None))
+    }
+
+    /// Any ray in the world, for the tree over the instances, which has this box.
+    #[inline(always)]
+    pub(super) fn to_instances<S: Simd>(ray: &Ray, bounds: &Bounds) -> Option<SingleRay<'a>> {
+        let extent = bounds.extent();
+        if is_far(ray.origin, extent) {
+            return SingleRay::far::<S>(ray, To::Instances, extent, bounds);
         }
         Some(SingleRay::from_local::<S>(&LocalRay::new(ray, extent), ray, None, extent, None))
     }
@@ -111,36 +121,30 @@ impl<'a> SingleRay<'a> {
     ) -> Option<SingleRay<'a>> {
         let local = LocalRay::mapped(ray, map, extent);
         if is_far(local.origin, bounds.extent()) {
-            return SingleRay::far::<S>(ray, Some(map), extent, bounds);
+            return SingleRay::far::<S>(ray, To::Object(map), extent, bounds);
         }
         Some(SingleRay::from_local::<S>(&local, ray, Some(map), extent, None))
     }
 
     #[inline(always)]
-    fn far<S: Simd>(
-        ray: &Ray,
-        map: Option<&'a Affine>,
-        extent: f32,
-        bounds: &Bounds,
-    ) -> Option<SingleRay<'a>> {
+    fn far<S: Simd>(ray: &Ray, to: To<'a>, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
         // SAFETY: the caller's.
-        unsafe { S::run(Far { ray, map, extent, bounds }) }
+        unsafe { S::run(Far { ray, to, extent, bounds }) }
     }
 
     #[inline(always)]
-    fn from_box<S: Simd>(
-        ray: &Ray,
-        map: Option<&'a Affine>,
-        extent: f32,
-        bounds: &Bounds,
-    ) -> Option<SingleRay<'a>> {
+    fn from_box<S: Simd>(ray: &Ray, to: To<'a>, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let length = d.x + d.y + d.z;
         // Such a ray hits nothing, from wherever it is looked at. NaN is neither.
         if !(((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION)) {
             return None;
         }
-        let far = FarRay::new(ray, map, bounds)?;
+        let (map, far) = match to {
+            To::World => (None, FarRay::new(ray, None, bounds)?),
+            To::Instances => (None, FarRay::to_instances(ray, bounds)?),
+            To::Object(map) => (Some(map), FarRay::new(ray, Some(map), bounds)?),
+        };
         Some(SingleRay::from_local::<S>(&far.ray, ray, map, extent, Some(far.from)))
     }
 
@@ -185,10 +189,17 @@ impl<'a> SingleRay<'a> {
     }
 }
 
+/// What a ray from far away goes to: the tree of the world, the one over the instances, or one into whose space this takes it.
+enum To<'a> {
+    World,
+    Instances,
+    Object(&'a Affine),
+}
+
 /// A ray from far away: a function of its own, since it is rare.
 struct Far<'a, 'b> {
     ray: &'b Ray,
-    map: Option<&'a Affine>,
+    to: To<'a>,
     extent: f32,
     bounds: &'b Bounds,
 }
@@ -198,7 +209,7 @@ impl<'a> Kernel for Far<'a, '_> {
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> Option<SingleRay<'a>> {
-        SingleRay::from_box::<S>(self.ray, self.map, self.extent, self.bounds)
+        SingleRay::from_box::<S>(self.ray, self.to, self.extent, self.bounds)
     }
 }
 
