@@ -335,6 +335,13 @@ impl<'a> Space<'a> {
     }
 }
 
+/// The same number, which is not looked up again where registers are scarce: the compiler of GPUs puts what leaves need into
+/// memory, and would read it from there at every node. (Adding 0 is no identity: it changes -0, where that makes no difference.)
+#[inline(always)]
+fn in_register(t: f32) -> f32 {
+    t + 0.0
+}
+
 /// Which children of a pair a ray enters, and where.
 struct Crossing {
     enters0: bool,
@@ -463,8 +470,8 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             return Outcome::Far;
         }
         loop {
+            let t_max = in_register(self.t_max(search));
             while self.next.is_pair() {
-                let t_max = self.t_max(search);
                 self.pass(&item(view.pairs, self.next.0).read(), t_max);
             }
             if self.next.is_triangles() {
@@ -555,9 +562,10 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         let is_far = !ANYWHERE && self.space.slack > 0.0;
         let mut is_over = self.space.ray.t_min.is_nan() | is_far;
         loop {
+            let t_max = in_register(self.t_max(search));
             while self.next.is_pair() {
                 let pair = item(view.pairs, self.next.0).read();
-                let crossing = self.cross(&pair, self.t_max(search));
+                let crossing = self.cross(&pair, t_max);
                 let (enters0, enters1) = (crossing.enters0 & !is_over, crossing.enters1 & !is_over);
                 let (any0, any1) = (warp.count(enters0) > 0, warp.count(enters1) > 0);
                 if any0 & any1 {
