@@ -1,11 +1,11 @@
 //! Which device renders.
 
-use crate::arguments::{BackendChoice, DeviceFlags};
+use crate::arguments::{BackendChoice, DeviceFlags, Need, check};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use eosphor::{
     Accel, Backend, BackendError, Builder, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback,
-    FeaturePass, Hierarchy, SceneData, cuda_devices,
+    FeaturePass, Hierarchy, SceneData, Traversal, cuda_devices,
 };
 use std::ops::Deref;
 use std::sync::Arc;
@@ -62,13 +62,12 @@ pub(crate) fn backend_with(
     verbosity: Verbosity,
     gpu: impl FnOnce() -> Option<usize>,
 ) -> Result<Box<dyn Backend>, Failure> {
+    check_device(flags, accel)?;
     match &flags.backend {
         BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
         BackendChoice::Cuda(devices) => {
             let devices = if devices.is_empty() { vec![0] } else { devices.clone() };
-            let options = cuda_options(flags, accel, devices);
-            options.check().map_err(Failure::usage)?;
-            Ok(Box::new(CudaBackend::new(options)?))
+            Ok(Box::new(CudaBackend::new(cuda_options(flags, accel, devices))?))
         }
         BackendChoice::Auto => {
             let tell = move |error: &BackendError| {
@@ -84,6 +83,28 @@ pub(crate) fn backend_with(
             Ok(Box::new(Fallback::new(Box::new(cuda), reserve, tell)))
         }
     }
+}
+
+/// Fails where flags about the device ask for what there is not, or would do nothing.
+pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<(), Failure> {
+    let is_cpu = flags.backend == BackendChoice::Cpu;
+    let about_gpus = flags.block_size.is_some() || flags.gpu_traversal != Traversal::default();
+    let gpu = |flag, is_given| Need { flag, is_given, is_met: !is_cpu, needs: "a GPU, not --backend cpu" };
+    check(&[
+        Need {
+            flag: "--builder",
+            is_given: flags.builder.is_some(),
+            is_met: matches!(accel, None | Some(Accel::Bvh | Accel::Bvh8)),
+            needs: "--accel bvh or bvh8",
+        },
+        gpu("--block-size", flags.block_size.is_some()),
+        gpu("--gpu-traversal", flags.gpu_traversal != Traversal::default()),
+    ])?;
+    // Where the choice is the program's, what a GPU would take is said even where there is none.
+    if matches!(flags.backend, BackendChoice::Cuda(_)) || about_gpus {
+        cuda_options(flags, accel, vec![0]).check().map_err(Failure::usage)?;
+    }
+    Ok(())
 }
 
 /// The first device that kernels run on.

@@ -1,5 +1,6 @@
 //! Why a command ended without success, and what the shell is told.
 
+use crate::interrupt;
 use eosphor::compare::CompareError;
 use eosphor::{BackendError, OutputError, SceneError, Snippet};
 use std::fmt::Display;
@@ -14,7 +15,7 @@ pub(crate) enum Failure {
     Scene(SceneError),
     /// The flags ask for something that does not exist.
     Usage(String),
-    /// Ctrl-C, and what became of the work.
+    /// A signal, and what became of the work.
     Interrupted(String),
     /// Two pictures differ; this has been said on stdout.
     Different,
@@ -39,11 +40,11 @@ impl Failure {
     }
 
     pub(crate) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(match self {
-            Failure::Failed(_) | Failure::Scene(_) | Failure::Different => 1,
-            Failure::Usage(_) => 2,
-            Failure::Interrupted(_) => 130,
-        })
+        match self {
+            Failure::Failed(_) | Failure::Scene(_) | Failure::Different => ExitCode::from(1),
+            Failure::Usage(_) => ExitCode::from(2),
+            Failure::Interrupted(_) => interrupt::exit_code(),
+        }
     }
 
     /// For `map_err`: the work failed for this reason.

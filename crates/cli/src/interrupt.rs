@@ -1,30 +1,83 @@
-//! Ctrl-C: the first asks the render to end and keeps what is done, the second ends the program at once.
+//! Signals that ask the program to end: Ctrl-C, SIGTERM (Slurm, systemd, docker, `timeout`) and SIGHUP (a terminal that is
+//! closed). The first asks the render to end and keeps what is done. A second Ctrl-C ends the program at once; of the others
+//! a second one changes nothing, because senders repeat them.
 
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// The number of the signal that came first; 0 before.
+static FIRST: AtomicU8 = AtomicU8::new(0);
+
+/// The number of Ctrl-C, on every system.
+const CTRL_C: u8 = 2;
 
 /// A file in the making, which the second Ctrl-C removes.
 static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Watches for Ctrl-C from now on.
+/// Watches for signals from now on.
+#[cfg(unix)]
 pub(crate) fn watch(verbosity: Verbosity) -> Result<(), Failure> {
-    let handler = move || {
-        if INTERRUPTED.swap(true, Ordering::SeqCst) {
-            if let Ok(Some(file)) = UNFINISHED.lock().as_deref() {
-                // It may have got its final name just now.
-                let _ = std::fs::remove_file(file);
-            }
-            std::process::exit(130);
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let cannot = |error| Failure::Failed(format!("cannot watch for signals: {error}"));
+    let wanted = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !is_ignored(signal));
+    let mut signals = signal_hook::iterator::Signals::new(wanted).map_err(cannot)?;
+    let watcher = move || signals.forever().for_each(|signal| asked_to_end(signal as u8, verbosity));
+    std::thread::Builder::new().name("signals".into()).spawn(watcher).map(drop).map_err(cannot)
+}
+
+/// Whether whoever started the program wants the signal to be ignored, as `nohup` does.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    // SAFETY: all zeros are a valid action, and nothing is changed where there is no new one.
+    unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        libc::sigaction(signal, std::ptr::null(), &mut action) == 0 && action.sa_sigaction == libc::SIG_IGN
+    }
+}
+
+/// Watches for Ctrl-C from now on.
+#[cfg(not(unix))]
+pub(crate) fn watch(verbosity: Verbosity) -> Result<(), Failure> {
+    ctrlc::set_handler(move || asked_to_end(CTRL_C, verbosity))
+        .map_err(|error| Failure::Failed(format!("cannot watch for Ctrl-C: {error}")))
+}
+
+fn asked_to_end(signal: u8, verbosity: Verbosity) {
+    if FIRST.compare_exchange(0, signal, Ordering::SeqCst, Ordering::SeqCst).is_err() {
+        if signal != CTRL_C {
+            return;
         }
-        let line = "eosphor: interrupting; keeping what is done (Ctrl-C again to end at once)";
-        verbosity.say(Verbosity::Normal, line);
+        if let Ok(Some(file)) = UNFINISHED.lock().as_deref() {
+            // It may have got its final name just now.
+            let _ = std::fs::remove_file(file);
+        }
+        std::process::exit(128 + i32::from(signal));
+    }
+    INTERRUPTED.store(true, Ordering::SeqCst);
+    let why = match signal {
+        CTRL_C => "interrupting",
+        1 => "the terminal is gone (SIGHUP)",
+        _ => "asked to end (SIGTERM)",
     };
-    ctrlc::set_handler(handler).map_err(|error| Failure::Failed(format!("cannot watch for Ctrl-C: {error}")))
+    let line = format!(
+        "eosphor: {why}; keeping what is done (Ctrl-C{} to end at once)",
+        match signal {
+            CTRL_C => " again",
+            _ => "",
+        }
+    );
+    verbosity.say(Verbosity::Normal, &line);
+}
+
+/// What the shell is told of a program that a signal ended: 128 and the signal's number.
+pub(crate) fn exit_code() -> ExitCode {
+    ExitCode::from(128 + FIRST.load(Ordering::SeqCst))
 }
 
 /// Names the file in the making.
@@ -32,7 +85,7 @@ pub(crate) fn note_unfinished(file: &Path) {
     *UNFINISHED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(file.to_owned());
 }
 
-/// Raised by Ctrl-C.
+/// Raised by the first signal.
 pub(crate) fn flag() -> &'static AtomicBool {
     &INTERRUPTED
 }

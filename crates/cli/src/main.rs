@@ -1,7 +1,7 @@
 //! The command line of Eosphor. Results go to stdout, progress and messages to stderr.
 //!
 //! Exit codes: 0 done (or `compare`: identical), 1 the work failed (or `compare`: different), 2 wrong usage,
-//! 130 interrupted.
+//! 128 + N ended by signal N, so 130 by Ctrl-C.
 
 mod allocator;
 mod animation;

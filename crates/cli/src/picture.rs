@@ -7,9 +7,9 @@ use crate::progress::ProgressView;
 use crate::report::{Seconds, timed};
 use cpu_time::ProcessTime;
 use eosphor::{Bands, FeaturePass, PictureWriter, PreparedScene, Progress, RayStatistics};
-use eosphor::{RenderControl, Rendered, SaveOptions};
+use eosphor::{RenderControl, Rendered, SaveOptions, partial_path};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// A picture to be rendered and written.
@@ -29,11 +29,13 @@ pub(crate) struct Done {
     pub(crate) complete: bool,
     /// Share of the pixels that were, 0 to 1. Where it is 0, nothing was written.
     pub(crate) share: f64,
+    /// What was written: the output, or a partial picture beside it.
+    pub(crate) written: PathBuf,
     pub(crate) statistics: RayStatistics,
 }
 
 impl PictureJob<'_> {
-    /// Renders and writes all of it, or, after Ctrl-C, writes what is done.
+    /// Renders and writes all of it, or, after a signal, writes what is done beside it.
     pub(crate) fn run(
         &self,
         bands: Bands,
@@ -74,10 +76,14 @@ impl PictureJob<'_> {
             before.rays += rendered.statistics.total_rays();
         }
         let share = view.finish();
+        let written = if complete { self.output.to_owned() } else { partial_path(self.output) };
         if let Some(writer) = writer {
-            timed(&mut seconds.write, || writer.finish(complete))?;
+            timed(&mut seconds.write, || match complete {
+                true => writer.finish(),
+                false => writer.finish_partial(&written),
+            })?;
         }
-        Ok(Done { complete, share, statistics })
+        Ok(Done { complete, share, written, statistics })
     }
 
     fn open(&self, width: u32, height: u32) -> Result<PictureWriter, eosphor::OutputError> {

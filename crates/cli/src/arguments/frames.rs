@@ -1,5 +1,7 @@
 //! Flags of animations.
 
+use super::{Need, check};
+use crate::failure::Failure;
 use clap::{Args, value_parser};
 use eosphor::{Animation, CameraMotion, MAX_FRAMES, Scene};
 use std::ops::Range;
@@ -32,6 +34,17 @@ pub(crate) struct FrameFlags {
     pub(crate) in_flight: Option<u16>,
 }
 
+/// What is to be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OutputKind {
+    /// One picture.
+    Still,
+    /// A picture for each frame.
+    Frames,
+    /// One file of all frames.
+    Video,
+}
+
 /// Frames by number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct FrameRange(pub(crate) Range<u32>);
@@ -57,6 +70,35 @@ fn frame_rate(text: &str) -> Result<f32, String> {
 }
 
 impl FrameFlags {
+    /// Fails where one of these would do nothing for an output of this kind.
+    pub(crate) fn check(&self, output: OutputKind) -> Result<(), Failure> {
+        let is_sequence = output != OutputKind::Still;
+        #[cfg(feature = "video")]
+        let is_video = output == OutputKind::Video;
+        let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
+        let frames = "frames (an output as frame_%04d.png, or an .mp4)";
+        check(&[
+            need("--orbit", self.orbit.is_some(), is_sequence, frames),
+            need("--fps", self.fps.is_some(), is_sequence, frames),
+            need("--resume", self.resume, is_sequence, frames),
+            need("--in-flight", self.in_flight.is_some(), is_sequence, frames),
+            #[cfg(feature = "video")]
+            need("--video-quality", self.video_quality.is_some(), is_video, "an .mp4"),
+            #[cfg(feature = "video")]
+            need("--ffmpeg", self.ffmpeg, is_video, "an .mp4"),
+        ])
+    }
+
+    /// Fails where `--fps` would do nothing in this scene.
+    pub(crate) fn check_fps(&self, output: OutputKind, scene: &Scene) -> Result<(), Failure> {
+        check(&[Need {
+            flag: "--fps",
+            is_given: self.fps.is_some(),
+            is_met: output == OutputKind::Video || scene.moves_by_seconds(),
+            needs: "an .mp4, or something that moves by seconds",
+        }])
+    }
+
     /// Changes how a scene moves, as the flags say.
     pub(crate) fn apply(&self, scene: &mut Scene) {
         if let Some(frames) = self.orbit {

@@ -6,6 +6,7 @@ mod cluster;
 mod course;
 mod device;
 mod frames;
+mod needs;
 mod render;
 mod settings;
 mod values;
@@ -15,7 +16,8 @@ pub(crate) use camera::CameraFlags;
 pub(crate) use cluster::ClusterFlags;
 pub(crate) use course::CourseFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
-pub(crate) use frames::FrameFlags;
+pub(crate) use frames::{FrameFlags, OutputKind};
+pub(crate) use needs::{Need, check};
 pub(crate) use render::{PictureFlags, RenderFlags, Share, Show};
 pub(crate) use settings::SettingsFlags;
 

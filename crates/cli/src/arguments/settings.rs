@@ -1,6 +1,8 @@
 //! Flags that override the scene's render settings.
 
 use super::values::{named, number, size, triple};
+use super::{Need, check};
+use crate::failure::Failure;
 use clap::builder::TypedValueParser;
 use clap::{Args, value_parser};
 use eosphor::math::Vec3;
@@ -98,6 +100,16 @@ pub(crate) struct SettingsFlags {
 }
 
 impl SettingsFlags {
+    /// Fails where one of these does nothing beside the others and what the scene says, which have been applied.
+    pub(crate) fn check(&self, settings: &RenderSettings) -> Result<(), Failure> {
+        check(&[Need {
+            flag: "--max-distance",
+            is_given: self.max_distance.is_some(),
+            is_met: settings.lighting == LightingModel::Distance,
+            needs: "--lighting distance",
+        }])
+    }
+
     /// Overrides what was given.
     pub(crate) fn apply(&self, settings: &mut RenderSettings) {
         set(&mut settings.size, self.size);

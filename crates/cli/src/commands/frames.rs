@@ -1,7 +1,7 @@
 //! `eosphor render SCENE -o frame_%04d.png` and `-o flight.mp4`: the frames of an animation.
 
 use crate::animation::{FrameSink, FramesDone, FramesJob};
-use crate::arguments::RenderFlags;
+use crate::arguments::{OutputKind, RenderFlags};
 use crate::failure::Failure;
 use crate::memory;
 use crate::progress::ProgressView;
@@ -35,6 +35,15 @@ struct Report {
 /// Whether several pictures are asked for.
 pub(super) fn are_asked_for(flags: &RenderFlags) -> bool {
     flags.animation.frames.is_some() || FramePattern::is_one(&flags.output) || is_video(&flags.output)
+}
+
+/// What is asked for.
+pub(super) fn output_kind(flags: &RenderFlags) -> OutputKind {
+    match are_asked_for(flags) {
+        _ if is_video(&flags.output) => OutputKind::Video,
+        true => OutputKind::Frames,
+        false => OutputKind::Still,
+    }
 }
 
 /// Whether a file is to be a video.

@@ -2,7 +2,7 @@
 
 use super::cost::show_cost;
 use super::{frames, tiles};
-use crate::arguments::{CameraFlags, PictureFlags, RenderFlags, SettingsFlags, Share, Show};
+use crate::arguments::{CameraFlags, OutputKind, PictureFlags, RenderFlags, SettingsFlags, Share, Show};
 use crate::backend::{feature_pass, ranks_or_own};
 use crate::command_line::command_line;
 use crate::failure::Failure;
@@ -25,7 +25,9 @@ const SHOWN_WARNINGS: usize = 10;
 /// `ranks` is the backend where there are several.
 pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result<(), Failure> {
     // What can be known to fail does so before minutes of rendering.
-    let sequence = frames::are_asked_for(flags);
+    let kind = frames::output_kind(flags);
+    flags.animation.check(kind)?;
+    let sequence = kind != OutputKind::Still;
     if !frames::is_video(&flags.output) {
         flags.file.check(Format::of(&flags.output)?)?;
     }
@@ -41,6 +43,7 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     let mut seconds = Seconds::default();
     let mut notes = Vec::new();
     let scene = timed(&mut seconds.load, || load_scene(flags, &mut notes))?;
+    flags.animation.check_fps(kind, &scene)?;
     let bands = memory::bands(scene.settings.size, !flags.file.layers().is_empty(), flags.file.band_rows)?;
     let data = timed(&mut seconds.flatten, || flatten(&scene, &mut notes))?;
     show_notes(&notes, verbosity);
@@ -88,7 +91,8 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     match done.complete {
         true => Ok(()),
         false => Err(Failure::Interrupted(format!(
-            "interrupted: {}: the picture is partial ({:.0} % of the pixels): render again for the whole one",
+            "interrupted: {} was not written: {} is the partial picture, with {:.0} % of the pixels",
+            flags.output.display(),
             report.output,
             (done.share * 100.0).floor(),
         ))),
@@ -127,6 +131,7 @@ pub(super) fn apply(
         preset.apply(scene);
     }
     settings.apply(&mut scene.settings);
+    settings.check(&scene.settings)?;
     if let Some(offset) = picture.translate {
         move_all(scene, offset);
     }
@@ -254,7 +259,7 @@ fn report(
 ) -> Report {
     let total_rays = done.statistics.total_rays();
     Report {
-        output: flags.output.display().to_string(),
+        output: done.written.display().to_string(),
         width,
         height,
         complete: done.complete,

@@ -49,7 +49,7 @@ fn what_is_done_is_kept_and_what_is_stale_is_refused() {
     assert_eq!(fs::metadata(frame(3)).unwrap().modified().unwrap(), kept, "it was not rendered again");
     for (flags, reason) in [
         (&["--seed", "7"][..], "another scene, or with other settings"),
-        (&["--fps", "30"], "another animation"),
+        (&["--orbit", "7"], "another animation"),
         (&["--no-metadata"], "settings of the file"),
     ] {
         let run = frames(&place, "%d.png", &[flags, &["--resume"]].concat());

@@ -183,6 +183,37 @@ fn wrong_flags_are_wrong_usage() {
 }
 
 #[test]
+fn flags_that_would_do_nothing_are_wrong_usage() {
+    let place = Place::new();
+    let bad: &[(&[&str], &str)] = &[
+        (&["--orbit", "4"], "--orbit would do nothing here: it needs frames"),
+        (&["--fps", "25"], "--fps would do nothing here: it needs frames"),
+        (&["--resume"], "--resume would do nothing here: it needs frames"),
+        (&["--video-quality", "50"], "--video-quality would do nothing here: it needs an .mp4"),
+        (&["--ffmpeg"], "--ffmpeg would do nothing here: it needs an .mp4"),
+        (&["--orbit", "4", "-o", "%d.png", "--ffmpeg"], "--ffmpeg would do nothing here: it needs an .mp4"),
+        (
+            &["--orbit", "4", "-o", "%d.png", "--fps", "25"],
+            "needs an .mp4, or something that moves by seconds",
+        ),
+        (&["--max-distance", "4"], "--max-distance would do nothing here: it needs --lighting distance"),
+        (&["--accel", "grid", "--builder", "sweep"], "--builder would do nothing here: it needs --accel bvh"),
+        (&["--block-size", "512"], "32, 64, 96 and 128"),
+        (&["--gpu-traversal", "vote", "--accel", "grid"], "one through grid"),
+        (&["--backend", "cpu", "--block-size", "64"], "--block-size would do nothing here: it needs a GPU"),
+        (
+            &["--backend", "cpu", "--gpu-traversal", "vote"],
+            "--gpu-traversal would do nothing here: it needs a GPU",
+        ),
+    ];
+    for (flags, words) in bad {
+        let usual = ["render", "builtin:cornell", "-o", "a.png", "--size", "8x8", "--light-samples", "1"];
+        place.run(&[&usual[..], flags].concat()).is_wrong_usage(&[words]);
+    }
+    assert!(place.names().is_empty());
+}
+
+#[test]
 fn scenes_that_cannot_be_read_are_one_line() {
     let place = Place::new();
     fs::write(place.path("bad.json"), "{ \"eosphor\": 2,\n \"nonsense\": }").unwrap();

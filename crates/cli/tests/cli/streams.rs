@@ -47,31 +47,40 @@ const LONG: [&str; 11] = [
     "cpu",
 ];
 
-fn interrupt(child: &std::process::Child) {
+fn send(child: &std::process::Child, signal: i32) {
     // SAFETY: kill only sends a signal; the child has not been waited for, so its number is its own.
-    assert_eq!(unsafe { libc::kill(child.id() as i32, libc::SIGINT) }, 0);
+    assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
+}
+
+fn interrupt(child: &std::process::Child) {
+    send(child, libc::SIGINT);
 }
 
 /// Interrupts [`LONG`] with more flags after some time; what it said after that, and its exit code.
 fn interrupted(place: &Place, more: &[&str]) -> (Vec<String>, Option<i32>) {
+    ended_by(place, &[libc::SIGINT], more)
+}
+
+/// The same by other signals.
+fn ended_by(place: &Place, signals: &[i32], more: &[&str]) -> (Vec<String>, Option<i32>) {
     let mut child = place.command(&[&LONG[..], more].concat()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
     assert!(lines.any(|line| line.starts_with("rendering")), "it never started");
     std::thread::sleep(Duration::from_millis(1500));
-    interrupt(&child);
+    signals.iter().for_each(|&signal| send(&child, signal));
     let rest: Vec<String> = lines.collect();
     (rest, child.wait().unwrap().code())
 }
 
 #[test]
 fn ctrl_c_keeps_the_partial_picture() {
-    for (name, more) in [
-        ("a.png", &[][..]),
-        ("b.png", &["--band-rows", "4"]),
-        ("c.exr", &["--layers", "all", "--band-rows", "4"]),
+    for (output, name, more) in [
+        ("a.png", "a.partial.png", &[][..]),
+        ("b.png", "b.partial.png", &["--band-rows", "4"]),
+        ("c.exr", "c.partial.exr", &["--layers", "all", "--band-rows", "4"]),
     ] {
         let place = Place::new();
-        let (rest, code) = interrupted(&place, &[&["-o", name], more].concat());
+        let (rest, code) = interrupted(&place, &[&["-o", output], more].concat());
         assert_eq!(code, Some(130), "{rest:?}");
         assert!(rest.last().is_some_and(|line| line.contains("partial") && line.contains(name)), "{rest:?}");
         assert_eq!(place.names(), [name]);
@@ -97,6 +106,59 @@ fn ctrl_c_stops_a_gpu() {
     let (rest, code) = interrupted(&place, &["--backend", "cuda", "--samples", "8192"]);
     assert_eq!(code, Some(130), "{rest:?}");
     assert!(rest.last().is_some_and(|line| line.contains("partial")), "{rest:?}");
+    assert_eq!(place.names(), ["a.partial.png"]);
+}
+
+#[test]
+fn a_finished_picture_outlives_an_interrupted_render() {
+    let place = Place::new();
+    let small = ["render", "builtin:cornell", "-o", "a.png", "--size", "8x8", "--samples", "1", "-q"];
+    place.run(&small).succeeded();
+    let finished = fs::read(place.path("a.png")).unwrap();
+    let (rest, code) = interrupted(&place, &[]);
+    assert_eq!(code, Some(130), "{rest:?}");
+    assert_eq!(fs::read(place.path("a.png")).unwrap(), finished);
+    assert_eq!(place.names(), ["a.partial.png", "a.png"]);
+}
+
+/// What Slurm, systemd, docker and `timeout` send, and what a terminal sends that is closed: more than once, often.
+#[test]
+fn other_signals_keep_what_is_done_too() {
+    for (signals, code, word) in [
+        (&[libc::SIGTERM, libc::SIGTERM][..], 143, "SIGTERM"),
+        (&[libc::SIGHUP, libc::SIGHUP, libc::SIGTERM], 129, "SIGHUP"),
+    ] {
+        let place = Place::new();
+        let (rest, ended) = ended_by(&place, signals, &[]);
+        assert!(rest.iter().any(|line| line.contains("keeping what is done")), "{rest:?}");
+        // Of several that come at once, the system does not say which was first.
+        let one_of = [Some(code), Some(143)];
+        assert!(one_of.contains(&ended) && rest.iter().any(|l| l.contains(word) || l.contains("SIGTERM")));
+        assert_eq!(place.names(), ["a.partial.png"]);
+    }
+}
+
+/// Whoever starts a program with `nohup` wants it to go on.
+#[test]
+fn nohup_is_obeyed() {
+    use std::os::unix::process::CommandExt;
+    let place = Place::new();
+    let arguments =
+        ["render", "builtin:cornell", "-o", "a.png", "--size", "400x400", "--samples", "16", "-v"];
+    let mut command = place.command(&arguments);
+    // SAFETY: ignoring a signal runs no code.
+    unsafe {
+        command.pre_exec(|| {
+            libc::signal(libc::SIGHUP, libc::SIG_IGN);
+            Ok(())
+        })
+    };
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.starts_with("rendering")), "it never started");
+    send(&child, libc::SIGHUP);
+    lines.for_each(drop);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
     assert_eq!(place.names(), ["a.png"]);
 }
 

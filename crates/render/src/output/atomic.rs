@@ -16,13 +16,24 @@ impl TemporaryFile {
     /// An empty file in the folder of `path`.
     pub(super) fn beside(path: &Path) -> Result<TemporaryFile, Error> {
         let target = resolve(path)?;
-        Ok(TemporaryFile { file: temporary_beside(&target)?, target })
+        let file = temporary_beside(&target)?;
+        take_rights_of(&target, &file);
+        Ok(TemporaryFile { file, target })
     }
 
     /// The same in another folder of the same file system until it is whole, so that what a killed program leaves is
     /// found there.
     pub(super) fn within(folder: &Path, path: &Path) -> Result<TemporaryFile, Error> {
-        Ok(TemporaryFile { file: temporary_in(folder)?, target: resolve(path)? })
+        let target = resolve(path)?;
+        let file = temporary_in(folder)?;
+        take_rights_of(&target, &file);
+        Ok(TemporaryFile { file, target })
+    }
+
+    /// Gives it another final name, in the same folder.
+    pub(super) fn rename(&mut self, path: &Path) -> Result<(), Error> {
+        self.target = resolve(path)?;
+        Ok(())
     }
 
     /// Where it is for now.
@@ -43,6 +54,29 @@ impl TemporaryFile {
         Ok(())
     }
 }
+
+/// A file that replaces another is for the same people: from the start, since it may be secret. What the system does not
+/// allow stays as it is for any new file.
+#[cfg(unix)]
+fn take_rights_of(target: &Path, file: &NamedTempFile) {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
+    let (Ok(old), Ok(new)) = (fs::metadata(target), file.as_file().metadata()) else { return };
+    let mut mode = old.mode() & 0o777;
+    let (owner, group) = (Some(old.uid()), Some(old.gid()));
+    let is_same = (old.uid(), old.gid()) == (new.uid(), new.gid());
+    if !is_same
+        && fchown(file.as_file(), owner, group).is_err()
+        && fchown(file.as_file(), None, group).is_err()
+    {
+        // Of another group now: it gets no more than everybody.
+        let everybody = (mode & 0o007) << 3;
+        mode &= !0o070 | everybody;
+    }
+    let _ = file.as_file().set_permissions(fs::Permissions::from_mode(mode));
+}
+
+#[cfg(not(unix))]
+fn take_rights_of(_target: &Path, _file: &NamedTempFile) {}
 
 /// Whether a file could be created at `path`. It leaves nothing behind.
 pub(super) fn check(path: &Path) -> Result<(), Error> {
@@ -166,6 +200,24 @@ mod tests {
         write(&ours, b"x");
         let mode = |path| fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&plain), mode(&ours));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_overwritten_keeps_its_mode() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        for mode in [0o600, 0o640, 0o664, 0o755] {
+            fs::write(&path, b"old").unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            let file = TemporaryFile::beside(&path).unwrap();
+            // Nobody else may look at it while it is in the making, either.
+            let mode_of = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+            assert_eq!(mode_of(file.path()), mode);
+            file.keep().unwrap();
+            assert_eq!(mode_of(&path), mode);
+        }
     }
 
     #[cfg(unix)]

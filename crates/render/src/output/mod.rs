@@ -37,7 +37,7 @@ pub use video::{
     FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
     VideoWriter, padded_size,
 };
-pub use writer::PictureWriter;
+pub use writer::{PictureWriter, partial_path};
 
 /// Longest side of a picture, in pixels.
 pub const MAX_SIDE: u32 = 65_535;

@@ -45,7 +45,7 @@ impl From<&RenderSettings> for SaveOptions {
 pub fn save(film: &Film, path: &Path, options: &SaveOptions) -> Result<(), OutputError> {
     let mut writer = PictureWriter::open(path, (film.width, film.height), options)?;
     writer.write_rows(film, None)?;
-    writer.finish(true)
+    writer.finish()
 }
 
 /// As [`save`], with the file in `folder`, which is on the same file system, until it is whole: what a program leaves that
@@ -58,14 +58,14 @@ pub fn save_within(
 ) -> Result<(), OutputError> {
     let mut writer = PictureWriter::open_within(folder, path, (film.width, film.height), options)?;
     writer.write_rows(film, None)?;
-    writer.finish(true)
+    writer.finish()
 }
 
 /// As [`save`], for a picture that is developed already. Linear formats (EXR, HDR) are refused.
 pub fn save_developed(picture: &Developed, path: &Path, options: &SaveOptions) -> Result<(), OutputError> {
     let mut writer = PictureWriter::open(path, (picture.width, picture.height), options)?;
     writer.write_developed(picture)?;
-    writer.finish(true)
+    writer.finish()
 }
 
 /// Whether [`save`] could write there: a known ending, a folder that exists and may be written to. It leaves nothing

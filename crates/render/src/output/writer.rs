@@ -30,7 +30,7 @@ const BLACK_PIXELS: u32 = 1 << 20;
 /// for _ in 0..10 {
 ///     writer.write_rows(&Film::new(640, 48), None)?;
 /// }
-/// writer.finish(true)?;
+/// writer.finish()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct PictureWriter {
@@ -181,27 +181,44 @@ impl PictureWriter {
         written.map(|()| self.rows_written += height).map_err(|error| OutputError::write(&self.path, error))
     }
 
-    /// Ends the picture and gives the file its name. One that is not `complete` says so (but for `.data`, which has no
-    /// place for it), and rows that were not written are black; layers show nothing there.
+    /// Ends the picture and gives the file its name.
     ///
     /// # Errors
     ///
-    /// [`OutputError::Write`], also where rows of a complete picture are missing.
-    pub fn finish(mut self, complete: bool) -> Result<(), OutputError> {
-        let problem = match self.rows_left() {
-            _ if self.broken => Some("some of its rows could not be written".to_owned()),
-            left if complete && left > 0 => Some(format!("{left} of its rows are missing")),
-            _ => None,
-        };
-        if let Some(problem) = problem {
-            return Err(OutputError::write(&self.path, misuse(problem)));
+    /// [`OutputError::Write`], also where rows are missing.
+    pub fn finish(self) -> Result<(), OutputError> {
+        match self.rows_left() {
+            0 => self.end(true),
+            left => {
+                let error = misuse(format!("{left} of its rows are missing"));
+                Err(OutputError::write(&self.path, error))
+            }
         }
+    }
+
+    /// Ends a picture of which some is missing, and gives the file another name in the same folder ([`partial_path`]): what
+    /// is there under the picture's own name stays. The file says that it is incomplete (but for `.data`, which has no place
+    /// for it), and rows that were not written are black; layers show nothing there.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Write`].
+    pub fn finish_partial(mut self, path: &Path) -> Result<(), OutputError> {
+        self.file.rename(path).map_err(|error| OutputError::write(path, error))?;
+        self.path = path.to_owned();
         while self.rows_left() > 0 {
             let rows = (BLACK_PIXELS / self.width).clamp(1, self.rows_left());
             let features = self.has_layers.then(|| FeatureRows::new(self.width, rows));
             self.write_rows(&Film::new(self.width, rows), features.as_ref())?;
         }
-        let PictureWriter { path, file, destination, encoder, .. } = self;
+        self.end(false)
+    }
+
+    fn end(self, complete: bool) -> Result<(), OutputError> {
+        let PictureWriter { path, file, destination, encoder, broken, .. } = self;
+        if broken {
+            return Err(OutputError::write(&path, misuse("some of its rows could not be written")));
+        }
         let ended = match encoder {
             Encoder::Bytes(encoder) => encoder.finish(complete),
             Encoder::Linear(encoder) => encoder.finish(complete),
@@ -209,6 +226,17 @@ impl PictureWriter {
         let kept = ended.and_then(|()| destination.finish()).and_then(|()| file.keep());
         kept.map_err(|error| OutputError::write(&path, error))
     }
+}
+
+/// Where a picture goes that is not whole: beside it, as `a.partial.png` beside `a.png`.
+pub fn partial_path(path: &Path) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(".partial");
+    if let Some(ending) = path.extension() {
+        name.push(".");
+        name.push(ending);
+    }
+    path.with_file_name(name)
 }
 
 fn misuse(message: impl Into<String>) -> Error {

@@ -314,6 +314,14 @@ impl Scene {
         self.instances.iter().any(|instance| !instance.moves.is_empty())
     }
 
+    /// Whether anything moves by seconds, so that the frames of a second change what frames show.
+    pub fn moves_by_seconds(&self) -> bool {
+        let by_keys = |animation: &Animation| {
+            !animation.lights.is_empty() || matches!(animation.camera, Some(CameraMotion::Keys { .. }))
+        };
+        self.has_moving_instances() || self.animation.as_ref().is_some_and(by_keys)
+    }
+
     /// Seconds from the first frame; 0 without an animation.
     pub(crate) fn seconds(&self, frame: u32) -> f64 {
         self.animation.as_ref().map_or(0.0, |animation| animation.seconds(frame))

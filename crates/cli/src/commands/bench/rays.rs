@@ -2,7 +2,7 @@
 
 use super::median;
 use crate::arguments::{BackendChoice, BenchRaysFlags};
-use crate::backend::{builder_for, cpu_backend, limit_threads};
+use crate::backend::{builder_for, check_device, cpu_backend, limit_threads};
 use crate::commands::render::framed_camera;
 use crate::failure::Failure;
 use crate::streams;
@@ -40,6 +40,7 @@ enum Device<'a> {
 }
 
 pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
+    check_device(&flags.device, None)?;
     limit_threads(&flags.device)?;
     let mut scene = load(&flags.scene, &flags.camera.load_options())?.scene;
     scene.settings.size = flags.size;
@@ -56,9 +57,14 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
         BackendChoice::Auto | BackendChoice::Cpu => (Device::Cpu(&cpu, fast), plain),
         BackendChoice::Cuda(devices) => {
             let Hierarchy::Bvh(bvh) = &plain else { unreachable!("it was asked for") };
-            let [device] = devices[..] else {
-                let problem = "rays are traced on one device at a time: choose one, as in --backend cuda:0";
-                return Err(Failure::usage(problem));
+            let device = match devices[..] {
+                [] => 0,
+                [device] => device,
+                _ => {
+                    let problem =
+                        "rays are traced on one device at a time: choose one, as in --backend cuda:0";
+                    return Err(Failure::usage(problem));
+                }
             };
             (Device::Cuda(CudaRays::new(device, bvh, flags.device.gpu_traversal)?), fast)
         }

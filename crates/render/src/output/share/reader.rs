@@ -216,5 +216,5 @@ pub fn merge(shares: &[PathBuf], output: &Path) -> Result<(), ShareError> {
         let (film, features) = readers[band % count].read_rows(&rows)?;
         writer.write_rows(&film, features.as_ref())?;
     }
-    Ok(writer.finish(true)?)
+    Ok(writer.finish()?)
 }

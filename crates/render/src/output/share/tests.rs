@@ -46,7 +46,7 @@ fn shares_make_the_whole() {
         let mut writer = PictureWriter::open(&whole, SIZE, &options).unwrap();
         let (film, features) = rows(0..SIZE.1);
         writer.write_rows(&film, (!layers.is_empty()).then_some(&features)).unwrap();
-        writer.finish(true).unwrap();
+        writer.finish().unwrap();
         // More shares than bands: some are empty.
         for count in [1, 2, 3, 6, 9] {
             let paths: Vec<PathBuf> = (1..=count).map(|k| share_path(&whole, (k, count))).collect();

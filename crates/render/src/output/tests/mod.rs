@@ -31,7 +31,10 @@ fn opaque(picture: &Developed) -> Picture {
 fn save_as(film: &Film, path: &Path, options: &SaveOptions, complete: bool) {
     let mut writer = PictureWriter::open(path, (film.width, film.height), options).unwrap();
     writer.write_rows(film, None).unwrap();
-    writer.finish(complete).unwrap();
+    match complete {
+        true => writer.finish().unwrap(),
+        false => writer.finish_partial(path).unwrap(),
+    }
 }
 
 fn film_bits(film: &Film) -> Vec<[u32; 3]> {

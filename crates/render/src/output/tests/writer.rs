@@ -25,7 +25,7 @@ fn rows_may_come_in_any_portions() {
                     for band in Bands::of_rows(50, rows) {
                         writer.write_rows(&rows_of(&film, band), None).unwrap();
                     }
-                    writer.finish(true).unwrap();
+                    writer.finish().unwrap();
                     fs::read(&path).unwrap()
                 })
                 .collect();
@@ -40,11 +40,14 @@ fn rows_that_were_not_written_are_black() {
     let mut expected = film.clone();
     expected.pixels[9 * 12..].fill(Vec3::ZERO);
     for format in Format::ALL {
-        let (_folder, path) = in_folder(&format!("a.{}", format.extensions()[0]));
-        let mut writer = PictureWriter::open(&path, (9, 20), &SaveOptions::default()).unwrap();
+        let (folder, target) = in_folder(&format!("a.{}", format.extensions()[0]));
+        let mut writer = PictureWriter::open(&target, (9, 20), &SaveOptions::default()).unwrap();
         writer.write_rows(&rows_of(&film, 0..12), None).unwrap();
         assert_eq!(writer.rows_left(), 8);
-        writer.finish(false).unwrap();
+        let path = partial_path(&target);
+        assert_eq!(path, folder.path().join(format!("a.partial.{}", format.extensions()[0])));
+        writer.finish_partial(&path).unwrap();
+        assert!(!target.exists());
         match (format, Picture::read(&path).unwrap()) {
             (Format::Jpeg, _) => {}
             (Format::Hdr, Picture::Linear(read)) => {
@@ -72,7 +75,7 @@ fn a_writer_that_is_dropped_or_misused_leaves_nothing() {
     assert!(writer.write_rows(&Film::new(3, 1), None).is_err(), "another width");
     drop(writer);
     let writer = PictureWriter::open(&path, (4, 4), &options).unwrap();
-    assert!(writer.finish(true).unwrap_err().to_string().contains("4 of its rows are missing"));
+    assert!(writer.finish().unwrap_err().to_string().contains("4 of its rows are missing"));
     let mut writer = PictureWriter::open(&folder.path().join("a.hdr"), (4, 4), &options).unwrap();
     assert!(writer.write_developed(&Developed { width: 4, height: 4, rgb: vec![0; 48] }).is_err());
     drop(writer);
@@ -212,7 +215,7 @@ fn layers_are_read_back() {
         drop(writer);
         let mut writer = PictureWriter::open(&path, (5, 7), &options).unwrap();
         writer.write_rows(&film, Some(&features)).unwrap();
-        writer.finish(true).unwrap();
+        writer.finish().unwrap();
 
         let image = read_all_flat_layers_from_file(&path).unwrap();
         assert_eq!(image.layer_data.len(), 1, "one part");
