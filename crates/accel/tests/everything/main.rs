@@ -176,6 +176,16 @@ fn instances_from_far_beyond_their_size() {
     check_world(&world, Frame::UNIT, 150, Wildness::Wild, &mut random);
 }
 
+/// Found by chance by `all_agree_at_any_scale_and_far_away`: a ray whose numbers are out of range in an instance's space alone,
+/// and that starts far from it there.
+#[test]
+fn numbers_out_of_range_in_an_instance_alone() {
+    let mut random = Random(3939537680582943425);
+    let frame = Frame { size: 10f32.powf(13.001601), center: Vec3::ZERO };
+    let world = scenes::world([Kind::Single, Kind::Spheres], [30, 20], 3, &frame, &mut random);
+    check_world(&world, frame, 120, Wildness::Tame, &mut random);
+}
+
 /// Found by chance by `all_agree_at_any_scale_and_far_away`: of rays that start in one point, packets multiplied in an order in
 /// which products overflow and cancel to no number, where core's do not.
 #[test]

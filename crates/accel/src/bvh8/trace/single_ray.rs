@@ -121,6 +121,10 @@ impl<'a> SingleRay<'a> {
     ) -> Option<SingleRay<'a>> {
         let local = LocalRay::mapped(ray, map, extent);
         if is_far(local.origin, bounds.extent()) {
+            // Numbers that are out of range here alone: such a ray hits nothing, from wherever it is looked at.
+            if local.t_min.is_nan() {
+                return None;
+            }
             return SingleRay::far::<S>(ray, To::Object(map), extent, bounds);
         }
         Some(SingleRay::from_local::<S>(&local, ray, Some(map), extent, None))
