@@ -6,14 +6,25 @@ use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::hierarchy::Tracer;
 use eosphor_core::math::Vec3;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{RayCounts, pixel_color, render_samples};
+use eosphor_core::whitted::{ExactSum, RayCounts, Samples, pixel_color, render_samples};
 
-/// Rows `first .. end` of a picture, and how many threads share the samples of a pixel: 2^`sharing`, at most a warp.
+/// Rows `first .. end` of a picture, which of its pixels' samples are taken, and how many threads share those of a pixel:
+/// 2^`sharing`, at most a warp.
 #[derive(Clone, Copy)]
 pub(crate) struct Band {
     pub(crate) first: u32,
     pub(crate) end: u32,
+    pub(crate) first_sample: u32,
+    pub(crate) end_sample: u32,
     pub(crate) sharing: u32,
+}
+
+/// Where a band's pixels go to, row after row: as colours, which is for all samples at once, or as sums.
+#[derive(Clone, Copy)]
+pub(crate) struct Output {
+    pub(crate) film: *mut Vec3,
+    /// Null where colours are wanted.
+    pub(crate) sums: *mut ExactSum,
 }
 
 impl Band {
@@ -36,13 +47,13 @@ impl Band {
 ///
 /// # Safety
 ///
-/// `film` must have room for the band's pixels.
+/// `sums`, or where they are null `film`, must have room for the band's pixels.
 #[inline(always)]
 pub(crate) unsafe fn render_band<T: Tracer>(
     view: &SceneView,
     tracer: &T,
     band: Band,
-    film: *mut Vec3,
+    output: Output,
     totals: &RayTotals,
 ) {
     let width = view.settings.width;
@@ -54,14 +65,20 @@ pub(crate) unsafe fn render_band<T: Tracer>(
     let sharers = 1 << band.sharing;
     let share = lane & (sharers - 1);
     // Threads without a pixel go on, because the others count on them.
-    let first = if is_inside { share } else { view.settings.samples };
+    let first = if is_inside { band.first_sample + share } else { band.end_sample };
     let mut counts = RayCounts::default();
-    let own = render_samples::<T, 1>(view, tracer, (x, y), (first, sharers), &mut counts);
+    let samples = Samples { first, end: band.end_sample, step: sharers };
+    let own = render_samples::<T, 1>(view, tracer, (x, y), samples, &mut counts);
     let sum = warp::merged(own, sharers);
     totals.add(&counts, lane);
     if is_inside & (share == 0) {
         let index = (y - band.first) as usize * width as usize + x as usize;
         // SAFETY: x and y are in the band.
-        unsafe { *film.add(index) = pixel_color(view, &sum) };
+        unsafe {
+            match output.sums.is_null() {
+                true => *output.film.add(index) = pixel_color(view, &sum),
+                false => *output.sums.add(index) = sum,
+            }
+        }
     }
 }

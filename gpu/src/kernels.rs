@@ -1,6 +1,6 @@
 //! The entry points: each renders a band of rows over one structure.
 
-use crate::band::{Band, render_band};
+use crate::band::{Band, Output, render_band};
 use crate::parameters::{array, indexed, instance_tree};
 use crate::totals::RayTotals;
 use eosphor_core::camera::Camera;
@@ -17,6 +17,7 @@ use eosphor_core::math::Vec3;
 use eosphor_core::settings::Settings;
 use eosphor_core::texture::{Texture, Textures};
 use eosphor_core::view::SceneView;
+use eosphor_core::whitted::ExactSum;
 
 /// Defines a kernel. After the structure's own parameters, which `crates/cuda/src/structure.rs` passes, all have the
 /// same ones, in the order in which `crates/cuda/src/scene.rs` passes them.
@@ -27,7 +28,8 @@ macro_rules! render_kernel {
         /// # Safety
         ///
         /// References are to the first items of the scene's arrays, which are as long as the scene's indices and the
-        /// counts say; `film` has room for the pixels of rows `first_row .. end_row`; `sharing` is at most 5.
+        /// counts say; `sums`, or where they are null `film`, has room for the pixels of rows `first_row .. end_row`;
+        /// `sharing` is at most 5.
         #[unsafe(no_mangle)]
         pub unsafe extern "ptx-kernel" fn $name(
             $($own: $type,)*
@@ -54,8 +56,11 @@ macro_rules! render_kernel {
             settings: &Settings,
             first_row: u32,
             end_row: u32,
+            first_sample: u32,
+            end_sample: u32,
             sharing: u32,
             film: *mut Vec3,
+            sums: *mut ExactSum,
             totals: &RayTotals,
         ) {
             // SAFETY: the kernel's own contract.
@@ -85,8 +90,8 @@ macro_rules! render_kernel {
                     camera,
                     settings,
                 };
-                let band = Band { first: first_row, end: end_row, sharing };
-                render_band(&view, &$tracer, band, film, totals);
+                let band = Band { first: first_row, end: end_row, first_sample, end_sample, sharing };
+                render_band(&view, &$tracer, band, Output { film, sums }, totals);
             }
         }
     };

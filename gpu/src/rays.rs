@@ -5,7 +5,8 @@ use crate::parameters::{array, indexed};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
 use eosphor_core::hierarchy::{
-    BvhPair, Company, FarTracer, Link, PairTracer, PairView, PrimitivesView, Root, Tracer, WideNode, WideTracer, WideView,
+    BvhPair, Company, FarTracer, Link, PairTracer, PairView, PrimitivesView, Root, Tracer, WideNode,
+    WideTracer, WideView,
 };
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::ray::{Hit, Ray, RayFilter};

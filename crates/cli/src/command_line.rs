@@ -1,19 +1,30 @@
 //! How the program was called, as pictures say it.
 
-/// The program's name and its arguments, quoted so that a shell reads them as they were. Without which share of the picture
-/// it was: the whole is what one call would have made.
+/// Flags that are left out, as they change nothing of the whole, and whether a value follows: which share of the picture it
+/// was, and how it was gone on with.
+const LEFT_OUT: [(&str, bool); 3] = [("--tiles", true), ("--checkpoint-every", true), ("--resume", false)];
+
+/// The program's name and its arguments, quoted so that a shell reads them as they were, as if one undisturbed call had made
+/// the picture.
 pub(crate) fn command_line() -> String {
     let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
-    let arguments = without_shares(arguments.collect());
+    let arguments = of_whole(arguments.collect());
     let arguments = arguments.iter().map(|argument| quoted(argument));
     std::iter::once("eosphor".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
-fn without_shares(arguments: Vec<String>) -> Vec<String> {
-    let is_value = |k: usize| k > 0 && arguments[k - 1] == "--tiles";
-    let is_flag = |argument: &str| argument == "--tiles" || argument.starts_with("--tiles=");
-    let kept = arguments.iter().enumerate().filter(|(k, argument)| !is_flag(argument) && !is_value(*k));
-    kept.map(|(_, argument)| argument.clone()).collect()
+fn of_whole(arguments: Vec<String>) -> Vec<String> {
+    let mut arguments = arguments.into_iter();
+    let mut kept = Vec::new();
+    while let Some(argument) = arguments.next() {
+        let name = argument.split('=').next().unwrap_or_default();
+        match LEFT_OUT.iter().find(|(flag, _)| *flag == name) {
+            Some((_, true)) if !argument.contains('=') => drop(arguments.next()),
+            Some(_) => {}
+            None => kept.push(argument),
+        }
+    }
+    kept
 }
 
 /// In single quotes, where a shell could take it for anything else than a word.
@@ -30,10 +41,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_not_spoken_of() {
+    fn shares_and_interruptions_are_not_spoken_of() {
         let words = |text: &str| text.split(' ').map(str::to_string).collect::<Vec<_>>();
-        for text in ["render --tiles 1/2 a.obj -o b.png", "render a.obj --tiles=1/2 -o b.png"] {
-            assert_eq!(without_shares(words(text)), words("render a.obj -o b.png"));
+        for text in [
+            "render --tiles 1/2 a.obj -o b.png",
+            "render a.obj --tiles=1/2 -o b.png",
+            "render a.obj --resume --checkpoint-every 5 -o b.png --resume",
+            "render --checkpoint-every=5 a.obj -o b.png",
+        ] {
+            assert_eq!(of_whole(words(text)), words("render a.obj -o b.png"));
         }
     }
 

@@ -8,8 +8,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::time::Duration;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Raised some time after that.
+static OVERDUE: AtomicBool = AtomicBool::new(false);
+
+/// How long what is in work when a signal comes may take to its end. Whoever sends SIGTERM waits for some seconds.
+const GRACE: Duration = Duration::from_secs(2);
 
 /// The number of the signal that came first; 0 before.
 static FIRST: AtomicU8 = AtomicU8::new(0);
@@ -60,6 +67,13 @@ fn asked_to_end(signal: u8, verbosity: Verbosity) {
         std::process::exit(128 + i32::from(signal));
     }
     INTERRUPTED.store(true, Ordering::SeqCst);
+    let overdue = || {
+        std::thread::sleep(GRACE);
+        OVERDUE.store(true, Ordering::SeqCst);
+    };
+    if std::thread::Builder::new().spawn(overdue).is_err() {
+        OVERDUE.store(true, Ordering::SeqCst);
+    }
     let why = match signal {
         CTRL_C => "interrupting",
         1 => "the terminal is gone (SIGHUP)",
@@ -85,9 +99,14 @@ pub(crate) fn note_unfinished(file: &Path) {
     *UNFINISHED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(file.to_owned());
 }
 
-/// Raised by the first signal.
+/// Raised by the first signal: nothing more is to be begun.
 pub(crate) fn flag() -> &'static AtomicBool {
     &INTERRUPTED
+}
+
+/// Raised a while after the first signal: what was in work then, and is not done by now, is given up.
+pub(crate) fn overdue() -> &'static AtomicBool {
+    &OVERDUE
 }
 
 /// Ends a command between two phases.

@@ -1,16 +1,25 @@
-//! From a prepared scene to the file: bands of rows are rendered and written one after another, so that a picture of any
-//! size takes the memory of one band.
+//! From a prepared scene to the file of a still: strips of rows are rendered and written one after another, so that a picture
+//! of any size takes the memory of one strip, and what is done is kept while it goes on.
 
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::progress::ProgressView;
 use crate::report::{Seconds, timed};
+use crate::streams::Verbosity;
 use cpu_time::ProcessTime;
-use eosphor::{Bands, FeaturePass, PictureWriter, PreparedScene, Progress, RayStatistics};
-use eosphor::{RenderControl, Rendered, SaveOptions, partial_path};
+use eosphor::still::{Checkpoint, Strip, StripPlan};
+use eosphor::{FeaturePass, FeatureRows, PictureWriter, PreparedScene, Progress, RayStatistics};
+use eosphor::{RenderControl, Sampled, SaveOptions, partial_path};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// Seconds that a piece of work should take: a signal waits for its end, and threads wait for each other there.
+const PIECE_SECONDS: f64 = 2.0;
+
+/// What is done of a piece is lost where the program is killed, so that several must fit between two checkpoints.
+const PIECES_A_CHECKPOINT: f64 = 4.0;
 
 /// A picture to be rendered and written.
 pub(crate) struct PictureJob<'a> {
@@ -21,61 +30,94 @@ pub(crate) struct PictureJob<'a> {
     pub(crate) options: SaveOptions,
     /// Count nodes and tests.
     pub(crate) count_work: bool,
+    /// Rows that are in memory at a time.
+    pub(crate) most_rows: u32,
+    pub(crate) checkpoint_interval: Duration,
+    pub(crate) verbosity: Verbosity,
 }
 
 /// What was done.
 pub(crate) struct Done {
-    /// Every pixel was rendered.
+    /// Every pixel has all its samples.
     pub(crate) complete: bool,
-    /// Share of the pixels that were, 0 to 1. Where it is 0, nothing was written.
+    /// Share of the samples that are done, 0 to 1. Where it is 0, nothing was written.
     pub(crate) share: f64,
+    /// The share that an earlier run had done.
+    pub(crate) resumed: f64,
+    /// Where it is not complete: the file that keeps what is done.
+    pub(crate) kept: Option<PathBuf>,
     /// What was written: the output, or a partial picture beside it.
     pub(crate) written: PathBuf,
+    /// Of this run.
     pub(crate) statistics: RayStatistics,
+}
+
+/// How far it is.
+struct State {
+    plan: StripPlan,
+    checkpoint: Checkpoint,
+    view: ProgressView,
+    /// Samples of all pixels together.
+    samples_done: u64,
+    samples_total: u64,
+    statistics: RayStatistics,
 }
 
 impl PictureJob<'_> {
     /// Renders and writes all of it, or, after a signal, writes what is done beside it.
     pub(crate) fn run(
         &self,
-        bands: Bands,
+        checkpoint: Checkpoint,
         view: ProgressView,
         seconds: &mut Seconds,
     ) -> Result<Done, Failure> {
         let (width, height) = self.prepared.size();
-        let mut writer = None;
-        let mut before = Progress { pixels_done: 0, pixels_total: width as u64 * height as u64, rays: 0 };
-        let mut statistics = RayStatistics::default();
-        let mut complete = true;
-        for rows in bands {
-            // First: after Ctrl-C in the middle of the colours, what is done of them has its layers.
-            let features = match &self.features {
-                Some(pass) => {
-                    let spent = seconds.layers.get_or_insert_default();
-                    Some(timed(spent, || pass.rows(rows.clone(), None, interrupt::flag()))?)
-                }
-                None => None,
-            };
-            let rendered = self.render(rows.clone(), &before, &view, seconds)?;
-            statistics += rendered.statistics;
-            complete = rendered.complete;
-            if !complete && view.pixels_done() == 0 {
-                break;
+        let piece = PIECE_SECONDS.min(self.checkpoint_interval.as_secs_f64() / PIECES_A_CHECKPOINT);
+        let busy = self.prepared.pixels_at_a_time();
+        let samples_total = u64::from(width) * u64::from(height) * u64::from(self.prepared.samples());
+        let before = checkpoint.samples_done();
+        let mut state = State {
+            plan: StripPlan::new((width, height), self.most_rows, busy, piece),
+            samples_done: before,
+            samples_total,
+            checkpoint,
+            view,
+            statistics: RayStatistics::default(),
+        };
+        let (mut writer, mut row) = (None, 0);
+        let complete = loop {
+            if row == height {
+                break true;
             }
-            timed(&mut seconds.write, || {
-                let writer = match &mut writer {
-                    Some(writer) => writer,
-                    none => none.insert(self.open(width, height)?),
-                };
-                writer.write_rows(&rendered.film, features.as_ref())
-            })?;
+            let mut strip = self.begin(row, &mut state)?;
+            let features = self.features_of(&strip.rows, seconds)?;
+            let complete = self.take_samples(&mut strip, &mut state, seconds);
+            if !matches!(complete, Ok(true)) {
+                state.checkpoint.write(Some(&strip));
+                self.tell_failure(&mut state);
+            }
+            let complete = complete.map_err(|failure| still_there(failure, &state.checkpoint))?;
+            if strip.samples > 0 {
+                timed(&mut seconds.write, || {
+                    let writer = match &mut writer {
+                        Some(writer) => writer,
+                        none => none.insert(self.open(width, height)?),
+                    };
+                    writer.write_rows(&strip.film(), features.as_ref())
+                })?;
+            }
+            row = strip.rows.end;
             if !complete {
-                break;
+                break false;
             }
-            before.pixels_done += width as u64 * rows.len() as u64;
-            before.rays += rendered.statistics.total_rays();
-        }
-        let share = view.finish();
+            state.checkpoint.take(strip);
+            if state.checkpoint.is_due() {
+                state.checkpoint.write(None);
+                self.tell_failure(&mut state);
+            }
+        };
+        let share = |samples: u64| samples as f64 / samples_total.max(1) as f64;
+        state.view.finish();
         let written = if complete { self.output.to_owned() } else { partial_path(self.output) };
         if let Some(writer) = writer {
             timed(&mut seconds.write, || match complete {
@@ -83,7 +125,97 @@ impl PictureJob<'_> {
                 false => writer.finish_partial(&written),
             })?;
         }
-        Ok(Done { complete, share, written, statistics })
+        let mut kept = None;
+        if !complete {
+            kept = state.checkpoint.is_kept().then(|| state.checkpoint.path().to_owned());
+        } else if state.checkpoint.remove() {
+            // It showed the beginning of this picture.
+            let _ = std::fs::remove_file(partial_path(self.output));
+        }
+        let (share, resumed, statistics) = (share(state.samples_done), share(before), state.statistics);
+        Ok(Done { complete, share, resumed, kept, written, statistics })
+    }
+
+    /// The next strip, with what is done of it.
+    fn begin(&self, row: u32, state: &mut State) -> Result<Strip, Failure> {
+        let (width, height) = self.prepared.size();
+        match state.checkpoint.rows_from(row) {
+            Ok(rows) => state.checkpoint.strip(rows).map_err(Failure::because),
+            Err(next) => {
+                let rows = state.plan.rows(row, next.unwrap_or(height), self.prepared.samples());
+                Ok(Strip::new(width, rows))
+            }
+        }
+    }
+
+    /// Before the colours: after a signal in the middle of these, what is done of them has its layers.
+    fn features_of(&self, rows: &Range<u32>, seconds: &mut Seconds) -> Result<Option<FeatureRows>, Failure> {
+        let Some(pass) = &self.features else { return Ok(None) };
+        let spent = seconds.layers.get_or_insert_default();
+        Ok(Some(timed(spent, || pass.rows(rows.clone(), None, interrupt::overdue()))?))
+    }
+
+    /// Takes the samples that a strip lacks. Not all of them after a signal.
+    fn take_samples(
+        &self,
+        strip: &mut Strip,
+        state: &mut State,
+        seconds: &mut Seconds,
+    ) -> Result<bool, Failure> {
+        let samples = self.prepared.samples();
+        while strip.samples < samples {
+            if interrupt::flag().load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            let count = state.plan.samples(strip.pixels(), samples - strip.samples);
+            let range = strip.samples..strip.samples + count;
+            let start = Instant::now();
+            let sampled = self.sample(strip.rows.clone(), range.clone(), state, seconds)?;
+            state.statistics += sampled.statistics;
+            if !sampled.complete {
+                return Ok(false);
+            }
+            let units = strip.pixels() * u64::from(count);
+            state.plan.learn(units, start.elapsed().as_secs_f64());
+            strip.add(range, sampled.sums);
+            state.samples_done += units;
+            if strip.samples < samples && state.checkpoint.is_due() {
+                state.checkpoint.write(Some(strip));
+                self.tell_failure(state);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Some samples of some rows.
+    fn sample(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        state: &State,
+        seconds: &mut Seconds,
+    ) -> Result<Sampled, Failure> {
+        let all = u64::from(self.prepared.samples());
+        let taken = samples.len() as u64;
+        let rays = state.statistics.total_rays();
+        let control = RenderControl {
+            on_progress: &|progress| {
+                state.view.update(Progress {
+                    pixels_done: (state.samples_done + progress.pixels_done * taken) / all,
+                    pixels_total: state.samples_total / all,
+                    rays: rays + progress.rays,
+                })
+            },
+            cancel: interrupt::overdue(),
+            count_work: self.count_work,
+            moment: None,
+        };
+        let cpu_before = ProcessTime::try_now().ok();
+        let sampled = timed(&mut seconds.render, || self.prepared.sample_rows(rows, samples, &control))?;
+        if let Some(time) = cpu_before.and_then(|before| before.try_elapsed().ok()) {
+            *seconds.render_cpu.get_or_insert_default() += Duration::as_secs_f64(&time);
+        }
+        Ok(sampled)
     }
 
     fn open(&self, width: u32, height: u32) -> Result<PictureWriter, eosphor::OutputError> {
@@ -92,31 +224,21 @@ impl PictureJob<'_> {
         Ok(writer)
     }
 
-    /// Some rows; `before` is what was done before them.
-    fn render(
-        &self,
-        rows: Range<u32>,
-        before: &Progress,
-        view: &ProgressView,
-        seconds: &mut Seconds,
-    ) -> Result<Rendered, Failure> {
-        let control = RenderControl {
-            on_progress: &|progress| {
-                view.update(Progress {
-                    pixels_done: before.pixels_done + progress.pixels_done,
-                    pixels_total: before.pixels_total,
-                    rays: before.rays + progress.rays,
-                })
-            },
-            cancel: interrupt::flag(),
-            count_work: self.count_work,
-            moment: None,
-        };
-        let cpu_before = ProcessTime::try_now().ok();
-        let rendered = timed(&mut seconds.render, || self.prepared.render_rows(rows, &control))?;
-        if let Some(time) = cpu_before.and_then(|before| before.try_elapsed().ok()) {
-            *seconds.render_cpu.get_or_insert_default() += Duration::as_secs_f64(&time);
+    /// That what is done cannot be kept stops nothing.
+    fn tell_failure(&self, state: &mut State) {
+        if let Some(error) = state.checkpoint.failure() {
+            self.verbosity.say(Verbosity::Normal, &format!("eosphor: note: {error}"));
         }
-        Ok(rendered)
+    }
+}
+
+/// With what is left of a render that failed.
+fn still_there(failure: Failure, checkpoint: &Checkpoint) -> Failure {
+    match failure {
+        Failure::Failed(line) if checkpoint.is_kept() => {
+            let kept = checkpoint.path().display();
+            Failure::Failed(format!("{line}; {kept} has what was done: the same with --resume goes on"))
+        }
+        failure => failure,
     }
 }

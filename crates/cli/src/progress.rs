@@ -71,11 +71,6 @@ impl ProgressView {
         }
     }
 
-    /// Pixels of the furthest report.
-    pub(crate) fn pixels_done(&self) -> u64 {
-        self.pixels_done.load(Ordering::Relaxed)
-    }
-
     /// Ends: the bar goes away. Returns the share of the pixels that are done.
     pub(crate) fn finish(self) -> f64 {
         if let Some(bar) = &self.bar {

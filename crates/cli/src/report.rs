@@ -14,6 +14,8 @@ pub(crate) struct Report {
     pub(crate) height: u32,
     /// False after Ctrl-C.
     pub(crate) complete: bool,
+    /// The share of the samples that an earlier run had done, 0 to 1. Rays are those of this run.
+    pub(crate) resumed: f64,
     pub(crate) backend: String,
     pub(crate) rays: RayStatistics,
     pub(crate) total_rays: u64,
@@ -103,7 +105,7 @@ impl Report {
 
     fn ray_table(&self, text: &mut String) {
         let RayStatistics { camera, reflected, refracted, glossy, shadow, .. } = self.rays;
-        let pixels = self.width as f64 * self.height as f64;
+        let pixels = self.width as f64 * self.height as f64 * (1.0 - self.resumed);
         let _ = writeln!(text, "{:<16} {:>16} {:>12}", "rays", "number", "a pixel");
         let kinds = [
             ("  camera", camera),

@@ -1,16 +1,17 @@
 //! The backend: hierarchies are built on the CPU, pictures rendered in bands of rows on one or more devices.
 
-use crate::bands::{BandHeight, Rows, rays_per_pixel, sharing};
+use crate::bands::{BandHeight, Rows, rays_per_sample, sharing};
 use crate::device::{Device, devices};
-use crate::launch::{Launched, Launcher};
+use crate::launch::{Launched, Launcher, Pixel};
 use crate::options::{CudaOptions, Traversal};
 use crate::scene::DeviceScene;
 use crate::structure::{Structure, kernel};
 use eosphor_accel::Builder;
 use eosphor_core::math::Vec3;
+use eosphor_core::whitted::ExactSum;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
-    RayStatistics, RenderControl, Rendered, check_rows, check_scene,
+    RayStatistics, RenderControl, Rendered, SampleSums, Sampled, check_rows, check_samples, check_scene,
 };
 use eosphor_scene::SceneData;
 use std::ops::Range;
@@ -70,16 +71,16 @@ impl Backend for CudaBackend {
         let moving = if scene.instances_move { scene.instances.len() } else { 0 };
         let structure = Structure::new(&hierarchy, self.traversal, moving)?;
         let kernel = kernel(self.accel, self.traversal, scene.instances.len() > 1)?;
-        let film_pixels = largest_band(scene.settings.width, scene.settings.height) as u64;
+        let band_bytes = largest_band(scene.settings.width, scene.settings.height) as u64;
         let view = scene.view();
         let upload =
-            |device: &Device| DeviceScene::upload(device, kernel, &view, &structure, moving, film_pixels);
+            |device: &Device| DeviceScene::upload(device, kernel, &view, &structure, moving, band_bytes);
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),
             block_size: self.block_size,
-            rays_per_pixel: rays_per_pixel(&scene.view(), self.accel),
-            sharing: sharing(scene.settings.samples),
+            rays_per_sample: rays_per_sample(&scene.view(), self.accel),
+            samples: scene.settings.samples,
             statistics: hierarchy.statistics(),
             width: scene.settings.width,
             height: scene.settings.height,
@@ -87,10 +88,17 @@ impl Backend for CudaBackend {
     }
 }
 
-/// Pixels of the largest band that a picture is rendered in.
+/// Bytes of the largest band that a picture is rendered in.
 fn largest_band(width: u32, rows: u32) -> usize {
-    width as usize * BandHeight::most(width).min(rows) as usize
+    fn bytes<T: Pixel>(width: u32, rows: u32) -> usize {
+        width as usize * BandHeight::most::<T>(width).min(rows) as usize * size_of::<T>()
+    }
+    bytes::<Vec3>(width, rows).max(bytes::<ExactSum>(width, rows))
 }
+
+/// How many times the threads that a device runs at a time its share of some rows should have, so that the end of it costs
+/// little.
+const FILLINGS: u64 = 4;
 
 struct PreparedCuda {
     /// One for each device.
@@ -98,9 +106,8 @@ struct PreparedCuda {
     devices: Arc<Vec<Device>>,
     block_size: u32,
     /// A guess.
-    rays_per_pixel: f64,
-    /// How many threads share the samples of a pixel, as a power of two.
-    sharing: u32,
+    rays_per_sample: f64,
+    samples: u32,
     statistics: HierarchyStatistics,
     width: u32,
     height: u32,
@@ -120,81 +127,124 @@ impl PreparedScene for PreparedCuda {
         (self.width, self.height)
     }
 
+    fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// As if each thread had a pixel of its own, though threads may share them.
+    fn pixels_at_a_time(&self) -> u64 {
+        let threads = |device: &Device| device.threads_at_a_time().unwrap_or(0);
+        FILLINGS * self.devices.iter().map(threads).sum::<u64>()
+    }
+
     /// Work ([`RenderControl::count_work`]) is not counted on this backend.
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
         check_rows(&rows, self.height)?;
-        let picture = Mutex::new(Picture {
-            first_row: rows.start,
-            film: Film::new(self.width, rows.end - rows.start),
-            statistics: RayStatistics::default(),
-            pixels_done: 0,
-        });
-        let pixels = FilmRows::new(&mut picture.lock().unwrap_or_else(PoisonError::into_inner));
-        let rows = Rows::new(rows, self.devices.len() as u32);
+        let mut film = Film::new(self.width, rows.end - rows.start);
+        let (complete, statistics) = self.run(rows, 0..self.samples, control, &mut film.pixels)?;
+        Ok(Rendered { film, complete, statistics })
+    }
+
+    /// Nor is it here.
+    fn sample_rows(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError> {
+        check_rows(&rows, self.height)?;
+        check_samples(&samples, self.samples)?;
+        let mut sums = SampleSums::new(self.width, rows.end - rows.start);
+        let (complete, statistics) = self.run(rows, samples, control, &mut sums.sums)?;
+        Ok(Sampled { sums, complete, statistics })
+    }
+}
+
+/// How far the devices are together.
+#[derive(Default)]
+struct Done {
+    statistics: RayStatistics,
+    pixels: u64,
+}
+
+/// What the devices do.
+struct Task<'a, T> {
+    rows: Rows,
+    samples: Range<u32>,
+    pixels: PixelRows<T>,
+    pixels_total: u64,
+    done: Mutex<Done>,
+    control: &'a RenderControl<'a>,
+}
+
+impl PreparedCuda {
+    /// Renders rows with some samples on all devices. Whether they came to the end.
+    fn run<T: Pixel>(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &RenderControl,
+        pixels: &mut [T],
+    ) -> Result<(bool, RayStatistics), BackendError> {
+        let pixels_total = pixels.len() as u64;
+        let task = Task {
+            pixels: PixelRows::new(pixels, rows.start, self.width),
+            rows: Rows::new(rows, self.devices.len() as u32),
+            samples,
+            pixels_total,
+            done: Mutex::default(),
+            control,
+        };
         std::thread::scope(|scope| {
-            let (rows, picture, pixels) = (&rows, &picture, &pixels);
-            let start = |(device, scene)| {
-                scope.spawn(move || self.render_on(device, scene, rows, pixels, picture, control))
-            };
+            let task = &task;
+            let start = |(device, scene)| scope.spawn(move || self.run_on(device, scene, task));
             let workers: Vec<_> = self.devices.iter().zip(&self.scenes).map(start).collect();
             workers.into_iter().try_for_each(|worker| match worker.join() {
                 Ok(result) => result,
                 Err(panic) => std::panic::resume_unwind(panic),
             })
         })?;
-        let picture = picture.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let complete = picture.pixels_done == picture.film.pixels.len() as u64;
-        Ok(Rendered { film: picture.film, complete, statistics: picture.statistics })
+        let done = task.done.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok((done.pixels == pixels_total, done.statistics))
     }
-}
 
-/// What the devices fill together.
-struct Picture {
-    /// The picture's row that is the film's first.
-    first_row: u32,
-    film: Film,
-    statistics: RayStatistics,
-    pixels_done: u64,
-}
-
-impl PreparedCuda {
     /// Takes rows until there are none left. While one band travels back, the next is rendered.
-    fn render_on(
+    fn run_on<T: Pixel>(
         &self,
         device: &Device,
         scene: &DeviceScene,
-        rows: &Rows,
-        pixels: &FilmRows,
-        picture: &Mutex<Picture>,
-        control: &RenderControl,
+        task: &Task<T>,
     ) -> Result<(), BackendError> {
         let fail = |error| device.failure("rendering", error);
+        let control = task.control;
         let mut room = scene.take_room(device, largest_band(self.width, self.height)).map_err(fail)?;
         let parameters = &scene.at(device, control.moment).map_err(fail)?;
-        let (block_size, sharing) = (self.block_size, self.sharing);
-        let mut launcher = Launcher { scene, parameters, block_size, sharing, room: &mut room };
-        let pixels_at_a_time = device.threads_at_a_time().map_err(fail)? as u32 >> self.sharing;
-        let mut band_height = BandHeight::new(self.width, self.rays_per_pixel, pixels_at_a_time);
+        let (block_size, samples) = (self.block_size, task.samples.clone());
+        let sharing = sharing(samples.len() as u32);
+        let rays_per_pixel = self.rays_per_sample * samples.len() as f64;
+        let mut launcher = Launcher { scene, parameters, block_size, samples, sharing, room: &mut room };
+        let pixels_at_a_time = device.threads_at_a_time().map_err(fail)? as u32 >> sharing;
+        let mut band_height = BandHeight::new::<T>(self.width, rays_per_pixel, pixels_at_a_time);
         let mut flying: Option<Launched> = None;
         for number in 0.. {
             let cancelled = control.cancel.load(Ordering::Relaxed);
-            let next = if cancelled { None } else { rows.take(&band_height) };
-            let launch = |rows| launcher.launch(rows, number % 2).map_err(fail);
+            let next = if cancelled { None } else { task.rows.take(&band_height) };
+            let launch = |rows| launcher.launch::<T>(rows, number % 2).map_err(fail);
             let launched = next.map(launch).transpose()?;
             let more = launched.is_some();
             if let Some(band) = std::mem::replace(&mut flying, launched) {
-                // SAFETY: `rows` has handed out each row once.
-                let colors = unsafe { pixels.rows(&band.rows) };
-                let (statistics, seconds) = launcher.finish(&band, colors).map_err(fail)?;
+                // SAFETY: each row was handed out once.
+                let pixels = unsafe { task.pixels.rows(&band.rows) };
+                let (statistics, seconds) = launcher.finish(&band, pixels).map_err(fail)?;
                 band_height.learn(band.rows.len() as u32, seconds);
                 let progress = {
-                    let mut picture = picture.lock().unwrap_or_else(PoisonError::into_inner);
-                    picture.statistics += statistics;
-                    picture.pixels_done += colors.len() as u64;
+                    let mut done = task.done.lock().unwrap_or_else(PoisonError::into_inner);
+                    done.statistics += statistics;
+                    done.pixels += pixels.len() as u64;
                     Progress {
-                        pixels_done: picture.pixels_done,
-                        pixels_total: picture.film.pixels.len() as u64,
-                        rays: picture.statistics.total_rays(),
+                        pixels_done: done.pixels,
+                        pixels_total: task.pixels_total,
+                        rays: done.statistics.total_rays(),
                     }
                 };
                 (control.on_progress)(progress);
@@ -208,39 +258,34 @@ impl PreparedCuda {
     }
 }
 
-/// The film's pixels, for several devices that fill different rows.
-struct FilmRows {
-    pixels: *mut Vec3,
-    /// The picture's row that is the film's first.
+/// Rows of pixels, for several devices that fill different ones.
+struct PixelRows<T> {
+    pixels: *mut T,
+    /// The picture's row that is the first of them.
     first_row: u32,
     width: usize,
     length: usize,
 }
 
 // SAFETY: whoever takes rows sees to it that nobody else does.
-unsafe impl Sync for FilmRows {}
+unsafe impl<T: Send> Sync for PixelRows<T> {}
 
-impl FilmRows {
-    fn new(picture: &mut Picture) -> FilmRows {
-        FilmRows {
-            pixels: picture.film.pixels.as_mut_ptr(),
-            first_row: picture.first_row,
-            width: picture.film.width as usize,
-            length: picture.film.pixels.len(),
-        }
+impl<T> PixelRows<T> {
+    fn new(pixels: &mut [T], first_row: u32, width: u32) -> PixelRows<T> {
+        PixelRows { length: pixels.len(), pixels: pixels.as_mut_ptr(), first_row, width: width as usize }
     }
 
     /// Some rows of the picture.
     ///
     /// # Safety
     ///
-    /// The film is there, and nobody else has any of these rows.
+    /// The pixels are there, and nobody else has any of these rows.
     #[allow(clippy::mut_from_ref, reason = "that is what it is for")]
-    unsafe fn rows(&self, rows: &Range<u32>) -> &mut [Vec3] {
+    unsafe fn rows(&self, rows: &Range<u32>) -> &mut [T] {
         let first = (rows.start - self.first_row) as usize * self.width;
         let length = rows.len() * self.width;
-        assert!(first + length <= self.length, "rows of the film");
-        // SAFETY: they are in the film, and the caller's alone.
+        assert!(first + length <= self.length, "rows of the picture");
+        // SAFETY: they are there, and the caller's alone.
         unsafe { std::slice::from_raw_parts_mut(self.pixels.add(first), length) }
     }
 }

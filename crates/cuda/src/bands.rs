@@ -1,6 +1,6 @@
 //! Bands of rows: a picture is rendered in launches short enough to watch and stop.
 
-use crate::launch::WARP_ROWS;
+use crate::launch::{Pixel, WARP_ROWS};
 use eosphor_core::view::SceneView;
 use eosphor_render::Accel;
 use std::ops::Range;
@@ -15,8 +15,9 @@ const FIRST_RAYS: f64 = 67_108_864.0;
 /// Primitives that a ray tests in the time of one in a hierarchy.
 const TESTED_IN_PASSING: f64 = 64.0;
 
-/// Most pixels of a launch: enough to keep any device busy, and 100 MB of film.
-const MOST_PIXELS: u32 = 1 << 23;
+/// Most pixels of a launch, where they are colours and where they are sums, which take twice the room: enough to keep any
+/// device busy, and 100 MB.
+const MOST_PIXELS: [u32; 2] = [1 << 23, 1 << 22];
 
 /// Among several devices, a band is at most the share of a device in what is left, over this.
 const SHARES: u32 = 2;
@@ -67,9 +68,9 @@ pub(crate) struct BandHeight {
 impl BandHeight {
     /// For pictures of this width, whose pixels take so many rays, or as much work as those, on a device that runs so many
     /// pixels at a time.
-    pub(crate) fn new(width: u32, rays_per_pixel: f64, pixels_at_a_time: u32) -> BandHeight {
+    pub(crate) fn new<T: Pixel>(width: u32, rays_per_pixel: f64, pixels_at_a_time: u32) -> BandHeight {
         let rows = |pixels: f64| whole_warps(pixels / width as f64);
-        let most = rows(MOST_PIXELS as f64);
+        let most = BandHeight::most::<T>(width);
         let fewest = rows(f64::from(FEWEST_FILLINGS) * f64::from(pixels_at_a_time)).min(most);
         BandHeight { rows: rows(FIRST_RAYS / rays_per_pixel).clamp(fewest, most), fewest, most }
     }
@@ -80,8 +81,8 @@ impl BandHeight {
     }
 
     /// The most rows that it will ever be, whatever the rays.
-    pub(crate) fn most(width: u32) -> u32 {
-        whole_warps(MOST_PIXELS as f64 / width as f64)
+    pub(crate) fn most<T: Pixel>(width: u32) -> u32 {
+        whole_warps(MOST_PIXELS[usize::from(T::IS_SUM)] as f64 / width as f64)
     }
 
     /// Learns that `rows` rows took this long; what comes next may be harder, so it grows step by step.
@@ -102,13 +103,13 @@ pub(crate) fn sharing(samples: u32) -> u32 {
     (0..=5).rev().find(is_fair).unwrap_or(0)
 }
 
-/// A guess at the rays that a pixel takes: those of its samples, and to the lights from what they meet first. Without a
-/// hierarchy a ray is as much work as many.
-pub(crate) fn rays_per_pixel(view: &SceneView, accel: Accel) -> f64 {
+/// A guess at the rays that a sample takes: its own, and to the lights from what it meets first. Without a hierarchy a ray is
+/// as much work as many.
+pub(crate) fn rays_per_sample(view: &SceneView, accel: Accel) -> f64 {
     let lights: f64 = view.lights.iter().map(|light| light.samples() as f64).sum();
     let primitives = (view.triangles.len() + view.spheres.len()) as f64;
     let work = if accel == Accel::None { (primitives / TESTED_IN_PASSING).max(1.0) } else { 1.0 };
-    view.settings.samples.max(1) as f64 * (1.0 + lights) * work
+    (1.0 + lights) * work
 }
 
 /// A number of rows that is a multiple of a warp's, rounded down, but not 0.
@@ -119,6 +120,8 @@ fn whole_warps(rows: f64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use eosphor_core::math::Vec3;
+    use eosphor_core::whitted::ExactSum;
 
     #[test]
     fn every_row_is_handed_out_once() {
@@ -136,7 +139,7 @@ mod tests {
     #[test]
     fn bands_take_about_a_tenth_of_a_second() {
         // A millisecond a row.
-        let mut height = BandHeight::new(4096, 1.0, 1);
+        let mut height = BandHeight::new::<Vec3>(4096, 1.0, 1);
         for _ in 0..10 {
             height.learn(height.rows(), height.rows() as f64 * 1e-3);
         }
@@ -150,11 +153,11 @@ mod tests {
 
     #[test]
     fn bands_fill_the_device() {
-        let mut height = BandHeight::new(1000, 1e9, 10_000);
+        let mut height = BandHeight::new::<Vec3>(1000, 1e9, 10_000);
         assert_eq!(height.rows(), 20);
         height.learn(20, 10.0);
         assert_eq!(height.rows(), 20);
-        assert_eq!(BandHeight::new(1000, 1.0, u32::MAX).rows(), BandHeight::most(1000));
+        assert_eq!(BandHeight::new::<Vec3>(1000, 1.0, u32::MAX).rows(), BandHeight::most::<Vec3>(1000));
     }
 
     #[test]
@@ -172,8 +175,8 @@ mod tests {
 
     #[test]
     fn the_first_band_is_smaller_where_pixels_take_more() {
-        let pixels = |rays| BandHeight::new(1000, rays, 1).rows() * 1000;
-        assert_eq!(pixels(1.0), BandHeight::most(1000) * 1000);
+        let pixels = |rays| BandHeight::new::<Vec3>(1000, rays, 1).rows() * 1000;
+        assert_eq!(pixels(1.0), BandHeight::most::<Vec3>(1000) * 1000);
         assert!((600_000..700_000).contains(&pixels(100.0)));
         assert_eq!([pixels(1e6), pixels(f64::INFINITY)], [4000; 2]);
     }
@@ -181,11 +184,13 @@ mod tests {
     #[test]
     fn bands_suit_any_width() {
         for width in [1, 7, 800, 65_535] {
-            let mut height = BandHeight::new(width, 1e9, 100_000);
+            let mut height = BandHeight::new::<Vec3>(width, 1e9, 100_000);
             (0..20).for_each(|_| height.learn(height.rows(), 0.0));
             assert!(height.rows().is_multiple_of(WARP_ROWS) && height.rows() > 0);
-            assert!(height.rows() as u64 * width as u64 <= MOST_PIXELS as u64, "{width}");
-            assert_eq!(height.rows(), BandHeight::most(width));
+            assert!(height.rows() as u64 * width as u64 <= MOST_PIXELS[0] as u64, "{width}");
+            assert_eq!(height.rows(), BandHeight::most::<Vec3>(width));
+            let (colors, sums) = (BandHeight::most::<Vec3>(width), BandHeight::most::<ExactSum>(width));
+            assert!(sums > 0 && sums.is_multiple_of(WARP_ROWS) && (colors / 3..=colors / 2).contains(&sums));
         }
     }
 }

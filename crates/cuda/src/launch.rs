@@ -6,6 +6,7 @@ use crate::staging::Staging;
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaEvent, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::math::Vec3;
+use eosphor_core::whitted::ExactSum;
 use eosphor_render::RayStatistics;
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,8 +30,8 @@ pub(crate) struct Room {
 struct Band {
     /// Of its own, so that a band begins while threads of the one before are still at work.
     stream: Arc<CudaStream>,
-    /// Three floats a pixel.
-    film: CudaSlice<f32>,
+    /// What kernels make of each pixel.
+    pixels: CudaSlice<u64>,
     totals: CudaSlice<u64>,
 }
 
@@ -38,16 +39,30 @@ struct Band {
 pub(crate) const BANDS: u64 = 2;
 
 impl Room {
-    /// For bands of at most this many pixels.
-    pub(crate) fn new(device: &Device, pixels: usize) -> Result<Room, DriverError> {
+    /// For bands whose pixels take at most this many bytes.
+    pub(crate) fn new(device: &Device, bytes: usize) -> Result<Room, DriverError> {
         let band = || {
             let stream = device.stream.context().new_stream()?;
-            let film = stream.alloc_zeros(pixels * 3)?;
+            let pixels = stream.alloc_zeros(bytes.div_ceil(size_of::<u64>()))?;
             let totals = stream.alloc_zeros(RAY_KINDS)?;
-            Ok(Band { stream, film, totals })
+            Ok(Band { stream, pixels, totals })
         };
         Ok(Room { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })
     }
+}
+
+/// What kernels make of a pixel: its colour, from all its samples, or the sum of some. Any bytes are one.
+pub(crate) trait Pixel: Copy + Send + Sync {
+    /// Whether it is a sum.
+    const IS_SUM: bool;
+}
+
+impl Pixel for Vec3 {
+    const IS_SUM: bool = false;
+}
+
+impl Pixel for ExactSum {
+    const IS_SUM: bool = true;
 }
 
 /// Launches kernels for bands of rows.
@@ -56,6 +71,8 @@ pub(crate) struct Launcher<'a> {
     pub(crate) parameters: &'a FrameParameters<'a>,
     /// Threads of a block.
     pub(crate) block_size: u32,
+    /// The samples of each pixel that are taken.
+    pub(crate) samples: Range<u32>,
     /// How many threads share the samples of a pixel, as a power of two.
     pub(crate) sharing: u32,
     pub(crate) room: &'a mut Room,
@@ -72,37 +89,51 @@ pub(crate) struct Launched {
 
 impl Launcher<'_> {
     /// Starts to render rows, the room's bands by turns.
-    pub(crate) fn launch(&mut self, rows: Range<u32>, band: usize) -> Result<Launched, DriverError> {
-        let Band { stream, film, totals } = &mut self.room.bands[band];
-        let pixels = rows.len() * self.scene.width as usize;
-        assert!(pixels * 3 <= film.len(), "the band is larger than the film");
+    pub(crate) fn launch<T: Pixel>(
+        &mut self,
+        rows: Range<u32>,
+        band: usize,
+    ) -> Result<Launched, DriverError> {
+        let Band { stream, pixels, totals } = &mut self.room.bands[band];
+        let bytes = rows.len() * self.scene.width as usize * size_of::<T>();
+        assert!(bytes <= pixels.num_bytes(), "the band is larger than its room");
         stream.memset_zeros(totals)?;
+        let (mut film, mut sums) = (pixels.device_ptr(stream).0, 0);
+        if T::IS_SUM {
+            (film, sums) = (0, film);
+        }
         let mut launch = stream.launch_builder(&self.scene.kernel);
         for parameter in &self.parameters.values {
             launch.arg(parameter);
         }
-        launch.arg(&rows.start).arg(&rows.end).arg(&self.sharing).arg(film).arg(totals);
+        let Range { start: first_sample, end: end_sample } = self.samples;
+        launch.arg(&rows.start).arg(&rows.end).arg(&first_sample).arg(&end_sample).arg(&self.sharing);
+        launch.arg(&film).arg(&sums).arg(totals);
         let shape = launch_shape(self.scene.width, rows.end - rows.start, self.sharing, self.block_size);
         let start = stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
         // SAFETY: the parameters are those of the kernel, in its order (a test compares them); the arrays are those of a
-        // SceneData and a hierarchy over it, whose indices are in range; the film has room for the rows.
+        // SceneData and a hierarchy over it, whose indices are in range; there is room for the rows' pixels.
         unsafe { launch.launch(shape) }?;
         let end = stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
         Ok(Launched { rows, band, start, end })
     }
 
     /// Waits for a band and takes it back. Also says how many seconds the device took for it.
-    pub(crate) fn finish(
+    pub(crate) fn finish<T: Pixel>(
         &mut self,
         launched: &Launched,
-        colors: &mut [Vec3],
+        pixels: &mut [T],
     ) -> Result<(RayStatistics, f64), DriverError> {
         launched.end.synchronize()?;
         let seconds = launched.start.elapsed_ms(&launched.end)? as f64 * 1e-3;
         let band = &self.room.bands[launched.band];
         let stream = &band.stream;
-        assert!(colors.len() * 3 <= band.film.len(), "the band has more pixels than were rendered");
-        self.room.staging.copy_back(band.film.device_ptr(stream).0, colors)?;
+        assert!(
+            size_of_val(pixels) <= band.pixels.num_bytes(),
+            "the band has more pixels than were rendered"
+        );
+        // SAFETY: the kernel has written them, as `launch` was told.
+        unsafe { self.room.staging.copy_back(band.pixels.device_ptr(stream).0, pixels) }?;
         let mut totals = [0; RAY_KINDS];
         self.room.staging.copy_numbers(band.totals.device_ptr(stream).0, &mut totals)?;
         // The order is that of `gpu/src/totals.rs`.

@@ -72,19 +72,15 @@ mod tests {
     fn kernels_take_what_is_passed() {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
         let data = SceneData::flatten(&scene).unwrap().0;
-        // What a launch adds: the rows, who shares pixels, the film, which is a raw pointer, and the totals.
-        let launch = [
-            Kind::Number,
-            Kind::Number,
-            Kind::Number,
-            Kind::Array { align: 1 },
-            Kind::Array { align: align_of::<u64>() },
-        ];
+        // What a launch adds: the rows, the samples, who shares pixels, film and sums, which are raw pointers, and the totals.
+        let numbers = [Kind::Number; 5];
+        let pixels = [Kind::Array { align: 1 }; 2];
+        let launch = [&numbers[..], &pixels, &[Kind::Array { align: align_of::<u64>() }]].concat();
         for (accel, traversal, name) in kernels() {
             let hierarchy = Hierarchy::build(accel, Builder::Binned, &data);
             let structure = Structure::new(&hierarchy, traversal, 0).unwrap();
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
-            assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
+            assert_eq!(declared(name), [parameters.kinds(), &launch[..]].concat(), "{name}");
         }
     }
 

@@ -34,8 +34,8 @@ pub(crate) struct DeviceScene {
 }
 
 impl DeviceScene {
-    /// Copies a scene and the structure over it to a device, where this kernel renders it, if there is room for them and for a band of `film_pixels`. `moving` is
-    /// the number of instances where they move.
+    /// Copies a scene and the structure over it to a device, where this kernel renders it, if there is room for them and for
+    /// bands of `band_bytes`. `moving` is the number of instances where they move.
     ///
     /// # Errors
     ///
@@ -46,7 +46,7 @@ impl DeviceScene {
         view: &SceneView,
         structure: &Structure,
         moving: usize,
-        film_pixels: u64,
+        band_bytes: u64,
     ) -> Result<DeviceScene, BackendError> {
         let parameters = scene_parameters(view, structure)?;
         let kernel = device.kernel(kernel)?;
@@ -54,7 +54,7 @@ impl DeviceScene {
         let fail = |error| device.failure(doing, error);
         Needs {
             scene: parameters.bytes(),
-            film: film_pixels * 12 * BANDS,
+            film: band_bytes * BANDS,
             stacks: device.stack_bytes(&kernel).map_err(fail)?,
         }
         .check(device.free_bytes().map_err(fail)?, &device.name)?;
@@ -65,10 +65,10 @@ impl DeviceScene {
         Ok(DeviceScene { kernel, parameters, parts, top_level, width, rooms, _memory: memory })
     }
 
-    /// Room for launches of bands of at most so many pixels, which must be given back.
-    pub(crate) fn take_room(&self, device: &Device, pixels: usize) -> Result<Room, DriverError> {
+    /// Room for launches of bands of at most so many bytes, which must be given back.
+    pub(crate) fn take_room(&self, device: &Device, band_bytes: usize) -> Result<Room, DriverError> {
         let used = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        used.map_or_else(|| Room::new(device, pixels), Ok)
+        used.map_or_else(|| Room::new(device, band_bytes), Ok)
     }
 
     /// For whoever needs it next.

@@ -57,6 +57,8 @@ pub use error::Error;
 pub use render::render;
 
 #[doc(inline)]
+pub use eosphor_core::whitted::ExactSum;
+#[doc(inline)]
 pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, Traversal, devices as cuda_devices};
 #[doc(inline)]
 pub use eosphor_render::output::{
@@ -67,7 +69,8 @@ pub use eosphor_render::output::{
 pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
     Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene,
-    Progress, Quality, RayStatistics, RenderControl, Rendered, Scheduler, SimdLevel, check_rows, scene_hash,
+    Progress, Quality, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, Scheduler, SimdLevel,
+    check_rows, check_samples, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{
@@ -85,6 +88,12 @@ pub use eosphor_scene::{
 pub mod frames {
     #[doc(inline)]
     pub use eosphor_render::frames::*;
+}
+
+/// Stills in pieces, and what is kept of those that end early.
+pub mod still {
+    #[doc(inline)]
+    pub use eosphor_render::still::*;
 }
 
 /// Pictures in shares, which jobs that know nothing of each other render.

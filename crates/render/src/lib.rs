@@ -12,14 +12,17 @@ mod film;
 pub mod frames;
 mod hierarchy;
 pub mod output;
+mod process;
 mod ray_sets;
+mod sample_sums;
 mod scene_hash;
 mod statistics;
+pub mod still;
 
 pub use backend::cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler, SimdLevel};
 pub use backend::{
-    Backend, BackendError, Fallback, PreparedScene, Progress, RenderControl, Rendered, check_rows,
-    check_scene,
+    Backend, BackendError, Fallback, PreparedScene, Progress, RenderControl, Rendered, Sampled, check_rows,
+    check_samples, check_scene,
 };
 pub use bands::Bands;
 pub use cost::CostMap;
@@ -29,5 +32,6 @@ pub use features::{CameraWork, FeatureRows};
 pub use film::Film;
 pub use hierarchy::{Accel, Hierarchy};
 pub use ray_sets::RaySets;
+pub use sample_sums::SampleSums;
 pub use scene_hash::scene_hash;
 pub use statistics::RayStatistics;

@@ -3,6 +3,7 @@
 use crate::output::DevelopSettings;
 use eosphor_core::geometry::{Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::math::Vec3;
+use eosphor_core::settings::Settings;
 use eosphor_scene::SceneData;
 use std::fmt::{Debug, Write};
 
@@ -12,6 +13,11 @@ use std::fmt::{Debug, Write};
 ///
 /// It is a name for one version of the program only: another may order or name things otherwise.
 pub fn scene_hash(scene: &SceneData, develop: &DevelopSettings) -> String {
+    hash_with(scene, &scene.settings, develop)
+}
+
+/// The same with other settings than the scene's own.
+pub(crate) fn hash_with(scene: &SceneData, settings: &Settings, develop: &DevelopSettings) -> String {
     // Without `..`, so that a new field does not compile before it is here.
     let SceneData {
         triangles,
@@ -29,7 +35,7 @@ pub fn scene_hash(scene: &SceneData, develop: &DevelopSettings) -> String {
         srgb_decode,
         lights,
         camera,
-        settings,
+        settings: _,
     } = scene;
     let mut hasher = Hasher::default();
     // What can be long, number by number.

@@ -7,7 +7,7 @@ mod surfaces;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
 use eosphor_render::{
-    Accel, Backend, CpuBackend, CpuOptions, RayStatistics, RenderControl, Scheduler, SimdLevel,
+    Accel, Backend, CpuBackend, CpuOptions, RayStatistics, RenderControl, SampleSums, Scheduler, SimdLevel,
 };
 use eosphor_scene::{
     AlphaMode, Camera, Light, LoadOptions, Material, MaterialKind, Mtl, Parallelogram, Pbr, PixelSampling,
@@ -32,6 +32,30 @@ fn render(scene: &Arc<SceneData>, options: CpuOptions) -> (Bits, RayStatistics) 
     (rendered.film.pixels.iter().map(bits).collect(), rendered.statistics)
 }
 
+/// The same from sums of some samples of some rows each.
+fn render_in_pieces(scene: &Arc<SceneData>, options: CpuOptions) -> (Bits, RayStatistics) {
+    let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(scene)).unwrap();
+    let cancel = AtomicBool::new(false);
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+    let (height, samples) = (prepared.size().1, prepared.samples());
+    let (mut bits, mut rays) = (Bits::new(), RayStatistics::default());
+    for rows in [0..height / 3, height / 3..height] {
+        let mut sums = SampleSums::new(prepared.size().0, rows.len() as u32);
+        let mut first = 0;
+        while first < samples {
+            // 1, 2, 4 and so on.
+            let end = samples.min(2 * first + 1);
+            let sampled = prepared.sample_rows(rows.clone(), first..end, &control).unwrap();
+            assert!(sampled.complete);
+            sums.add(&sampled.sums);
+            rays += sampled.statistics;
+            first = end;
+        }
+        bits.extend(sums.film(samples).pixels.iter().map(|c| [c.x.to_bits(), c.y.to_bits(), c.z.to_bits()]));
+    }
+    (bits, rays)
+}
+
 /// Compares the schedulers in tiles of several sizes, on one thread and several; returns the rays.
 fn assert_identical(name: &str, scene: &Scene) -> RayStatistics {
     let (data, _) = SceneData::flatten(scene).unwrap();
@@ -48,8 +72,9 @@ fn assert_identical_data(name: &str, data: SceneData) -> RayStatistics {
     ways.push(CpuOptions { threads: Some(2), tile: Some(64), ..base });
     ways.extend(SimdLevel::available().map(|simd| CpuOptions { simd: Some(simd), ..base }));
     ways.push(CpuOptions { accel: Accel::Bvh8, ..base });
-    for options in ways {
-        let (other, other_rays) = render(&scene, options);
+    let whole = |options| (options, render(&scene, options));
+    let pieces = |options| (options, render_in_pieces(&scene, options));
+    for (options, (other, other_rays)) in ways.into_iter().map(whole).chain([scalar, base].map(pieces)) {
         assert_eq!(other_rays, rays, "{name}, {options:?}");
         if let Some(at) = pixels.iter().zip(&other).position(|(a, b)| a != b) {
             let (width, show) = (scene.settings.width as usize, |p: [u32; 3]| p.map(f32::from_bits));

@@ -18,9 +18,6 @@ pub(crate) struct FrameFlags {
     /// Frames a second; the scene's otherwise, 24 where it says nothing
     #[arg(long, value_name = "X", value_parser = frame_rate)]
     pub(crate) fps: Option<f32>,
-    /// Go on with an animation that was interrupted: frames that are whole and of the same scene and settings are kept
-    #[arg(long)]
-    pub(crate) resume: bool,
     /// Of an .mp4, 1 to 100: 90 otherwise, where losses are hard to see
     #[cfg(feature = "video")]
     #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=100))]
@@ -80,7 +77,6 @@ impl FrameFlags {
         check(&[
             need("--orbit", self.orbit.is_some(), is_sequence, frames),
             need("--fps", self.fps.is_some(), is_sequence, frames),
-            need("--resume", self.resume, is_sequence, frames),
             need("--in-flight", self.in_flight.is_some(), is_sequence, frames),
             #[cfg(feature = "video")]
             need("--video-quality", self.video_quality.is_some(), is_video, "an .mp4"),

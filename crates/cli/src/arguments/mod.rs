@@ -6,6 +6,7 @@ mod cluster;
 mod course;
 mod device;
 mod frames;
+mod keep;
 mod needs;
 mod render;
 mod settings;
@@ -17,8 +18,9 @@ pub(crate) use cluster::ClusterFlags;
 pub(crate) use course::CourseFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use frames::{FrameFlags, OutputKind};
+pub(crate) use keep::KeepFlags;
 pub(crate) use needs::{Need, check};
-pub(crate) use render::{PictureFlags, RenderFlags, Share, Show};
+pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, Share, Show};
 pub(crate) use settings::SettingsFlags;
 
 use clap::{Args, Parser, Subcommand};

@@ -3,7 +3,7 @@
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::place;
-use super::{ClusterFlags, DeviceFlags, FrameFlags, SCENE_HELP};
+use super::{ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, SCENE_HELP};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::{ArgAction, Args, value_parser};
@@ -27,6 +27,8 @@ pub(crate) struct RenderFlags {
     pub(crate) show_max: Option<u32>,
     #[command(flatten)]
     pub(crate) file: FileFlags,
+    #[command(flatten)]
+    pub(crate) keep: KeepFlags,
     #[command(flatten)]
     pub(crate) animation: FrameFlags,
     #[command(flatten)]

@@ -7,7 +7,7 @@ use super::follow::Prepared;
 use super::wire::{self, Unit};
 use eosphor::{
     Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress, RayStatistics,
-    RenderControl, Rendered, SceneData, check_rows,
+    RenderControl, Rendered, SampleSums, Sampled, SceneData, check_rows, check_samples,
 };
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -21,6 +21,9 @@ const UNITS_A_RANK: u32 = 32;
 const LEAST_SAMPLES: [u32; 2] = [1 << 13, 1 << 20];
 /// and at least so many pixels.
 const LEAST_PIXELS: [u32; 2] = [1 << 10, 1 << 13];
+
+/// How many pixels keep a rank busy, on CPUs and on GPUs.
+const BUSY_PIXELS: [u32; 2] = [1 << 13, 1 << 20];
 
 /// Asks the thread with MPI to get all ranks ready for a scene.
 pub(super) struct Request {
@@ -111,10 +114,55 @@ impl PreparedScene for PreparedCluster {
         self.crew.size
     }
 
+    fn samples(&self) -> u32 {
+        self.crew.samples
+    }
+
+    fn pixels_at_a_time(&self) -> u64 {
+        u64::from(self.crew.ranks) * u64::from(BUSY_PIXELS[usize::from(self.crew.are_gpus)])
+    }
+
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
         let (width, height) = self.size();
         check_rows(&rows, height)?;
-        self.render_units(width, rows, control)
+        let mut film = Film::new(width, rows.end - rows.start);
+        let step = self.rows_of_unit(width, rows.end - rows.start, self.crew.samples);
+        let units = units(rows.clone(), step, None);
+        let (complete, statistics) = self.run(units, (rows, width), control, |start, bytes| {
+            let unit = wire::decode_film(bytes).map_err(BackendError::Failed)?;
+            let place = film.pixels.get_mut(start..start + unit.film.pixels.len());
+            place.ok_or_else(gone)?.copy_from_slice(&unit.film.pixels);
+            Ok((unit.complete.then_some(unit.film.pixels.len() as u64), unit.statistics))
+        })?;
+        Ok(Rendered { film, complete, statistics })
+    }
+
+    fn sample_rows(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError> {
+        let (width, height) = self.size();
+        check_rows(&rows, height)?;
+        check_samples(&samples, self.samples())?;
+        let mut sums = SampleSums::new(width, rows.end - rows.start);
+        let count = samples.len() as u32;
+        let step = self.rows_of_unit(width, rows.end - rows.start, count);
+        let shares = self.shares_of_samples(rows.len() as u32, width, step, count);
+        let mut units = Vec::new();
+        for share in 0..shares {
+            let at =
+                |share: u32| samples.start + (u64::from(count) * u64::from(share) / u64::from(shares)) as u32;
+            units.extend(self::units(rows.clone(), step, Some(at(share)..at(share + 1))));
+        }
+        let (complete, statistics) = self.run(units, (rows, width), control, |start, bytes| {
+            let unit = wire::decode_sums(bytes).map_err(BackendError::Failed)?;
+            let place = sums.sums.get_mut(start..start + unit.sums.sums.len()).ok_or_else(gone)?;
+            place.iter_mut().zip(&unit.sums.sums).for_each(|(sum, other)| sum.merge(other));
+            Ok((unit.complete.then_some(unit.sums.sums.len() as u64), unit.statistics))
+        })?;
+        Ok(Sampled { sums, complete, statistics })
     }
 
     fn frames_left(&self, frames: usize) {
@@ -122,57 +170,68 @@ impl PreparedScene for PreparedCluster {
     }
 }
 
+/// Rows in units of so many, with some samples or colours.
+fn units(rows: Range<u32>, step: u32, samples: Option<Range<u32>>) -> Vec<(Range<u32>, Option<Range<u32>>)> {
+    let unit = |first: u32| (first..rows.end.min(first.saturating_add(step)), samples.clone());
+    rows.clone().step_by(step as usize).map(unit).collect()
+}
+
 impl PreparedCluster {
-    fn render_units(
+    /// Lets ranks render units; `take` is given the bytes of each and the number of its first pixel, and says how many pixels
+    /// are done, if all of the unit is, and by which rays. Whether all were.
+    fn run(
         &self,
-        width: u32,
-        rows: Range<u32>,
+        units: Vec<(Range<u32>, Option<Range<u32>>)>,
+        (rows, width): (Range<u32>, u32),
         control: &RenderControl,
-    ) -> Result<Rendered, BackendError> {
+        mut take: impl FnMut(usize, &[u8]) -> Result<(Option<u64>, RayStatistics), BackendError>,
+    ) -> Result<(bool, RayStatistics), BackendError> {
         let (reply, results) = channel();
-        let step = self.rows_of_unit(width, rows.end - rows.start);
-        for first_row in rows.clone().step_by(step as usize) {
-            let unit = Unit {
-                rows: first_row..rows.end.min(first_row.saturating_add(step)),
-                count_work: control.count_work,
-                moment: control.moment.cloned(),
-            };
-            let unit = wire::encode(&unit).map_err(BackendError::Failed)?;
+        let pixels = |rows: &Range<u32>| rows.len() as u64 * u64::from(width);
+        let all: u64 = units.iter().map(|(rows, _)| pixels(rows)).sum();
+        for (rows, samples) in units {
+            let first_row = rows.start;
+            let (count_work, moment) = (control.count_work, control.moment.cloned());
+            let unit =
+                wire::encode(&Unit { rows, samples, count_work, moment }).map_err(BackendError::Failed)?;
             let submission = Submission { unit, reply: reply.clone(), first_row };
             let submit = self.submit.lock().unwrap_or_else(PoisonError::into_inner);
             submit.send(submission).map_err(|_| gone())?;
         }
         drop(reply);
 
-        let mut film = Film::new(width, rows.end - rows.start);
-        let (mut complete_pixels, mut statistics) = (0, RayStatistics::default());
-        let pixels_total = film.pixels.len() as u64;
+        let (mut done, mut statistics) = (0, RayStatistics::default());
+        let pixels_total = pixels(&rows);
         // It ends when every unit has been answered or dropped.
         for (first_row, bytes) in results {
-            let unit = wire::decode_result(&bytes).map_err(BackendError::Failed)?;
-            let start = (first_row - rows.start) as usize * width as usize;
-            let place = film.pixels.get_mut(start..start + unit.film.pixels.len());
-            place.ok_or_else(gone)?.copy_from_slice(&unit.film.pixels);
-            statistics += unit.statistics;
-            if unit.complete {
-                complete_pixels += unit.film.pixels.len() as u64;
-            }
-            let (pixels_done, rays) = (complete_pixels, statistics.total_rays());
-            (control.on_progress)(Progress { pixels_done, pixels_total, rays });
+            let (pixels, rays) = take((first_row - rows.start) as usize * width as usize, &bytes)?;
+            statistics += rays;
+            done += pixels.unwrap_or(0);
+            // (Where units share the samples of pixels, these count by and by.)
+            let pixels_done = (u128::from(done) * u128::from(pixels_total) / u128::from(all.max(1))) as u64;
+            (control.on_progress)(Progress { pixels_done, pixels_total, rays: statistics.total_rays() });
         }
-        Ok(Rendered { film, complete: complete_pixels == pixels_total, statistics })
+        Ok((done == all, statistics))
     }
 
     /// While many frames are to come, a unit is a whole one; of the last ones, and of a picture alone, all ranks have shares,
     /// the smaller the less there is after them.
-    fn rows_of_unit(&self, width: u32, rows: u32) -> u32 {
+    fn rows_of_unit(&self, width: u32, rows: u32, samples: u32) -> u32 {
         let (ranks, left) = (self.crew.ranks, self.frames_left.load(Ordering::Relaxed));
         if left >= 2 * ranks {
             return rows;
         }
         let units = ranks * (UNITS_A_RANK / (left + 1)).max(1);
         let kind = usize::from(self.crew.are_gpus);
-        let least = LEAST_PIXELS[kind].max(LEAST_SAMPLES[kind] / self.crew.samples.max(1));
+        let least = LEAST_PIXELS[kind].max(LEAST_SAMPLES[kind] / samples.max(1));
         rows.div_ceil(units).max(least.div_ceil(width)).max(1)
+    }
+
+    /// How many units share the samples of each pixel: where rows alone give too few.
+    fn shares_of_samples(&self, rows: u32, width: u32, step: u32, samples: u32) -> u32 {
+        let wanted = (self.crew.ranks * UNITS_A_RANK).div_ceil(rows.div_ceil(step));
+        let least = LEAST_SAMPLES[usize::from(self.crew.are_gpus)];
+        let units = u64::from(step.min(rows)) * u64::from(width) * u64::from(samples) / u64::from(least);
+        wanted.min(units.max(1).min(u64::from(samples)) as u32).max(1)
     }
 }

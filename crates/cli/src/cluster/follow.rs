@@ -8,7 +8,9 @@ use crate::backend::{asks_for_cpu, backend_with};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::streams::Verbosity;
-use eosphor::{Backend, PICTURE_VERSION, PreparedScene, RenderControl, SceneData, cuda_devices};
+use eosphor::{
+    Backend, BackendError, PICTURE_VERSION, PreparedScene, RenderControl, SceneData, cuda_devices,
+};
 use eosphor_cluster::{ClusterError, Coordinator, Job, Report, World};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, OnceLock};
@@ -204,9 +206,12 @@ fn gpus() -> Vec<usize> {
 
 /// Renders a unit.
 pub(super) fn render(scene: &dyn PreparedScene, unit: &[u8]) -> Result<Vec<u8>, String> {
-    let Unit { rows, count_work, moment } = wire::decode(unit)?;
-    let (on_progress, cancel) = (&|_| {}, interrupt::flag());
+    let Unit { rows, samples, count_work, moment } = wire::decode(unit)?;
+    let (on_progress, cancel) = (&|_| {}, interrupt::overdue());
     let control = RenderControl { on_progress, cancel, count_work, moment: moment.as_ref() };
-    let rendered = scene.render_rows(rows, &control).map_err(|error| error.to_string())?;
-    wire::encode_result(&rendered)
+    let fail = |error: BackendError| error.to_string();
+    match samples {
+        None => wire::encode_film(&scene.render_rows(rows, &control).map_err(fail)?),
+        Some(samples) => wire::encode_sums(&scene.sample_rows(rows, samples, &control).map_err(fail)?),
+    }
 }

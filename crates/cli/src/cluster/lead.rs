@@ -130,11 +130,12 @@ fn serve(
     Ok(())
 }
 
-/// The next unit to be handed out, which may take its time; `None` when there will be none. After Ctrl-C units are dropped.
+/// The next unit to be handed out, which may take its time; `None` when there will be none. A while after a signal units are
+/// dropped.
 fn next(units: &Receiver<Submission>) -> Option<Submission> {
     loop {
         let submission = units.recv().ok()?;
-        if !interrupt::flag().load(Ordering::Relaxed) {
+        if !interrupt::overdue().load(Ordering::Relaxed) {
             return Some(submission);
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use eosphor::math::Vec3;
-use eosphor::{Film, Moment, RayStatistics, Rendered, SceneData};
+use eosphor::{ExactSum, Film, Moment, RayStatistics, Rendered, SampleSums, Sampled, SceneData};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::ops::Range;
 
@@ -66,6 +66,8 @@ pub(super) struct Ready {
 #[derive(Serialize, Deserialize)]
 pub(super) struct Unit {
     pub(super) rows: Range<u32>,
+    /// The samples whose sums are wanted; where there are none, colours are.
+    pub(super) samples: Option<Range<u32>>,
     pub(super) count_work: bool,
     pub(super) moment: Option<Moment>,
 }
@@ -86,8 +88,8 @@ pub(super) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     postcard::from_bytes(bytes).map_err(|error| format!("a message of another rank cannot be read: {error}"))
 }
 
-/// The rows of a unit.
-pub(super) fn encode_result(rendered: &Rendered) -> Result<Vec<u8>, String> {
+/// The colours of a unit.
+pub(super) fn encode_film(rendered: &Rendered) -> Result<Vec<u8>, String> {
     let Film { width, height, ref pixels } = rendered.film;
     let (complete, statistics) = (rendered.complete, rendered.statistics);
     let mut bytes = encode(&ResultHead { width, height, complete, statistics })?;
@@ -99,13 +101,21 @@ pub(super) fn encode_result(rendered: &Rendered) -> Result<Vec<u8>, String> {
     Ok(bytes)
 }
 
-pub(super) fn decode_result(bytes: &[u8]) -> Result<Rendered, String> {
-    let damaged = || "the pixels of another rank cannot be read".to_string();
-    let (head, rest) = postcard::take_from_bytes(bytes).map_err(|_| damaged())?;
-    let ResultHead { width, height, complete, statistics } = head;
-    if rest.len() as u64 != u64::from(width) * u64::from(height) * 12 {
-        return Err(damaged());
+/// The sums of a unit.
+pub(super) fn encode_sums(sampled: &Sampled) -> Result<Vec<u8>, String> {
+    let SampleSums { width, height, ref sums } = sampled.sums;
+    let (complete, statistics) = (sampled.complete, sampled.statistics);
+    let mut bytes = encode(&ResultHead { width, height, complete, statistics })?;
+    bytes.reserve(sums.len() * 24);
+    for sum in sums {
+        bytes.extend_from_slice(&sum.units.map(u64::to_le_bytes).concat());
     }
+    Ok(bytes)
+}
+
+pub(super) fn decode_film(bytes: &[u8]) -> Result<Rendered, String> {
+    let (head, rest) = decode_head(bytes, 12)?;
+    let ResultHead { width, height, complete, statistics } = head;
     let float = |bytes: &[u8; 4]| f32::from_le_bytes(*bytes);
     let pixel = |bytes: &[u8; 12]| {
         let [r, g, b] = bytes.as_chunks::<4>().0 else { unreachable!("twelve bytes") };
@@ -113,6 +123,28 @@ pub(super) fn decode_result(bytes: &[u8]) -> Result<Rendered, String> {
     };
     let pixels = rest.as_chunks::<12>().0.iter().map(pixel).collect();
     Ok(Rendered { film: Film { width, height, pixels }, complete, statistics })
+}
+
+pub(super) fn decode_sums(bytes: &[u8]) -> Result<Sampled, String> {
+    let (head, rest) = decode_head(bytes, 24)?;
+    let ResultHead { width, height, complete, statistics } = head;
+    let sum = |bytes: &[u8; 24]| {
+        let mut units = [0; 3];
+        units.iter_mut().zip(bytes.as_chunks::<8>().0).for_each(|(unit, of)| *unit = u64::from_le_bytes(*of));
+        ExactSum { units }
+    };
+    let sums = rest.as_chunks::<24>().0.iter().map(sum).collect();
+    Ok(Sampled { sums: SampleSums { width, height, sums }, complete, statistics })
+}
+
+/// What is said of pixels of so many bytes, and these.
+fn decode_head(bytes: &[u8], pixel_bytes: u64) -> Result<(ResultHead, &[u8]), String> {
+    let damaged = || "the pixels of another rank cannot be read".to_string();
+    let (head, rest): (ResultHead, &[u8]) = postcard::take_from_bytes(bytes).map_err(|_| damaged())?;
+    match rest.len() as u64 == u64::from(head.width) * u64::from(head.height) * pixel_bytes {
+        true => Ok((head, rest)),
+        false => Err(damaged()),
+    }
 }
 
 #[cfg(test)]
@@ -129,9 +161,11 @@ mod tests {
         let develop = eosphor::DevelopSettings::default();
         assert_eq!(scene_hash(&read, &develop), scene_hash(&data, &develop));
         let moment = Moments::new(&scene, &data).at(7).unwrap();
-        let unit = Unit { rows: 3..9, count_work: true, moment: Some(moment.clone()) };
+        let (rows, samples, moment) = (3..9, Some(2..5), Some(moment));
+        let unit = Unit { rows, samples, count_work: true, moment: moment.clone() };
         let read: Unit = decode(&encode(&unit).unwrap()).unwrap();
-        assert_eq!((read.rows, read.count_work, read.moment), (3..9, true, Some(moment)));
+        assert_eq!((read.rows, read.samples), (3..9, Some(2..5)));
+        assert_eq!((read.count_work, read.moment), (true, moment));
         for order in [Order::Work, Order::Wait, Order::Leave] {
             let bytes = order.to_bytes();
             assert_eq!(Order::from_bytes(&bytes).unwrap().to_bytes(), bytes);
@@ -146,13 +180,19 @@ mod tests {
         let statistics = RayStatistics { camera: 5, shadow: 1 << 40, ..RayStatistics::default() };
         let film = Film { width: 1, height: 2, pixels };
         let rendered = Rendered { film, complete: true, statistics };
-        let bytes = encode_result(&rendered).unwrap();
-        let read = decode_result(&bytes).unwrap();
+        let bytes = encode_film(&rendered).unwrap();
+        let read = decode_film(&bytes).unwrap();
         let bits = |film: &Film| -> Vec<[u32; 3]> {
             film.pixels.iter().map(|&p| <[f32; 3]>::from(p).map(f32::to_bits)).collect()
         };
         assert_eq!(bits(&read.film), bits(&rendered.film));
         assert_eq!((read.statistics, read.complete), (statistics, true));
-        assert!(decode_result(&bytes[..bytes.len() - 1]).is_err());
+        assert!(decode_film(&bytes[..bytes.len() - 1]).is_err() && decode_sums(&bytes).is_err());
+        let sums = [[0, 1, u64::MAX], [7, 1 << 40, 3]].map(|units| ExactSum { units }).to_vec();
+        let sums = SampleSums { width: 2, height: 1, sums };
+        let bytes = encode_sums(&Sampled { sums: sums.clone(), complete: false, statistics }).unwrap();
+        let read = decode_sums(&bytes).unwrap();
+        assert_eq!((read.sums, read.statistics, read.complete), (sums, statistics, false));
+        assert!(decode_sums(&bytes[..bytes.len() - 1]).is_err());
     }
 }

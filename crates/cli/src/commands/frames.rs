@@ -97,7 +97,7 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
     let identity = sequence.identity("", &format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}"));
     // Jobs of some frames each may work beside each other.
     let some = flags.animation.frames.is_some().then_some(&sequence.range);
-    let manifest = Manifest::open(&pattern.manifest_path(some), &identity, flags.animation.resume)
+    let manifest = Manifest::open(&pattern.manifest_path(some), &identity, flags.keep.resume)
         .map_err(Failure::because)?;
     let is_missing = |frame: &u32| !manifest.is_done(*frame, &pattern.path(*frame));
     let missing: Vec<u32> = sequence.range.clone().filter(is_missing).collect();

@@ -11,11 +11,13 @@ use crate::picture::{Done, PictureJob};
 use crate::progress::ProgressView;
 use crate::report::{Report, Seconds, Speed, WorkPerRay, timed};
 use crate::streams::{self, Verbosity};
+use crate::text::ratio;
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
+use eosphor::still::{Checkpoint, checkpoint_path};
 use eosphor::{Animation, CameraMotion, Move, Scene, SceneData, Transform, check_writable, load, scene_hash};
-use eosphor::{Backend, Bands, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
+use eosphor::{Backend, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -27,6 +29,7 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     // What can be known to fail does so before minutes of rendering.
     let kind = frames::output_kind(flags);
     flags.animation.check(kind)?;
+    flags.keep.check(kind, &flags.file, flags.show, &flags.report)?;
     let sequence = kind != OutputKind::Still;
     if !frames::is_video(&flags.output) {
         flags.file.check(Format::of(&flags.output)?)?;
@@ -68,7 +71,7 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     if flags.show == Some(Show::Cost) {
         return show_cost(flags, data, bands, options);
     }
-    let (done, hierarchy) = trace(flags, &*backend, data, bands, options, &mut seconds)?;
+    let (done, hierarchy) = trace(flags, &*backend, data, bands.rows(), options, &mut seconds)?;
     if done.share == 0.0 && !done.complete {
         let output = flags.output.display();
         return Err(Failure::Interrupted(format!(
@@ -90,13 +93,22 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     }
     match done.complete {
         true => Ok(()),
-        false => Err(Failure::Interrupted(format!(
-            "interrupted: {} was not written: {} is the partial picture, with {:.0} % of the pixels",
-            flags.output.display(),
-            report.output,
-            (done.share * 100.0).floor(),
-        ))),
+        false => Err(Failure::Interrupted(interruption(flags, &done))),
     }
+}
+
+/// What there is after a signal.
+fn interruption(flags: &RenderFlags, done: &Done) -> String {
+    let (output, partial, percent) =
+        (flags.output.display(), done.written.display(), (done.share * 100.0).floor());
+    let goes_on = match &done.kept {
+        Some(_) => "; the same with --resume goes on",
+        None => "",
+    };
+    format!(
+        "interrupted: {output} was not written: {percent:.0} % of its samples are done; {partial} is the partial \
+         picture{goes_on}"
+    )
 }
 
 /// The scene with everything that the flags change.
@@ -228,11 +240,13 @@ fn trace(
     flags: &RenderFlags,
     backend: &dyn Backend,
     data: Arc<SceneData>,
-    bands: Bands,
+    most_rows: u32,
     options: SaveOptions,
     seconds: &mut Seconds,
 ) -> Result<(Done, HierarchyStatistics), Failure> {
     interrupt::check()?;
+    let (output, verbosity) = (&*flags.output, flags.report.verbosity());
+    let checkpoint = open_checkpoint(flags, &data)?;
     let prepared = timed(&mut seconds.build, || backend.prepare(Arc::clone(&data)))?;
     let features = match options.layers.is_empty() {
         true => None,
@@ -242,10 +256,46 @@ fn trace(
         }
     };
     interrupt::check()?;
-    let (output, count_work) = (&*flags.output, flags.report.stats);
-    let job = PictureJob { prepared: &*prepared, features, output, options, count_work };
-    let done = job.run(bands, ProgressView::new(flags.report.verbosity()), seconds)?;
+    let job = PictureJob {
+        prepared: &*prepared,
+        features,
+        output,
+        options,
+        count_work: flags.report.stats,
+        most_rows,
+        checkpoint_interval: flags.keep.interval(),
+        verbosity,
+    };
+    let done = job.run(checkpoint, ProgressView::new(verbosity), seconds)?;
     Ok((done, prepared.hierarchy_statistics()))
+}
+
+/// What an earlier run has done, where it is to be gone on with.
+fn open_checkpoint(flags: &RenderFlags, data: &Arc<SceneData>) -> Result<Checkpoint, Failure> {
+    let path = checkpoint_path(&flags.output);
+    let resume = flags.keep.resume;
+    let checkpoint =
+        Checkpoint::open(&path, Arc::clone(data), flags.keep.interval(), resume).map_err(Failure::because)?;
+    let name = path.display();
+    let note = match resume {
+        true if checkpoint.is_kept() => {
+            let settings = &data.settings;
+            let all = u64::from(settings.width) * u64::from(settings.height) * u64::from(settings.samples);
+            let percent = (1000.0 * ratio(checkpoint.samples_done() as f64, all as f64)).floor() / 10.0;
+            Some(format!("{percent} % of the samples are done already"))
+        }
+        true => Some(format!(
+            "{name} is not there, or has nothing yet: the picture is rendered from its beginning"
+        )),
+        false if checkpoint.has_other() => {
+            Some(format!("{name} is of a render that ended early: --resume would go on with it"))
+        }
+        false => None,
+    };
+    if let Some(note) = note {
+        flags.report.verbosity().say(Verbosity::Normal, &format!("eosphor: note: {note}"));
+    }
+    Ok(checkpoint)
 }
 
 fn report(
@@ -266,7 +316,8 @@ fn report(
         backend,
         rays: done.statistics,
         total_rays,
-        rays_per_pixel: total_rays as f64 / (width as f64 * height as f64),
+        resumed: done.resumed,
+        rays_per_pixel: ratio(total_rays as f64, width as f64 * height as f64 * (1.0 - done.resumed)),
         work_per_ray: flags.report.stats.then(|| WorkPerRay::of(&done.statistics)),
         speed: Speed::of(total_rays, &seconds),
         seconds,

@@ -40,7 +40,7 @@ pub(super) fn render_video(sequence: &Sequence, backend: &dyn Backend) -> Result
     manifest_path.push(".manifest");
     let manifest_path = PathBuf::from(manifest_path);
     let identity = sequence.identity(&format!("{:?}", sequence.range), &format!("mp4 {quality} {rate}"));
-    let begun = match flags.animation.resume && manifest_path.exists() {
+    let begun = match flags.keep.resume && manifest_path.exists() {
         true => Some(Manifest::open(&manifest_path, &identity, true).map_err(Failure::because)?),
         false => None,
     };

@@ -10,6 +10,8 @@ mod inputs;
 mod output;
 mod place;
 mod render;
+#[cfg(unix)]
+mod resume;
 mod schema;
 #[cfg(unix)]
 mod streams;

@@ -188,7 +188,19 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
     let bad: &[(&[&str], &str)] = &[
         (&["--orbit", "4"], "--orbit would do nothing here: it needs frames"),
         (&["--fps", "25"], "--fps would do nothing here: it needs frames"),
-        (&["--resume"], "--resume would do nothing here: it needs frames"),
+        (&["--resume", "--stats"], "--resume would do nothing here: it needs a render without --stats"),
+        (
+            &["--resume", "--tiles", "1/2"],
+            "--resume would do nothing here: it needs a whole picture or frames",
+        ),
+        (
+            &["--checkpoint-every", "5", "--show", "cost"],
+            "--checkpoint-every would do nothing here: it needs a still",
+        ),
+        (
+            &["--orbit", "4", "-o", "%d.png", "--checkpoint-every", "5"],
+            "--checkpoint-every would do nothing here: it needs a still",
+        ),
         (&["--video-quality", "50"], "--video-quality would do nothing here: it needs an .mp4"),
         (&["--ffmpeg"], "--ffmpeg would do nothing here: it needs an .mp4"),
         (&["--orbit", "4", "-o", "%d.png", "--ffmpeg"], "--ffmpeg would do nothing here: it needs an .mp4"),

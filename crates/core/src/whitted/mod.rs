@@ -29,6 +29,6 @@ pub use features::{PixelFeatures, pixel_features};
 pub use light_lanes::LightLanes;
 pub use local::{is_lit, local_radiance};
 pub use path_ray::{PathRay, RayKind};
-pub use radiance::{MAX_DEPTH, RayCounts, pixel_color, radiance, render_pixel, render_samples};
+pub use radiance::{MAX_DEPTH, RayCounts, Samples, pixel_color, radiance, render_pixel, render_samples};
 pub use receiver::{Receiver, Receivers, shadow_origin, side_sign};
 pub use transmittance::transmittance;

@@ -125,24 +125,36 @@ pub fn render_pixel<T: Tracer, const W: usize>(
     y: u32,
     counts: &mut RayCounts,
 ) -> ExactSum {
-    render_samples::<T, W>(view, tracer, (x, y), (0, 1), counts)
+    let samples = Samples { first: 0, end: view.settings.samples, step: 1 };
+    render_samples::<T, W>(view, tracer, (x, y), samples, counts)
 }
 
-/// Of a pixel's samples the one that comes `first`, and from there every `step`-th one: a share of its sum.
+/// Some samples of a pixel: from the first on every `step`-th one before the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Samples {
+    /// The number of the first one.
+    pub first: u32,
+    /// What all numbers are below.
+    pub end: u32,
+    /// From one to the next; at least 1.
+    pub step: u32,
+}
+
+/// Some samples of a pixel: a part of its sum.
 #[inline(always)]
 pub fn render_samples<T: Tracer, const W: usize>(
     view: &SceneView,
     tracer: &T,
     (x, y): (u32, u32),
-    (first, step): (u32, u32),
+    samples: Samples,
     counts: &mut RayCounts,
 ) -> ExactSum {
     let mut sum = ExactSum::default();
-    let mut sample = first;
-    while sample < view.settings.samples {
+    let mut sample = samples.first;
+    while sample < samples.end {
         let ray = camera_ray(view, x, y, sample);
         radiance::<T, W>(view, tracer, ray, (x, y, sample), &mut sum, counts);
-        sample += step;
+        sample += samples.step;
     }
     sum
 }

@@ -1,6 +1,6 @@
 //! A backend with another one in reserve.
 
-use super::{Backend, BackendError, PreparedScene, RenderControl, Rendered};
+use super::{Backend, BackendError, PreparedScene, RenderControl, Rendered, Sampled};
 use crate::{Hierarchy, HierarchyStatistics};
 use eosphor_scene::SceneData;
 use std::ops::Range;
@@ -96,6 +96,21 @@ impl PreparedFallback {
         Arc::clone(&self.state().prepared)
     }
 
+    /// Does something, and again with the reserve where the first backend fails: rows that were lost are rendered again.
+    fn with_reserve<T>(
+        &self,
+        work: impl Fn(&dyn PreparedScene) -> Result<T, BackendError>,
+    ) -> Result<T, BackendError> {
+        let (prepared, in_use) = {
+            let state = self.state();
+            (Arc::clone(&state.prepared), state.in_use)
+        };
+        match work(&*prepared) {
+            Err(error) if in_use == InUse::First => work(&*self.go_over(&error)?),
+            result => result,
+        }
+    }
+
     /// Goes over to the reserve; others who fail at the same time wait here and find it done.
     fn go_over(&self, error: &BackendError) -> Result<Arc<dyn PreparedScene>, BackendError> {
         let mut state = self.state();
@@ -121,16 +136,25 @@ impl PreparedScene for PreparedFallback {
         self.size
     }
 
-    /// Rows that were lost are rendered again.
+    fn samples(&self) -> u32 {
+        self.scene.settings.samples
+    }
+
+    fn pixels_at_a_time(&self) -> u64 {
+        self.prepared().pixels_at_a_time()
+    }
+
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
-        let (prepared, in_use) = {
-            let state = self.state();
-            (Arc::clone(&state.prepared), state.in_use)
-        };
-        match prepared.render_rows(rows.clone(), control) {
-            Err(error) if in_use == InUse::First => self.go_over(&error)?.render_rows(rows, control),
-            result => result,
-        }
+        self.with_reserve(|prepared| prepared.render_rows(rows.clone(), control))
+    }
+
+    fn sample_rows(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError> {
+        self.with_reserve(|prepared| prepared.sample_rows(rows.clone(), samples.clone(), control))
     }
 }
 
@@ -182,6 +206,23 @@ mod tests {
             }
             self.cpu.render_rows(rows, control)
         }
+        fn samples(&self) -> u32 {
+            self.cpu.samples()
+        }
+        fn pixels_at_a_time(&self) -> u64 {
+            self.cpu.pixels_at_a_time()
+        }
+        fn sample_rows(
+            &self,
+            rows: Range<u32>,
+            samples: Range<u32>,
+            control: &RenderControl,
+        ) -> Result<Sampled, BackendError> {
+            if self.rows_left.fetch_sub(1, Ordering::Relaxed) == 0 {
+                return Err(BackendError::Failed("the device was lost".into()));
+            }
+            self.cpu.sample_rows(rows, samples, control)
+        }
     }
 
     fn cpu() -> Result<Box<dyn Backend>, BackendError> {
@@ -209,6 +250,8 @@ mod tests {
                 let got = prepared.render_rows(rows.clone(), &control).unwrap();
                 let want = expected.render_rows(rows.clone(), &control).unwrap();
                 assert!(got.complete && got.film == want.film, "{what} {rows:?}");
+                let got = prepared.sample_rows(rows.clone(), 0..1, &control).unwrap();
+                assert!(got.complete && got.sums.film(1) == want.film, "{what} {rows:?}");
             }
             assert!(backend.describe().starts_with("failing, then CPU"), "{}", backend.describe());
             let told = told.lock().unwrap();

@@ -5,7 +5,7 @@ mod fallback;
 
 pub use fallback::Fallback;
 
-use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
+use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
 use eosphor_scene::{Moment, SceneData};
 use std::ops::Range;
 use std::sync::Arc;
@@ -37,6 +37,12 @@ pub trait PreparedScene: Send + Sync {
     /// Width and height of the picture in pixels.
     fn size(&self) -> (u32, u32);
 
+    /// Samples of a pixel.
+    fn samples(&self) -> u32;
+
+    /// How many pixels keep all of it busy: who asks for rows in pieces asks for no fewer.
+    fn pixels_at_a_time(&self) -> u64;
+
     /// Told before a frame of an animation how many will be begun after it. Who shares out work can make the last shares small.
     fn frames_left(&self, _frames: usize) {}
 
@@ -49,6 +55,20 @@ pub trait PreparedScene: Send + Sync {
     ///
     /// [`BackendError::Failed`] where the rows are none or not in the picture, and whatever the device says.
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError>;
+
+    /// Takes some samples of each pixel of some rows. Sums of samples are exact, so those of several calls may be added in any
+    /// order ([`SampleSums::add`]), and all samples of a picture, however they were shared out, make the film that
+    /// [`PreparedScene::render_rows`] does ([`SampleSums::film`]).
+    ///
+    /// # Errors
+    ///
+    /// As of [`PreparedScene::render_rows`]; also where the samples are none or not among [`PreparedScene::samples`].
+    fn sample_rows(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError>;
 
     /// Renders the whole picture, as [`PreparedScene::render_rows`] does.
     fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
@@ -63,6 +83,17 @@ pub fn check_rows(rows: &Range<u32>, height: u32) -> Result<(), BackendError> {
         false => Err(BackendError::Failed(format!(
             "rows {} to {} are asked for, and the picture has {height}",
             rows.start, rows.end
+        ))),
+    }
+}
+
+/// What every backend asks before it takes some samples.
+pub fn check_samples(samples: &Range<u32>, all: u32) -> Result<(), BackendError> {
+    match samples.start < samples.end && samples.end <= all {
+        true => Ok(()),
+        false => Err(BackendError::Failed(format!(
+            "samples {} to {} are asked for, and a pixel has {all}",
+            samples.start, samples.end
         ))),
     }
 }
@@ -103,6 +134,17 @@ pub struct Rendered {
     /// The picture, or the rows of it that were asked for; pixels that were not reached are black.
     pub film: Film,
     /// False where the render was cancelled before its end.
+    pub complete: bool,
+    /// Rays and work.
+    pub statistics: RayStatistics,
+}
+
+/// Some samples of some rows.
+#[derive(Clone, Debug)]
+pub struct Sampled {
+    /// Their sums; where it is not complete, pixels that were not reached are 0.
+    pub sums: SampleSums,
+    /// False where it was cancelled before its end.
     pub complete: bool,
     /// Rays and work.
     pub statistics: RayStatistics,

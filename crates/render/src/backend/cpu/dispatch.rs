@@ -10,14 +10,16 @@ use super::tile::Tile;
 use super::{Scheduler, SimdLevel};
 use crate::{Hierarchy, RayStatistics};
 use eosphor_core::hierarchy::CountWork;
-use eosphor_core::math::Vec3;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{RayCounts, pixel_color, render_pixel};
+use eosphor_core::whitted::{RayCounts, Samples, render_samples};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A tile to be rendered.
+#[derive(Clone)]
 pub(super) struct TileJob<'a> {
     pub(super) tile: Tile,
+    pub(super) samples: Range<u32>,
     /// When raised, the tile is given up.
     pub(super) cancel: &'a AtomicBool,
     /// Count nodes and primitive tests.
@@ -25,38 +27,38 @@ pub(super) struct TileJob<'a> {
     pub(super) scheduler: Scheduler,
 }
 
-/// Colours of a tile, row after row, and its rays; `None` where it was given up.
-type Traced = Option<(Vec<Vec3>, RayCounts)>;
+/// The rays of a tile, whose sums are in the workspace then; `None` where it was given up.
+type Traced = Option<RayCounts>;
 
 /// Shadow rays that the scalar scheduler traces at a time.
 const LANES: usize = 16;
 
-/// Renders a tile at a SIMD level that the CPU has. Instances are those of `top`.
+/// Renders a tile at a SIMD level that the CPU has, and leaves its sums in the workspace ([`Workspace::sums`]). Instances
+/// are those of `top`. `None` where it was given up.
 pub(super) fn render_tile(
     view: &SceneView,
     (hierarchy, top): (&Hierarchy, &Hierarchy),
     job: &TileJob,
     work: &mut Workspace,
     simd: SimdLevel,
-) -> Option<(Vec<Vec3>, RayStatistics)> {
+) -> Option<RayStatistics> {
     if job.count_work {
         // By the scalar traversals: packets share nodes, which would make the figures per ray incomparable.
-        let job = TileJob { scheduler: Scheduler::Scalar, ..*job };
+        let job = TileJob { scheduler: Scheduler::Scalar, ..job.clone() };
         let count = CountWork::default();
         let traced =
             hierarchy.with_counting(top, &count, simd, |queries| at_level(view, queries, &job, work, simd));
         let (nodes_visited, primitive_tests) = (count.nodes.get(), count.primitives.get());
-        return traced
-            .map(|(colors, rays)| (colors, RayStatistics { nodes_visited, primitive_tests, ..rays.into() }));
+        return traced.map(|rays| RayStatistics { nodes_visited, primitive_tests, ..rays.into() });
     }
     // Without a hierarchy batches gain nothing, and would keep a tile from being given up for long.
     let scheduler = match hierarchy {
         Hierarchy::Exhaustive(_) => Scheduler::Scalar,
         _ => job.scheduler,
     };
-    let job = TileJob { scheduler, ..*job };
+    let job = TileJob { scheduler, ..job.clone() };
     let traced = hierarchy.with_batches(top, simd, |queries| at_level(view, queries, &job, work, simd));
-    traced.map(|(colors, rays)| (colors, rays.into()))
+    traced.map(RayStatistics::from)
 }
 
 fn at_level(
@@ -103,22 +105,22 @@ unsafe fn render_tile_avx2(
 fn render_tile_with(view: &SceneView, queries: &dyn Queries, job: &TileJob, work: &mut Workspace) -> Traced {
     let tracer = AnyTracer(queries);
     match job.scheduler {
-        Scheduler::Batched => batched::trace_tile(view, &tracer, job.tile, job.cancel, work),
-        Scheduler::Scalar => pixel_by_pixel(view, &tracer, job),
+        Scheduler::Batched => batched::trace_tile(view, &tracer, job, work),
+        Scheduler::Scalar => pixel_by_pixel(view, &tracer, job, work),
     }
 }
 
 /// By the reference scheduler.
 #[inline(always)]
-fn pixel_by_pixel(view: &SceneView, tracer: &AnyTracer, job: &TileJob) -> Traced {
-    let mut colors = Vec::with_capacity(job.tile.pixels() as usize);
+fn pixel_by_pixel(view: &SceneView, tracer: &AnyTracer, job: &TileJob, work: &mut Workspace) -> Traced {
     let mut counts = RayCounts::default();
-    for (x, y) in job.tile.places() {
+    let samples = Samples { first: job.samples.start, end: job.samples.end, step: 1 };
+    work.sums.clear();
+    for place in job.tile.places() {
         if job.cancel.load(Ordering::Relaxed) {
             return None;
         }
-        let sum = render_pixel::<_, LANES>(view, tracer, x, y, &mut counts);
-        colors.push(pixel_color(view, &sum));
+        work.sums.push(render_samples::<_, LANES>(view, tracer, place, samples, &mut counts));
     }
-    Some((colors, counts))
+    Some(counts)
 }

@@ -16,18 +16,20 @@ pub use options::{CpuOptions, Scheduler};
 pub(crate) use queries::{Queries, with_level};
 
 use super::{
-    Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, check_rows, check_scene,
+    Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, Sampled, check_rows,
+    check_samples, check_scene,
 };
-use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics};
+use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
 use batched::Workspace;
 use dispatch::TileJob;
 use eosphor_accel::Builder;
+use eosphor_core::whitted::{ExactSum, pixel_color};
 use eosphor_scene::{Moment, SceneData};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
-use tile::Tiling;
+use std::sync::{Arc, Mutex, PoisonError};
+use tile::{Tile, Tiling};
 
 /// Renders on the cores of the CPU.
 pub struct CpuBackend {
@@ -143,44 +145,93 @@ impl PreparedScene for PreparedCpu {
         (self.scene.settings.width, self.scene.settings.height)
     }
 
+    fn samples(&self) -> u32 {
+        self.scene.settings.samples
+    }
+
+    /// Several tiles a thread.
+    fn pixels_at_a_time(&self) -> u64 {
+        Tiling::fewest_pixels(self.pool.current_num_threads())
+    }
+
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
         let (width, height) = self.size();
         check_rows(&rows, height)?;
+        let film = Mutex::new(Film::new(width, rows.end - rows.start));
+        let samples = 0..self.samples();
+        let view = self.scene.view_at(control.moment);
+        let color = |sum: &ExactSum| pixel_color(&view, sum);
+        let first_row = rows.start;
+        let (complete, statistics) = self.trace_tiles(rows, samples, control, &|tile, sums| {
+            // A tile is done or not: nothing panics between here and the end.
+            let mut film = film.lock().unwrap_or_else(PoisonError::into_inner);
+            tile.put_to(sums, &mut film.pixels, width, first_row, color);
+        });
+        let film = film.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok(Rendered { film, complete, statistics })
+    }
+
+    fn sample_rows(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError> {
+        let (width, height) = self.size();
+        check_rows(&rows, height)?;
+        check_samples(&samples, self.samples())?;
+        let sums = Mutex::new(SampleSums::new(width, rows.end - rows.start));
+        let first_row = rows.start;
+        let (complete, statistics) = self.trace_tiles(rows, samples, control, &|tile, of_tile| {
+            let mut sums = sums.lock().unwrap_or_else(PoisonError::into_inner);
+            tile.copy_to(of_tile, &mut sums.sums, width, first_row);
+        });
+        let sums = sums.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok(Sampled { sums, complete, statistics })
+    }
+}
+
+impl PreparedCpu {
+    /// Takes samples of rows, tile by tile. `store` is told the sums of each tile, row after row. Whether all tiles were done.
+    fn trace_tiles(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &RenderControl,
+        store: &(dyn Fn(Tile, &[ExactSum]) + Sync),
+    ) -> (bool, RayStatistics) {
+        let width = self.scene.settings.width;
         let view = self.scene.view_at(control.moment);
         let top = top_of(&self.hierarchy, control.moment, &self.pool);
         let hierarchies = (&*self.hierarchy, top.as_ref().unwrap_or(&self.hierarchy));
-        let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
-        let film = Film::new(width, rows.end - rows.start);
-        let pixels_total = film.pixels.len() as u64;
-        let film = Mutex::new((film, RayStatistics::default()));
+        let pixels_total = u64::from(width) * rows.len() as u64;
+        let tiling = Tiling::for_threads(width, rows, self.tile, self.pool.current_num_threads());
+        let all = Mutex::new(RayStatistics::default());
         let (pixels_done, rays) = (AtomicU64::new(0), AtomicU64::new(0));
         // A tile takes one and gives it back: there are as many as tiles in work at one time.
         let workspaces = Mutex::new(Vec::<Workspace>::new());
-        let lock_workspaces = || workspaces.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let lock_workspaces = || workspaces.lock().unwrap_or_else(PoisonError::into_inner);
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
                 let tile = tiling.tile(number);
                 let (cancel, count_work) = (control.cancel, control.count_work);
-                let job = TileJob { tile, cancel, count_work, scheduler: self.scheduler };
+                let scheduler = self.scheduler;
+                let job = TileJob { tile, samples: samples.clone(), cancel, count_work, scheduler };
                 let mut workspace = lock_workspaces().pop().unwrap_or_default();
-                let rendered = dispatch::render_tile(&view, hierarchies, &job, &mut workspace, self.simd);
-                lock_workspaces().push(workspace);
-                let Some((colors, statistics)) = rendered else {
-                    return;
-                };
-                {
-                    // A tile is done or not: nothing panics between here and the end of the block.
-                    let mut guard = film.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                    tile.copy_to(&colors, &mut guard.0.pixels, width, rows.start);
-                    guard.1 += statistics;
+                let traced = dispatch::render_tile(&view, hierarchies, &job, &mut workspace, self.simd);
+                if traced.is_some() {
+                    store(tile, &workspace.sums);
                 }
+                lock_workspaces().push(workspace);
+                let Some(statistics) = traced else { return };
+                *all.lock().unwrap_or_else(PoisonError::into_inner) += statistics;
                 let done = pixels_done.fetch_add(tile.pixels(), Ordering::Relaxed) + tile.pixels();
                 let rays =
                     rays.fetch_add(statistics.total_rays(), Ordering::Relaxed) + statistics.total_rays();
                 (control.on_progress)(Progress { pixels_done: done, pixels_total, rays });
             });
         });
-        let (film, statistics) = film.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-        Ok(Rendered { film, complete: pixels_done.into_inner() == pixels_total, statistics })
+        let statistics = all.into_inner().unwrap_or_else(PoisonError::into_inner);
+        (pixels_done.into_inner() == pixels_total, statistics)
     }
 }

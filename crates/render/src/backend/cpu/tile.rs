@@ -30,6 +30,11 @@ impl Tiling {
         Tiling { width, first_row: rows.start, height: rows.end - rows.start, side }
     }
 
+    /// Pixels of which threads have enough tiles, and not of the smallest.
+    pub(super) fn fewest_pixels(threads: usize) -> u64 {
+        u64::from(TILES_A_THREAD) * threads as u64 * u64::from(SIDES[1] * SIDES[1])
+    }
+
     fn columns(&self) -> u32 {
         self.width.div_ceil(self.side)
     }
@@ -77,9 +82,22 @@ impl Tile {
 
     /// Puts its pixels, row after row, into rows of a picture that begin with `first_row`.
     pub(super) fn copy_to<T: Copy>(&self, pixels: &[T], rows: &mut [T], width: u32, first_row: u32) {
+        self.put_to(pixels, rows, width, first_row, |pixel| *pixel);
+    }
+
+    /// The same with what each pixel is turned into.
+    pub(super) fn put_to<T, U>(
+        &self,
+        pixels: &[T],
+        rows: &mut [U],
+        width: u32,
+        first_row: u32,
+        turn: impl Fn(&T) -> U,
+    ) {
         for (dy, row) in pixels.chunks_exact(self.width as usize).enumerate() {
             let start = ((self.y - first_row) as usize + dy) * width as usize + self.x as usize;
-            rows[start..start + row.len()].copy_from_slice(row);
+            let places = &mut rows[start..start + row.len()];
+            places.iter_mut().zip(row).for_each(|(place, pixel)| *place = turn(pixel));
         }
     }
 }

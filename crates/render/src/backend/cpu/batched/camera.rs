@@ -4,6 +4,7 @@ use super::super::tile::Tile;
 use super::Path;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::camera_ray;
+use std::ops::Range;
 
 /// Side of the blocks of pixels whose rays follow each other: 16 rays, as many as a packet takes.
 const BLOCK: u32 = 4;
@@ -11,7 +12,7 @@ const BLOCK: u32 = 4;
 /// Gives a tile's camera rays, block of pixels after block of pixels; in a block sample after sample.
 pub(in super::super) struct CameraRays {
     tile: Tile,
-    samples: u32,
+    samples: Range<u32>,
     /// Upper left corner of the block that is next, from that of the tile.
     block: [u32; 2],
     /// The sample that is next.
@@ -20,8 +21,9 @@ pub(in super::super) struct CameraRays {
 
 impl CameraRays {
     #[inline(always)]
-    pub(in super::super) fn new(tile: Tile, samples: u32) -> CameraRays {
-        CameraRays { tile, samples, block: [0, 0], sample: 0 }
+    pub(in super::super) fn new(tile: Tile, samples: Range<u32>) -> CameraRays {
+        let sample = samples.start;
+        CameraRays { tile, samples, block: [0, 0], sample }
     }
 
     /// Appends up to `limit` rays (a block's rays of one sample stay together); returns whether there was any.
@@ -44,10 +46,10 @@ impl CameraRays {
     #[inline(always)]
     fn advance(&mut self) {
         self.sample += 1;
-        if self.sample < self.samples {
+        if self.sample < self.samples.end {
             return;
         }
-        self.sample = 0;
+        self.sample = self.samples.start;
         self.block[0] += BLOCK;
         if self.block[0] >= self.tile.width {
             self.block = [0, self.block[1] + BLOCK];

@@ -21,6 +21,7 @@ mod lit;
 mod pending;
 mod shadows;
 
+use super::dispatch::TileJob;
 use super::tile::Tile;
 pub(super) use camera::CameraRays;
 use eosphor_accel::{BatchTracer, Coherence, Filters};
@@ -28,13 +29,11 @@ use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::shading::SurfacePoint;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{
-    ExactSum, PathRay, RayCounts, depth_limit, local_radiance, pixel_color, weight_at,
-};
+use eosphor_core::whitted::{ExactSum, PathRay, RayCounts, depth_limit, local_radiance, weight_at};
 use lit::LitPoints;
 use pending::Pending;
 use shadows::Shadows;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Rays traced at a time, at most.
 const BATCH: usize = 1024;
@@ -60,20 +59,21 @@ pub(super) struct Workspace {
     pending: Pending,
     lit: LitPoints,
     shadows: Shadows,
-    sums: Vec<ExactSum>,
+    /// Those of the tile's pixels, row after row.
+    pub(super) sums: Vec<ExactSum>,
 }
 
-/// Colours of a tile, row after row, and its rays; `None` where it was given up.
+/// The rays of a tile, whose sums are in the workspace then; `None` where it was given up.
 #[inline(always)]
 pub(super) fn trace_tile<T: BatchTracer>(
     view: &SceneView,
     tracer: &T,
-    tile: Tile,
-    cancel: &AtomicBool,
+    job: &TileJob,
     work: &mut Workspace,
-) -> Option<(Vec<Vec3>, RayCounts)> {
+) -> Option<RayCounts> {
+    let (tile, cancel) = (job.tile, job.cancel);
     let mut counts = RayCounts::default();
-    let mut camera = CameraRays::new(tile, view.settings.samples);
+    let mut camera = CameraRays::new(tile, job.samples.clone());
     work.pending.clear();
     work.sums.clear();
     work.sums.resize(tile.pixels() as usize, ExactSum::default());
@@ -102,11 +102,7 @@ pub(super) fn trace_tile<T: BatchTracer>(
             work.lit.add_to(&mut work.sums);
         }
     }
-    let mut colors = Vec::with_capacity(work.sums.len());
-    for sum in &work.sums {
-        colors.push(pixel_color(view, sum));
-    }
-    Some((colors, counts))
+    Some(counts)
 }
 
 impl Workspace {

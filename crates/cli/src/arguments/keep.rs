@@ -1,0 +1,60 @@
+//! Flags about renders that end early.
+
+use super::{FileFlags, Need, OutputKind, ReportFlags, Show, check};
+use crate::failure::Failure;
+use clap::{Args, value_parser};
+use std::time::Duration;
+
+/// Seconds between two writings of what is done, where nothing is said.
+const USUAL_INTERVAL: u32 = 60;
+
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Interruption")]
+pub(crate) struct KeepFlags {
+    /// Go on with what an earlier run of the same scene and settings has done: frames that are whole, or the samples that
+    /// OUT.part keeps of a still, which may be given more --samples
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// How often OUT.part is written while a still is rendered; after a signal it is in any case [default: 60]
+    #[arg(long, value_name = "SECONDS", value_parser = value_parser!(u32).range(1..=86_400))]
+    checkpoint_every: Option<u32>,
+}
+
+impl KeepFlags {
+    /// Fails where one of these would do nothing.
+    pub(crate) fn check(
+        &self,
+        output: OutputKind,
+        file: &FileFlags,
+        show: Option<Show>,
+        report: &ReportFlags,
+    ) -> Result<(), Failure> {
+        let is_picture = file.tiles.is_none() && show.is_none();
+        let is_still = output == OutputKind::Still && is_picture;
+        check(&[
+            Need {
+                flag: "--resume",
+                is_given: self.resume,
+                is_met: is_picture,
+                needs: "a whole picture or frames, not --tiles or --show",
+            },
+            Need {
+                flag: "--resume",
+                is_given: self.resume && report.stats,
+                is_met: false,
+                needs: "a render without --stats, which are of a whole one",
+            },
+            Need {
+                flag: "--checkpoint-every",
+                is_given: self.checkpoint_every.is_some(),
+                is_met: is_still,
+                needs: "a still, without --tiles and --show",
+            },
+        ])
+    }
+
+    /// Between two writings of what is done of a still.
+    pub(crate) fn interval(&self) -> Duration {
+        Duration::from_secs(self.checkpoint_every.unwrap_or(USUAL_INTERVAL).into())
+    }
+}

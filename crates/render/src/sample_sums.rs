@@ -1,0 +1,39 @@
+//! Sums of samples: what a film is made of, before the mean is taken.
+
+use crate::Film;
+use eosphor_core::whitted::ExactSum;
+
+/// Exact sums of some samples of each pixel of some rows, top row first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SampleSums {
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` sums, row after row from the top.
+    pub sums: Vec<ExactSum>,
+}
+
+impl SampleSums {
+    /// Of no samples.
+    pub fn new(width: u32, height: u32) -> SampleSums {
+        SampleSums { width, height, sums: vec![ExactSum::default(); width as usize * height as usize] }
+    }
+
+    /// Adds those of other samples of the same pixels.
+    ///
+    /// # Panics
+    ///
+    /// Where they are of another size.
+    pub fn add(&mut self, other: &SampleSums) {
+        assert_eq!((self.width, self.height), (other.width, other.height), "sums of the same pixels");
+        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, other)| sum.merge(other));
+    }
+
+    /// The mean of so many samples, which these are the sums of.
+    pub fn film(&self, samples: u32) -> Film {
+        let mut film = Film::new(self.width, self.height);
+        film.pixels.iter_mut().zip(&self.sums).for_each(|(pixel, sum)| *pixel = sum.mean(samples));
+        film
+    }
+}
