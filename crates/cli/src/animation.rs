@@ -13,6 +13,11 @@ use std::time::Instant;
 pub(crate) trait FrameSink: Sync {
     /// A frame that is whole. Called from several threads, in any order.
     fn take(&self, frame: u32, film: Film) -> Result<(), Failure>;
+
+    /// Asked before a frame is rendered. `false`: it is somebody else's.
+    fn claim(&self, _frame: u32) -> Result<bool, Failure> {
+        Ok(true)
+    }
 }
 
 /// A frame that is done, for logs.
@@ -40,17 +45,20 @@ pub(crate) struct FramesJob<'a> {
 pub(crate) struct FramesDone {
     /// How many frames are whole.
     pub(crate) count: usize,
+    /// How many were somebody else's.
+    pub(crate) left: usize,
     pub(crate) statistics: RayStatistics,
 }
 
 /// What the workers share.
 struct State {
-    /// Of frames that wait for those before them: rays.
-    waiting: Vec<Option<u64>>,
+    /// Of frames that wait for those before them: rays; `None` inside where they were somebody else's.
+    waiting: Vec<Option<Option<u64>>>,
     /// How many have been logged.
     logged: usize,
     last: Instant,
     count: usize,
+    left: usize,
     statistics: RayStatistics,
     failure: Option<Failure>,
 }
@@ -63,6 +71,7 @@ impl FramesJob<'_> {
             logged: 0,
             last: Instant::now(),
             count: 0,
+            left: 0,
             statistics: RayStatistics::default(),
             failure: None,
         });
@@ -75,7 +84,11 @@ impl FramesJob<'_> {
                 // No more than so many can be in work beside this one.
                 let left = self.frames.len() - number - 1;
                 self.prepared.frames_left(left.min(self.in_flight.saturating_sub(1)));
-                let done = self.render(frame, sink, view, (&pixels, &rays));
+                let done = match sink.claim(frame) {
+                    Ok(true) => self.render(frame, sink, view, (&pixels, &rays)).map(|done| done.map(Some)),
+                    Ok(false) => Ok(Some(None)),
+                    Err(failure) => Err(failure),
+                };
                 let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
                 let result = match done {
                     Ok(Some(statistics)) => self.note(&mut state, number, statistics),
@@ -99,7 +112,7 @@ impl FramesJob<'_> {
         let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
         match state.failure {
             Some(failure) => Err(failure),
-            None => Ok(FramesDone { count: state.count, statistics: state.statistics }),
+            None => Ok(FramesDone { count: state.count, left: state.left, statistics: state.statistics }),
         }
     }
 
@@ -139,15 +152,26 @@ impl FramesJob<'_> {
     }
 
     /// Logs what can be logged in order.
-    fn note(&self, state: &mut State, number: usize, statistics: RayStatistics) -> Result<(), Failure> {
-        state.count += 1;
-        state.statistics += statistics;
-        state.waiting[number] = Some(statistics.total_rays());
+    fn note(
+        &self,
+        state: &mut State,
+        number: usize,
+        statistics: Option<RayStatistics>,
+    ) -> Result<(), Failure> {
+        match statistics {
+            Some(statistics) => {
+                state.count += 1;
+                state.statistics += statistics;
+            }
+            None => state.left += 1,
+        }
+        state.waiting[number] = Some(statistics.map(|statistics| statistics.total_rays()));
         while let Some(Some(rays)) = state.waiting.get(state.logged).copied() {
-            let milliseconds = state.last.elapsed().as_secs_f64() * 1e3;
-            state.last = Instant::now();
             let frame = self.frames[state.logged];
             state.logged += 1;
+            let Some(rays) = rays else { continue };
+            let milliseconds = state.last.elapsed().as_secs_f64() * 1e3;
+            state.last = Instant::now();
             (self.log)(FrameDone { frame, milliseconds, rays })?;
         }
         Ok(())

@@ -16,7 +16,7 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static OVERDUE: AtomicBool = AtomicBool::new(false);
 
 /// How long what is in work when a signal comes may take to its end. Whoever sends SIGTERM waits for some seconds.
-const GRACE: Duration = Duration::from_secs(2);
+const GRACE: Duration = Duration::from_secs(4);
 
 /// The number of the signal that came first; 0 before.
 static FIRST: AtomicU8 = AtomicU8::new(0);

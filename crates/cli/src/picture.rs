@@ -16,7 +16,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// Seconds that a piece of work should take: a signal waits for its end, and threads wait for each other there.
-const PIECE_SECONDS: f64 = 2.0;
+const PIECE_SECONDS: f64 = 3.0;
 
 /// What is done of a piece is lost where the program is killed, so that several must fit between two checkpoints.
 const PIECES_A_CHECKPOINT: f64 = 4.0;

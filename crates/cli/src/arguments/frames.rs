@@ -26,6 +26,10 @@ pub(crate) struct FrameFlags {
     #[cfg(feature = "video")]
     #[arg(long, conflicts_with = "resume")]
     pub(crate) ffmpeg: bool,
+    /// Render the frames together with other processes that are told the same, on this machine or by a shared file system: each
+    /// takes those that are not done and nobody else has in work
+    #[arg(long, conflicts_with = "resume")]
+    pub(crate) share: bool,
     /// Frames that are in work at the same time; changes no pixel
     #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=64), hide = true)]
     pub(crate) in_flight: Option<u16>,
@@ -77,6 +81,7 @@ impl FrameFlags {
         check(&[
             need("--orbit", self.orbit.is_some(), is_sequence, frames),
             need("--fps", self.fps.is_some(), is_sequence, frames),
+            need("--share", self.share, output == OutputKind::Frames, "frames (an output as frame_%04d.png)"),
             need("--in-flight", self.in_flight.is_some(), is_sequence, frames),
             #[cfg(feature = "video")]
             need("--video-quality", self.video_quality.is_some(), is_video, "an .mp4"),

@@ -3,21 +3,21 @@
 use crate::animation::{FrameSink, FramesDone, FramesJob};
 use crate::arguments::{OutputKind, RenderFlags};
 use crate::failure::Failure;
-use crate::memory;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
-use eosphor::frames::{FramePattern, FramesIdentity, Manifest};
+use crate::{interrupt, memory};
+use eosphor::frames::{FramePattern, FramesIdentity, Manifest, Wanted};
 use eosphor::{
     Backend, Film, Format, Moments, Move, RayStatistics, SaveOptions, Scene, SceneData, check_writable,
     save_within, scene_hash,
 };
 use serde::Serialize;
 use std::collections::HashMap;
-use std::fs;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// What was done, for programs.
@@ -95,39 +95,20 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
     let format = Format::of(&flags.output)?;
     let SaveOptions { develop: _, jpeg_quality, exr_half, layers: _, metadata } = options;
     let identity = sequence.identity("", &format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}"));
-    // Jobs of some frames each may work beside each other.
-    let some = flags.animation.frames.is_some().then_some(&sequence.range);
-    let manifest = Manifest::open(&pattern.manifest_path(some), &identity, flags.keep.resume)
-        .map_err(Failure::because)?;
+    let range = sequence.range.clone();
+    let wanted = match flags.animation.share {
+        true => Wanted::Shared(range),
+        false if flags.keep.resume => Wanted::Missing(range),
+        false => Wanted::Anew(range),
+    };
+    let manifest = Manifest::open(&pattern.manifest_path(), &identity, wanted).map_err(Failure::because)?;
     let is_missing = |frame: &u32| !manifest.is_done(*frame, &pattern.path(*frame));
     let missing: Vec<u32> = sequence.range.clone().filter(is_missing).collect();
-    let part = PartFolder::new(pattern.part_path(some))?;
-    let sink = Files { pattern: &pattern, part: &part.0, manifest: &manifest, options };
+    let part = manifest.part();
+    let sink = Files { pattern: &pattern, part: &part, manifest: &manifest, options };
     let done = sequence.render(backend, &missing, &sink, None)?;
+    manifest.finish().map_err(Failure::because)?;
     done.report(sequence, backend)
-}
-
-/// Where files are until they are whole. A run that was killed leaves it, and the next one empties it.
-struct PartFolder(PathBuf);
-
-impl PartFolder {
-    fn new(path: PathBuf) -> Result<PartFolder, Failure> {
-        let _ = fs::remove_dir_all(&path);
-        match fs::create_dir(&path) {
-            Ok(()) => Ok(PartFolder(path)),
-            Err(error) => Err(Failure::Failed(format!(
-                "cannot make a folder for frames in the making: {}: {error}",
-                path.display()
-            ))),
-        }
-    }
-}
-
-impl Drop for PartFolder {
-    fn drop(&mut self) {
-        // There is nobody to tell; the next run tries again.
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 /// What was rendered.
@@ -164,7 +145,7 @@ impl Sequence<'_> {
             verbosity.say(Verbosity::Normal, &note);
         }
         if missing.is_empty() {
-            let done = FramesDone { count: 0, statistics: RayStatistics::default() };
+            let done = FramesDone { count: 0, left: 0, statistics: RayStatistics::default() };
             return Ok(Outcome { kept, done, seconds: start.elapsed().as_secs_f64() });
         }
         let prepared = backend.prepare(Arc::clone(self.data))?;
@@ -179,10 +160,25 @@ impl Sequence<'_> {
             log: &|_| Ok(()),
         };
         let view = ProgressView::new(verbosity);
-        let done = job.run(sink, &view);
+        let mut done = job.run(sink, &view);
+        // Those who had the frames that were left may be gone without having done them.
+        while let Ok(sum) = &mut done
+            && sum.left > 0
+            && !interrupt::flag().load(Ordering::Relaxed)
+        {
+            match job.run(sink, &view) {
+                Ok(FramesDone { count: 0, .. }) => break,
+                Ok(FramesDone { count, statistics, .. }) => {
+                    sum.count += count;
+                    sum.left = sum.left.saturating_sub(count);
+                    sum.statistics += statistics;
+                }
+                Err(failure) => done = Err(failure),
+            }
+        }
         view.finish();
         let done = done?;
-        if done.count < missing.len() {
+        if done.count + done.left < missing.len() {
             return Err(Failure::Interrupted(format!(
                 "interrupted: {}: {} of {all} frames are done: the same with --resume goes on",
                 self.flags.output.display(),
@@ -215,6 +211,11 @@ impl Outcome {
             grouped(report.total_rays),
         );
         flags.report.verbosity().say(Verbosity::Normal, &text);
+        if done.left > 0 {
+            let text =
+                format!("eosphor: note: {} frames were done by others, or they have them in work", done.left);
+            flags.report.verbosity().say(Verbosity::Normal, &text);
+        }
         if flags.report.json { streams::json(&report) } else { Ok(()) }
     }
 }
@@ -268,5 +269,9 @@ impl FrameSink for Files<'_> {
         let path = self.pattern.path(frame);
         save_within(self.part, &film, &path, self.options)?;
         self.manifest.note(frame, &path).map_err(Failure::because)
+    }
+
+    fn claim(&self, frame: u32) -> Result<bool, Failure> {
+        self.manifest.claim(frame, &self.pattern.path(frame)).map_err(Failure::because)
     }
 }

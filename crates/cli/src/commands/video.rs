@@ -4,7 +4,7 @@ use super::frames::Sequence;
 use crate::animation::FrameSink;
 use crate::failure::Failure;
 use crate::streams::Verbosity;
-use eosphor::frames::Manifest;
+use eosphor::frames::{Manifest, Wanted};
 use eosphor::video::{FfmpegOptions, FfmpegPipe, FrameRate, VideoOptions, VideoWriter, padded_size};
 use eosphor::{Backend, DevelopSettings, Developed, Film};
 use std::path::PathBuf;
@@ -40,32 +40,35 @@ pub(super) fn render_video(sequence: &Sequence, backend: &dyn Backend) -> Result
     manifest_path.push(".manifest");
     let manifest_path = PathBuf::from(manifest_path);
     let identity = sequence.identity(&format!("{:?}", sequence.range), &format!("mp4 {quality} {rate}"));
-    let begun = match flags.keep.resume && manifest_path.exists() {
-        true => Some(Manifest::open(&manifest_path, &identity, true).map_err(Failure::because)?),
-        false => None,
-    };
-    if begun.as_ref().is_some_and(|manifest| manifest.is_done(first, &flags.output)) {
+    let range = sequence.range.clone();
+    let wanted = if flags.keep.resume { Wanted::Missing(range) } else { Wanted::Anew(range) };
+    let manifest = Manifest::open(&manifest_path, &identity, wanted).map_err(Failure::because)?;
+    if manifest.is_done(first, &flags.output) {
         let note = format!("eosphor: note: {} is done already", flags.output.display());
         verbosity.say(Verbosity::Normal, &note);
-        return Ok(());
+        return manifest.finish().map_err(Failure::because);
     }
-    if !begun.as_ref().is_some_and(Manifest::is_resumed) {
+    if !manifest.is_resumed() || !flags.keep.resume {
         VideoWriter::discard(&flags.output)?;
     }
     // Half of the cores: the others render.
     let threads = available_parallelism().map_or(1, |n| n.get().div_ceil(2));
     let options_of_video = VideoOptions { quality, threads: threads.try_into().map_err(Failure::because)? };
     let length = sequence.range.len() as u32;
-    let writer = VideoWriter::open(&flags.output, (width, height), rate, length, &options_of_video)?;
-    let manifest = match begun {
-        Some(manifest) => manifest,
-        None => Manifest::open(&manifest_path, &identity, false).map_err(Failure::because)?,
+    let opened = VideoWriter::open(&flags.output, (width, height), rate, length, &options_of_video);
+    let (writer, manifest) = match opened {
+        Ok(writer) => (writer, manifest),
+        Err(error) => {
+            manifest.abandon();
+            return Err(error.into());
+        }
     };
     let missing: Vec<u32> = writer.missing_frames().into_iter().map(|number| first + number).collect();
     let sink = Video { writer, first, develop: options.develop };
     let done = sequence.render(backend, &missing, &sink, None)?;
     sink.writer.finish()?;
     manifest.note(first, &flags.output).map_err(Failure::because)?;
+    manifest.finish().map_err(Failure::because)?;
     done.report(sequence, backend)
 }
 

@@ -79,7 +79,66 @@ fn jobs_of_some_frames_each_do_not_disturb_each_other() {
     fs::remove_file(place.path("part_4.ppm")).unwrap();
     let run = frames(&place, "part_%d.ppm", &["--frames", "3..6", "--resume"]).succeeded();
     assert!(run.stderr.contains("2 of 3 frames are done already"), "{}", run.stderr);
+    // They have one account of what is done, which counts for all frames together, too.
+    let run = frames(&place, "part_%d.ppm", &["--resume"]).succeeded();
+    assert!(run.stderr.contains("6 of 6 frames are done already"), "{}", run.stderr);
+    fs::rename(place.path("part_%d.ppm.manifest"), place.path("kept")).unwrap();
+    assert!(
+        bytes(&place.path("kept")) == bytes(&place.path("whole_%d.ppm.manifest")),
+        "as one process leaves it"
+    );
     assert!(place.names().iter().all(|name| !name.ends_with(".part")), "{:?}", place.names());
+}
+
+/// Several processes at one command, and each frame is rendered once.
+#[test]
+fn shared_frames_are_rendered_once() {
+    let place = Place::new();
+    frames(&place, "whole_%d.ppm", &[]).succeeded();
+    let counts: Vec<u64> = std::thread::scope(|scope| {
+        let share = || frames(&place, "part_%d.ppm", &["--share", "--json"]).succeeded().json();
+        let all = [scope.spawn(share), scope.spawn(share), scope.spawn(share)];
+        all.map(|run| run.join().unwrap()["frames"].as_u64().unwrap()).to_vec()
+    });
+    assert_eq!(counts.iter().sum::<u64>(), 6, "{counts:?}");
+    for k in 0..6 {
+        let [whole, part] = ["whole", "part"].map(|name| bytes(&place.path(&format!("{name}_{k}.ppm"))));
+        assert!(whole == part, "frame {k}");
+    }
+    let [whole, part] = ["whole", "part"].map(|name| bytes(&place.path(&format!("{name}_%d.ppm.manifest"))));
+    assert!(
+        whole == part && place.names().iter().all(|name| !name.ends_with(".part")),
+        "{:?}",
+        place.names()
+    );
+}
+
+/// A second process is told who has the frames; it takes nothing away.
+#[test]
+fn frames_in_work_are_left_alone() {
+    let place = Place::new();
+    let long = ["--size", "400x400", "--samples", "400", "-q"];
+    let output = place.path("a_%d.ppm");
+    let arguments =
+        [&["render"], &COMMON[..], &["--orbit", "6", "-o", output.to_str().unwrap()], &long].concat();
+    let mut first = place.command(&arguments).spawn().unwrap();
+    let owner = format!("process {}", first.id());
+    let start = std::time::Instant::now();
+    while !place.names().iter().any(|name| name.ends_with(".part")) {
+        assert!(start.elapsed() < std::time::Duration::from_secs(60), "it never began");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    for flags in
+        [&[][..], &["--resume"], &["--frames", "2..3"], &["--seed", "7"], &["--seed", "7", "--share"]]
+    {
+        let run = frames(&place, "a_%d.ppm", &[&long, flags].concat());
+        run.failed_with(&["a_%d.ppm.manifest", &owner, "in work"]);
+    }
+    first.kill().unwrap();
+    first.wait().unwrap();
+    // It is gone, and what it left goes, too.
+    frames(&place, "a_%d.ppm", &["--frames", "2..3"]).succeeded();
+    assert_eq!(place.names(), ["a_%d.ppm.manifest", "a_2.ppm"]);
 }
 
 /// The same for shares of a picture.

@@ -1,6 +1,5 @@
 //! Names of frames: `img_%d.data`, `img_%04d.png`.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// The name of every frame: a path with one `%d` or `%04d` in its last part.
@@ -59,23 +58,10 @@ impl FramePattern {
         folder.join(format!("{before}{frame:0digits$}{after}"))
     }
 
-    /// A folder for files that are not whole yet. Where only some of the frames are made, others may be in the making in
-    /// another process, which has a folder of its own.
-    pub fn part_path(&self, some: Option<&Range<u32>>) -> PathBuf {
-        self.beside(some, "part")
-    }
-
-    /// What is kept about the frames, beside them; likewise.
-    pub fn manifest_path(&self, some: Option<&Range<u32>>) -> PathBuf {
-        self.beside(some, "manifest")
-    }
-
-    fn beside(&self, some: Option<&Range<u32>>, ending: &str) -> PathBuf {
+    /// What is kept about the frames, beside them.
+    pub fn manifest_path(&self) -> PathBuf {
         let mut name = self.pattern.clone().into_os_string();
-        if let Some(Range { start, end }) = some {
-            name.push(format!(".{start}..{end}"));
-        }
-        name.push(format!(".{ending}"));
+        name.push(".manifest");
         name.into()
     }
 }
@@ -91,8 +77,7 @@ mod tests {
         assert_eq!(path("%04d.png", 7), Path::new("0007.png"));
         assert_eq!(path("a%03db.png", 12345), Path::new("a12345b.png"));
         let pattern = FramePattern::new(Path::new("out/%d.png")).unwrap();
-        assert_eq!(pattern.manifest_path(None), Path::new("out/%d.png.manifest"));
-        assert_eq!(pattern.part_path(Some(&(3..9))), Path::new("out/%d.png.3..9.part"));
+        assert_eq!(pattern.manifest_path(), Path::new("out/%d.png.manifest"));
     }
 
     #[test]

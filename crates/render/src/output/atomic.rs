@@ -1,7 +1,7 @@
 //! Files that are whole or not there: written beside their final name, flushed to the disk, then renamed.
 
 use std::fs::{self, File};
-use std::io::{Error, ErrorKind};
+use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -78,6 +78,13 @@ fn take_rights_of(target: &Path, file: &NamedTempFile) {
 #[cfg(not(unix))]
 fn take_rights_of(_target: &Path, _file: &NamedTempFile) {}
 
+/// Writes a file that is whole or not there.
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let file = TemporaryFile::beside(path)?;
+    file.handle()?.write_all(bytes)?;
+    file.keep()
+}
+
 /// Whether a file could be created at `path`. It leaves nothing behind.
 pub(super) fn check(path: &Path) -> Result<(), Error> {
     temporary_beside(&resolve(path)?)?.close()
@@ -149,7 +156,6 @@ fn sync_folder(target: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());

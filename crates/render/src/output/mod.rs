@@ -24,6 +24,7 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use atomic::write_whole;
 pub use develop::{DevelopSettings, Developed};
 pub use error::OutputError;
 pub use exr::Layer;
