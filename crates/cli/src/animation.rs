@@ -24,7 +24,7 @@ pub(crate) trait FrameSink: Sync {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameDone {
     pub(crate) frame: u32,
-    /// Since the frame before it was done.
+    /// That it was rendered for, without developing and writing.
     pub(crate) milliseconds: f64,
     pub(crate) rays: u64,
 }
@@ -37,6 +37,8 @@ pub(crate) struct FramesJob<'a> {
     pub(crate) frames: &'a [u32],
     /// How many are in work at the same time.
     pub(crate) in_flight: usize,
+    /// One frame is rendered at a time, while others are developed and written: its time is its own then.
+    pub(crate) one_at_a_time: bool,
     /// Told of each frame that is done, in their order.
     pub(crate) log: &'a (dyn Fn(FrameDone) -> Result<(), Failure> + Sync),
 }
@@ -52,11 +54,10 @@ pub(crate) struct FramesDone {
 
 /// What the workers share.
 struct State {
-    /// Of frames that wait for those before them: rays; `None` inside where they were somebody else's.
-    waiting: Vec<Option<Option<u64>>>,
+    /// Of frames that wait for those before them; `None` inside where they were somebody else's.
+    waiting: Vec<Option<Option<FrameDone>>>,
     /// How many have been logged.
     logged: usize,
-    last: Instant,
     count: usize,
     left: usize,
     statistics: RayStatistics,
@@ -69,13 +70,12 @@ impl FramesJob<'_> {
         let state = Mutex::new(State {
             waiting: vec![None; self.frames.len()],
             logged: 0,
-            last: Instant::now(),
             count: 0,
             left: 0,
             statistics: RayStatistics::default(),
             failure: None,
         });
-        let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let (next, stop, turn) = (AtomicUsize::new(0), AtomicBool::new(false), Mutex::new(()));
         let (pixels, rays) = (AtomicU64::new(0), AtomicU64::new(0));
         let work = || {
             while !stop.load(Ordering::Relaxed) && !interrupt::flag().load(Ordering::Relaxed) {
@@ -85,7 +85,9 @@ impl FramesJob<'_> {
                 let left = self.frames.len() - number - 1;
                 self.prepared.frames_left(left.min(self.in_flight.saturating_sub(1)));
                 let done = match sink.claim(frame) {
-                    Ok(true) => self.render(frame, sink, view, (&pixels, &rays)).map(|done| done.map(Some)),
+                    Ok(true) => {
+                        self.render(frame, sink, view, (&pixels, &rays), &turn).map(|done| done.map(Some))
+                    }
                     Ok(false) => Ok(Some(None)),
                     Err(failure) => Err(failure),
                 };
@@ -123,7 +125,8 @@ impl FramesJob<'_> {
         sink: &dyn FrameSink,
         view: &ProgressView,
         (pixels, rays): (&AtomicU64, &AtomicU64),
-    ) -> Result<Option<RayStatistics>, Failure> {
+        turn: &Mutex<()>,
+    ) -> Result<Option<(RayStatistics, f64)>, Failure> {
         let moment = self.moments.at(frame)?;
         let (width, height) = self.prepared.size();
         let pixels_total = u64::from(width) * u64::from(height) * self.frames.len() as u64;
@@ -143,12 +146,16 @@ impl FramesJob<'_> {
         let cancel = interrupt::flag();
         let control =
             RenderControl { on_progress: &on_progress, cancel, count_work: false, moment: Some(&moment) };
-        let rendered = self.prepared.render(&control)?;
+        let (rendered, milliseconds) = {
+            let _mine = self.one_at_a_time.then(|| turn.lock().unwrap_or_else(PoisonError::into_inner));
+            let start = Instant::now();
+            (self.prepared.render(&control)?, start.elapsed().as_secs_f64() * 1e3)
+        };
         if !rendered.complete {
             return Ok(None);
         }
         sink.take(frame, rendered.film)?;
-        Ok(Some(rendered.statistics))
+        Ok(Some((rendered.statistics, milliseconds)))
     }
 
     /// Logs what can be logged in order.
@@ -156,23 +163,27 @@ impl FramesJob<'_> {
         &self,
         state: &mut State,
         number: usize,
-        statistics: Option<RayStatistics>,
+        done: Option<(RayStatistics, f64)>,
     ) -> Result<(), Failure> {
-        match statistics {
-            Some(statistics) => {
+        match done {
+            Some((statistics, _)) => {
                 state.count += 1;
                 state.statistics += statistics;
             }
             None => state.left += 1,
         }
-        state.waiting[number] = Some(statistics.map(|statistics| statistics.total_rays()));
-        while let Some(Some(rays)) = state.waiting.get(state.logged).copied() {
-            let frame = self.frames[state.logged];
+        let frame = self.frames[number];
+        let line = |(statistics, milliseconds): (RayStatistics, f64)| FrameDone {
+            frame,
+            milliseconds,
+            rays: statistics.total_rays(),
+        };
+        state.waiting[number] = Some(done.map(line));
+        while let Some(Some(done)) = state.waiting.get(state.logged).copied() {
             state.logged += 1;
-            let Some(rays) = rays else { continue };
-            let milliseconds = state.last.elapsed().as_secs_f64() * 1e3;
-            state.last = Instant::now();
-            (self.log)(FrameDone { frame, milliseconds, rays })?;
+            if let Some(done) = done {
+                (self.log)(done)?;
+            }
         }
         Ok(())
     }

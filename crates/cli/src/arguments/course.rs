@@ -21,6 +21,9 @@ pub(crate) struct CourseFlags {
     /// The lights along the edges light the scene themselves, instead of one in the middle of each body
     #[arg(long)]
     pub(crate) edge_lights: bool,
+    /// Go on with an animation that was interrupted: frames that are whole and of the same input are kept
+    #[arg(long)]
+    pub(crate) resume: bool,
     /// The hierarchy over the primitives; changes no pixel
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,

@@ -8,10 +8,13 @@ use crate::interrupt;
 use crate::memory;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
-use eosphor::{Backend, CourseInput, CourseOptions, Film, Moments, SaveOptions, SceneData, save};
+use eosphor::frames::{FramesIdentity, Manifest, Wanted};
+use eosphor::{
+    Backend, CourseInput, CourseOptions, Film, Moments, SaveOptions, SceneData, save_within, scene_hash,
+};
 use std::fs;
 use std::io::{Read, stdin};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// No input is longer.
@@ -37,24 +40,67 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
     let scene = loaded.scene;
     let data = Arc::new(SceneData::flatten(&scene)?.0);
     let backend = ranks_or_own(ranks, &flags.device(), flags.accel, false, Verbosity::Normal)?;
+    let options = SaveOptions::from(&scene.settings);
+    make_folder(&input)?;
+    let manifest = open_manifest(flags, &input, &options, &data)?;
+    let frames: Vec<u32> =
+        (0..input.frames).filter(|frame| !manifest.is_done(*frame, &input.output.path(*frame))).collect();
+    let kept = input.frames as usize - frames.len();
+    if kept > 0 {
+        streams::message(&format!("eosphor: note: {kept} of {} frames are done already", input.frames));
+    }
+    if frames.is_empty() {
+        return manifest.finish().map_err(Failure::because);
+    }
     let prepared = backend.prepare(Arc::clone(&data))?;
-    let sink = Files { input: &input, options: SaveOptions::from(&scene.settings) };
-    sink.make_folder()?;
-    let frames: Vec<u32> = (0..input.frames).collect();
+    let sink = Files { input: &input, part: &manifest.part(), manifest: &manifest, options };
     let job = FramesJob {
         prepared: &*prepared,
         moments: &Moments::new(&scene, &data),
         frames: &frames,
         in_flight: memory::frames(prepared.size(), backend.frames_in_flight())?,
+        // Ranks render frames at the same time, each for itself.
+        one_at_a_time: ranks.is_none(),
         log: &|done| streams::result(&format!("{}\t{:.3}\t{}\n", done.frame, done.milliseconds, done.rays)),
     };
     let view = ProgressView::new(Verbosity::Quiet);
     let done = job.run(&sink, &view)?;
     if done.count < frames.len() {
-        let message = format!("interrupted: {} of {} frames are done", done.count, frames.len());
+        let (done, all) = (kept + done.count, input.frames);
+        let message = format!("interrupted: {done} of {all} frames are done: the same with --resume goes on");
         return Err(Failure::Interrupted(message));
     }
-    Ok(())
+    manifest.finish().map_err(Failure::because)
+}
+
+/// What is done of the frames, beside them.
+fn open_manifest(
+    flags: &CourseFlags,
+    input: &CourseInput,
+    options: &SaveOptions,
+    data: &SceneData,
+) -> Result<Manifest, Failure> {
+    let moving = format!("{input} {:?} {}", flags.bodies, flags.edge_lights);
+    let identity = FramesIdentity {
+        scene: scene_hash(data, &options.develop),
+        animation: FramesIdentity::hash(&moving),
+        file: FramesIdentity::hash("course"),
+    };
+    let frames = 0..input.frames;
+    let wanted = if flags.resume { Wanted::Missing(frames) } else { Wanted::Anew(frames) };
+    let path = PathBuf::from(format!("{}.manifest", input.output));
+    Manifest::open(&path, &identity, wanted).map_err(Failure::because)
+}
+
+/// The folder of the frames, where it is not there.
+fn make_folder(input: &CourseInput) -> Result<(), Failure> {
+    let path = input.output.path(0);
+    let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) else {
+        return Ok(());
+    };
+    fs::create_dir_all(folder).map_err(|error| {
+        Failure::Failed(format!("cannot make the folder of the frames: {}: {error}", folder.display()))
+    })
 }
 
 /// Standard input, which must end somewhere.
@@ -71,24 +117,15 @@ fn read_input() -> Result<CourseInput, Failure> {
 /// `.data` frames, or others by the name's ending.
 struct Files<'a> {
     input: &'a CourseInput,
+    part: &'a Path,
+    manifest: &'a Manifest,
     options: SaveOptions,
-}
-
-impl Files<'_> {
-    /// The folder of the frames, where it is not there.
-    fn make_folder(&self) -> Result<(), Failure> {
-        let path = self.input.output.path(0);
-        let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) else {
-            return Ok(());
-        };
-        fs::create_dir_all(folder).map_err(|error| {
-            Failure::Failed(format!("cannot make the folder of the frames: {}: {error}", folder.display()))
-        })
-    }
 }
 
 impl FrameSink for Files<'_> {
     fn take(&self, frame: u32, film: Film) -> Result<(), Failure> {
-        Ok(save(&film, &self.input.output.path(frame), &self.options)?)
+        let path = self.input.output.path(frame);
+        save_within(self.part, &film, &path, &self.options)?;
+        self.manifest.note(frame, &path).map_err(Failure::because)
     }
 }

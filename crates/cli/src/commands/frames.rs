@@ -157,6 +157,7 @@ impl Sequence<'_> {
             moments: &Moments::new(self.scene, self.data),
             frames: missing,
             in_flight,
+            one_at_a_time: false,
             log: &|_| Ok(()),
         };
         let view = ProgressView::new(verbosity);

@@ -62,6 +62,21 @@ fn a_line_and_a_file_for_each_frame() {
 }
 
 #[test]
+fn what_is_done_is_kept() {
+    let place = Place::new();
+    course(&place, INPUT, &["--cpu"]).succeeded();
+    let read = |k: usize| fs::read(place.path(&format!("out/img_{k}.data"))).unwrap();
+    let frames: Vec<Vec<u8>> = (0..3).map(read).collect();
+    fs::remove_file(place.path("out/img_1.data")).unwrap();
+    let run = course(&place, INPUT, &["--cpu", "--resume"]).succeeded();
+    assert!(run.stderr.contains("2 of 3 frames are done already"), "{}", run.stderr);
+    assert!(run.stdout.starts_with("1\t") && run.stdout.lines().count() == 1, "{}", run.stdout);
+    assert!((0..3).all(|k| read(k) == frames[k]));
+    let other = course(&place, INPUT, &["--cpu", "--resume", "--bodies", "cube,cube,cube"]);
+    other.failed_with(&["cannot resume", "out/img_%d.data.manifest"]);
+}
+
+#[test]
 fn the_default_runs_as_it_is() {
     let place = Place::new();
     let text = course(&place, "", &["--default"]).succeeded().stdout;
