@@ -2,6 +2,7 @@
 
 mod fma;
 mod fuzz;
+mod kills;
 mod ptx;
 mod sheet;
 mod structures;
@@ -21,6 +22,11 @@ const COMMANDS: &[Command] = &[
     ),
     ("fma", "check that AVX2 and AVX-512 code calls no library fma [BINARY]", fma::run),
     ("fuzz", "run the fuzz targets [--stage] [SECONDS [TARGET...]]", fuzz::run),
+    (
+        "kills",
+        "kill renders at random moments and let them go on [--stills N] [--ranks N] [--sequences N] [--backend NAME] [--program PATH]",
+        kills::run,
+    ),
     (
         "sheet",
         "render a contact sheet of models, modes and materials to look at [--models] [OUT.png]",

@@ -6,6 +6,7 @@ use crate::interrupt;
 use crate::progress::ProgressView;
 use crate::report::{Seconds, timed};
 use crate::streams::Verbosity;
+use crate::text::ratio;
 use cpu_time::ProcessTime;
 use eosphor::still::{Checkpoint, Strip, StripPlan};
 use eosphor::{FeaturePass, FeatureRows, PictureWriter, PreparedScene, Progress, RayStatistics};
@@ -15,11 +16,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Seconds that a piece of work should take: a signal waits for its end, and threads wait for each other there.
-const PIECE_SECONDS: f64 = 3.0;
+/// How long a piece of work should take: a signal waits for its end, and threads wait for each other there.
+const PIECE: Duration = Duration::from_secs(3);
 
 /// What is done of a piece is lost where the program is killed, so that several must fit between two checkpoints.
-const PIECES_A_CHECKPOINT: f64 = 4.0;
+const PIECES_A_CHECKPOINT: u32 = 4;
 
 /// A picture to be rendered and written.
 pub(crate) struct PictureJob<'a> {
@@ -72,12 +73,11 @@ impl PictureJob<'_> {
         seconds: &mut Seconds,
     ) -> Result<Done, Failure> {
         let (width, height) = self.prepared.size();
-        let piece = PIECE_SECONDS.min(self.checkpoint_interval.as_secs_f64() / PIECES_A_CHECKPOINT);
         let busy = self.prepared.pixels_at_a_time();
         let samples_total = u64::from(width) * u64::from(height) * u64::from(self.prepared.samples());
         let before = checkpoint.samples_done();
         let mut state = State {
-            plan: StripPlan::new((width, height), self.most_rows, busy, piece),
+            plan: StripPlan::new((width, height), self.most_rows, busy, self.piece().as_secs_f64()),
             samples_done: before,
             samples_total,
             checkpoint,
@@ -93,8 +93,7 @@ impl PictureJob<'_> {
             let features = self.features_of(&strip.rows, seconds)?;
             let complete = self.take_samples(&mut strip, &mut state, seconds);
             if !matches!(complete, Ok(true)) {
-                state.checkpoint.write(Some(&strip));
-                self.tell_failure(&mut state);
+                self.keep(Some(&strip), &mut state);
             }
             let complete = complete.map_err(|failure| still_there(failure, &state.checkpoint))?;
             if strip.samples > 0 {
@@ -111,10 +110,7 @@ impl PictureJob<'_> {
                 break false;
             }
             state.checkpoint.take(strip);
-            if state.checkpoint.is_due() {
-                state.checkpoint.write(None);
-                self.tell_failure(&mut state);
-            }
+            self.keep_if_due(None, &mut state);
         };
         let share = |samples: u64| samples as f64 / samples_total.max(1) as f64;
         state.view.finish();
@@ -179,9 +175,8 @@ impl PictureJob<'_> {
             state.plan.learn(units, start.elapsed().as_secs_f64());
             strip.add(range, sampled.sums);
             state.samples_done += units;
-            if strip.samples < samples && state.checkpoint.is_due() {
-                state.checkpoint.write(Some(strip));
-                self.tell_failure(state);
+            if strip.samples < samples {
+                self.keep_if_due(Some(strip), state);
             }
         }
         Ok(true)
@@ -224,11 +219,25 @@ impl PictureJob<'_> {
         Ok(writer)
     }
 
-    /// That what is done cannot be kept stops nothing.
-    fn tell_failure(&self, state: &mut State) {
-        if let Some(error) = state.checkpoint.failure() {
-            self.verbosity.say(Verbosity::Normal, &format!("eosphor: note: {error}"));
+    fn keep_if_due(&self, in_work: Option<&Strip>, state: &mut State) {
+        if state.checkpoint.is_due(self.piece()) {
+            self.keep(in_work, state);
         }
+    }
+
+    /// Writes what is done. Where that fails, the render goes on all the same.
+    fn keep(&self, in_work: Option<&Strip>, state: &mut State) {
+        state.checkpoint.write(in_work);
+        let percent = 100.0 * ratio(state.checkpoint.samples_done() as f64, state.samples_total as f64);
+        match state.checkpoint.failure() {
+            Some(error) => self.verbosity.say(Verbosity::Normal, &format!("eosphor: note: {error}")),
+            None => self.verbosity.say(Verbosity::Verbose, &format!("kept: {percent:.2} % of the samples")),
+        }
+    }
+
+    /// How long a piece of work should take.
+    fn piece(&self) -> Duration {
+        PIECE.min(self.checkpoint_interval / PIECES_A_CHECKPOINT)
     }
 }
 

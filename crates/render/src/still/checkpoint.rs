@@ -141,7 +141,7 @@ pub struct Checkpoint {
     /// Hashing a large scene takes a while, and many stills are done before it is needed.
     identity: OnceLock<SceneIdentity>,
     interval: Duration,
-    /// When something was written last, or it began.
+    /// When something was written last, or it began: what was done since then is lost where the program is killed.
     written: Instant,
     file: Option<File>,
     /// There is a file of an earlier render, which is not gone on with.
@@ -252,16 +252,16 @@ impl Checkpoint {
         Ok(strip)
     }
 
-    /// Whether it is time to write.
-    pub fn is_due(&self) -> bool {
-        self.written.elapsed() >= self.interval
+    /// Whether it is time to write, where the next piece of work takes so long.
+    pub fn is_due(&self, next: Duration) -> bool {
+        self.written.elapsed() + next >= self.interval
     }
 
     /// Takes a strip that is whole, to be written with the next ones, and not at all where it took little time and many
     /// such strips would fill the memory.
     pub fn take(&mut self, strip: Strip) {
         let is_in_file = self.done.get(&strip.rows.start).is_some_and(|place| place.samples == strip.samples);
-        if is_in_file || self.failed.is_some() {
+        if is_in_file {
             return;
         }
         self.waiting.push(strip);
@@ -282,13 +282,9 @@ impl Checkpoint {
     /// Writes what is not in the file, with what is done of the strip in work. Where that fails, [`Checkpoint::failure`] has
     /// the reason.
     pub fn write(&mut self, in_work: Option<&Strip>) {
-        self.written = Instant::now();
         let in_work = in_work.filter(|strip| strip.samples > 0);
-        if self.failed.is_some() || (self.waiting.is_empty() && in_work.is_none()) {
-            return;
-        }
-        if let Err(error) = self.write_all(in_work) {
-            self.failed = Some(error);
+        if !self.waiting.is_empty() || in_work.is_some() {
+            self.failed = self.write_all(in_work).err();
         }
         self.forget();
         self.written = Instant::now();
