@@ -2,7 +2,8 @@
 
 /// Flags that are left out, as they change nothing of the whole, and whether a value follows: which share of the picture it
 /// was, and how it was gone on with.
-const LEFT_OUT: [(&str, bool); 3] = [("--tiles", true), ("--checkpoint-every", true), ("--resume", false)];
+const LEFT_OUT: [(&str, bool); 4] =
+    [("--tiles", true), ("--sample-range", true), ("--checkpoint-every", true), ("--resume", false)];
 
 /// The program's name and its arguments, quoted so that a shell reads them as they were, as if one undisturbed call had made
 /// the picture.
@@ -47,7 +48,7 @@ mod tests {
             "render --tiles 1/2 a.obj -o b.png",
             "render a.obj --tiles=1/2 -o b.png",
             "render a.obj --resume --checkpoint-every 5 -o b.png --resume",
-            "render --checkpoint-every=5 a.obj -o b.png",
+            "render --checkpoint-every=5 a.obj -o b.png --sample-range 0..4",
         ] {
             assert_eq!(of_whole(words(text)), words("render a.obj -o b.png"));
         }

@@ -22,7 +22,7 @@ const PIECE: Duration = Duration::from_secs(3);
 /// What is done of a piece is lost where the program is killed, so that several must fit between two checkpoints.
 const PIECES_A_CHECKPOINT: u32 = 4;
 
-/// A picture to be rendered and written.
+/// A picture to be rendered and written, or some of its samples to be kept.
 pub(crate) struct PictureJob<'a> {
     pub(crate) prepared: &'a dyn PreparedScene,
     /// Where the file has layers.
@@ -34,6 +34,10 @@ pub(crate) struct PictureJob<'a> {
     /// Rows that are in memory at a time.
     pub(crate) most_rows: u32,
     pub(crate) checkpoint_interval: Duration,
+    /// The samples of each pixel: all of them, or a share.
+    pub(crate) samples: Range<u32>,
+    /// What is kept is all that is wanted.
+    pub(crate) is_share: bool,
     pub(crate) verbosity: Verbosity,
 }
 
@@ -74,7 +78,7 @@ impl PictureJob<'_> {
     ) -> Result<Done, Failure> {
         let (width, height) = self.prepared.size();
         let busy = self.prepared.pixels_at_a_time();
-        let samples_total = u64::from(width) * u64::from(height) * u64::from(self.prepared.samples());
+        let samples_total = u64::from(width) * u64::from(height) * self.samples.len() as u64;
         let before = checkpoint.samples_done();
         let mut state = State {
             plan: StripPlan::new((width, height), self.most_rows, busy, self.piece().as_secs_f64()),
@@ -96,7 +100,7 @@ impl PictureJob<'_> {
                 self.keep(Some(&strip), &mut state);
             }
             let complete = complete.map_err(|failure| still_there(failure, &state.checkpoint))?;
-            if strip.samples > 0 {
+            if strip.samples > 0 && !self.is_share {
                 timed(&mut seconds.write, || {
                     let writer = match &mut writer {
                         Some(writer) => writer,
@@ -114,7 +118,11 @@ impl PictureJob<'_> {
         };
         let share = |samples: u64| samples as f64 / samples_total.max(1) as f64;
         state.view.finish();
-        let written = if complete { self.output.to_owned() } else { partial_path(self.output) };
+        let written = match self.is_share {
+            true => state.checkpoint.path().to_owned(),
+            false if complete => self.output.to_owned(),
+            false => partial_path(self.output),
+        };
         if let Some(writer) = writer {
             timed(&mut seconds.write, || match complete {
                 true => writer.finish(),
@@ -124,6 +132,8 @@ impl PictureJob<'_> {
         let mut kept = None;
         if !complete {
             kept = state.checkpoint.is_kept().then(|| state.checkpoint.path().to_owned());
+        } else if self.is_share {
+            timed(&mut seconds.write, || state.checkpoint.complete()).map_err(Failure::because)?;
         } else if state.checkpoint.remove() {
             // It showed the beginning of this picture.
             let _ = std::fs::remove_file(partial_path(self.output));
@@ -138,7 +148,7 @@ impl PictureJob<'_> {
         match state.checkpoint.rows_from(row) {
             Ok(rows) => state.checkpoint.strip(rows).map_err(Failure::because),
             Err(next) => {
-                let rows = state.plan.rows(row, next.unwrap_or(height), self.prepared.samples());
+                let rows = state.plan.rows(row, next.unwrap_or(height), self.samples.len() as u32);
                 Ok(Strip::new(width, rows))
             }
         }
@@ -158,7 +168,7 @@ impl PictureJob<'_> {
         state: &mut State,
         seconds: &mut Seconds,
     ) -> Result<bool, Failure> {
-        let samples = self.prepared.samples();
+        let samples = self.samples.len() as u32;
         while strip.samples < samples {
             if interrupt::flag().load(Ordering::Relaxed) {
                 return Ok(false);
@@ -182,7 +192,7 @@ impl PictureJob<'_> {
         Ok(true)
     }
 
-    /// Some samples of some rows.
+    /// Some samples of some rows, by their numbers among those that are wanted.
     fn sample(
         &self,
         rows: Range<u32>,
@@ -190,7 +200,8 @@ impl PictureJob<'_> {
         state: &State,
         seconds: &mut Seconds,
     ) -> Result<Sampled, Failure> {
-        let all = u64::from(self.prepared.samples());
+        let all = self.samples.len() as u64;
+        let samples = self.samples.start + samples.start..self.samples.start + samples.end;
         let taken = samples.len() as u64;
         let rays = state.statistics.total_rays();
         let control = RenderControl {

@@ -21,7 +21,7 @@ pub(crate) struct KeepFlags {
 }
 
 impl KeepFlags {
-    /// Fails where one of these would do nothing.
+    /// Fails where one of these, or of those about shares of a picture, would do nothing.
     pub(crate) fn check(
         &self,
         output: OutputKind,
@@ -32,6 +32,12 @@ impl KeepFlags {
         let is_picture = file.tiles.is_none() && show.is_none();
         let is_still = output == OutputKind::Still && is_picture;
         check(&[
+            Need {
+                flag: "--sample-range",
+                is_given: file.sample_range.is_some(),
+                is_met: output == OutputKind::Still && !report.stats && !report.json,
+                needs: "a still, without --stats and --json",
+            },
             Need {
                 flag: "--resume",
                 is_given: self.resume,

@@ -20,7 +20,7 @@ pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use frames::{FrameFlags, OutputKind};
 pub(crate) use keep::KeepFlags;
 pub(crate) use needs::{Need, check};
-pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, Share, Show};
+pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, SampleRange, Share, Show};
 pub(crate) use settings::SettingsFlags;
 
 use clap::{Args, Parser, Subcommand};
@@ -49,7 +49,7 @@ pub(crate) enum Command {
     ///
     /// Exits with 0 where every pixel is identical, with 1 where not.
     Compare(CompareFlags),
-    /// Make a picture of its shares, which render --tiles has made
+    /// Make a picture of its shares, which render --tiles or --sample-range has made
     Merge(MergeFlags),
     /// Measure how fast a device is, and whether its answers are those of the CPU
     Bench(BenchFlags),

@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::{ArgAction, Args, value_parser};
 use eosphor::{Accel, Format, Layer, Preset};
+use std::ops::Range;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -85,6 +86,10 @@ pub(crate) struct FileFlags {
     /// merge makes the picture of all
     #[arg(long, value_name = "K/N", value_parser = share)]
     pub(crate) tiles: Option<Share>,
+    /// Take the samples A to B - 1 of each pixel only, for jobs that know nothing of each other; the file is OUT.A-B.sums, and
+    /// eosphor merge makes the picture of all
+    #[arg(long, value_name = "A..B", value_parser = sample_range, conflicts_with_all = ["tiles", "layers", "show"])]
+    pub(crate) sample_range: Option<SampleRange>,
     /// Rows that are rendered before any is written; changes no pixel
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_535), hide = true)]
     pub(crate) band_rows: Option<u32>,
@@ -104,6 +109,18 @@ fn share(text: &str) -> Result<Share, String> {
                 .into())
         }
     }
+}
+
+/// Samples by number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct SampleRange(pub(crate) Range<u32>);
+
+/// `0..64`.
+fn sample_range(text: &str) -> Result<SampleRange, String> {
+    let numbers = text.split_once("..").and_then(|(a, b)| Some(a.parse().ok()?..b.parse().ok()?));
+    numbers.filter(|range: &Range<u32>| !range.is_empty()).map(SampleRange).ok_or_else(|| {
+        "it must be the first sample, two dots and the one after the last, as in 0..64".to_owned()
+    })
 }
 
 /// A list of layers. (clap takes a bare `Vec` to mean a flag that may be given several times.)
@@ -166,6 +183,14 @@ impl ReportFlags {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ranges_of_samples() {
+        assert_eq!(sample_range("3..64").unwrap().0, 3..64);
+        for bad in ["", "3", "..4", "4..", "4..4", "5..4", "-1..2", "a..b", "0..99999999999"] {
+            assert!(sample_range(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn lists_of_layers() {

@@ -3,6 +3,7 @@
 use crate::arguments::MergeFlags;
 use crate::failure::Failure;
 use eosphor::shares::merge as merge_shares;
+use eosphor::still::merge_samples;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn merge(flags: &MergeFlags) -> Result<(), Failure> {
@@ -10,7 +11,14 @@ pub(crate) fn merge(flags: &MergeFlags) -> Result<(), Failure> {
         true => shares_beside(&flags.output)?,
         false => flags.shares.clone(),
     };
-    merge_shares(&shares, &flags.output).map_err(Failure::because)
+    let is_sums = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "sums");
+    match (shares.iter().any(is_sums), shares.iter().all(is_sums)) {
+        (false, _) => merge_shares(&shares, &flags.output).map_err(Failure::because),
+        (_, true) => merge_samples(&shares, &flags.output).map_err(Failure::because),
+        _ => Err(Failure::Usage(
+            "these are shares of rows (.share) and of samples (.sums): name those of one kind".into(),
+        )),
+    }
 }
 
 /// The shares of a picture, by their names.
@@ -19,9 +27,10 @@ fn shares_beside(output: &Path) -> Result<Vec<PathBuf>, Failure> {
     let name = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let is_share = |path: &PathBuf| {
         let other = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let numbers = other.strip_prefix(&format!("{name}.")).and_then(|rest| rest.strip_suffix(".share"));
-        let numbers = numbers.and_then(|numbers| numbers.split_once("-of-"));
-        numbers.is_some_and(|(k, n)| k.parse::<u32>().is_ok() && n.parse::<u32>().is_ok())
+        let Some(rest) = other.strip_prefix(&format!("{name}.")) else { return false };
+        let of_rows = rest.strip_suffix(".share").and_then(|numbers| numbers.split_once("-of-"));
+        let of_samples = || rest.strip_suffix(".sums").and_then(|numbers| numbers.split_once('-'));
+        of_rows.or_else(of_samples).is_some_and(|(k, n)| k.parse::<u32>().is_ok() && n.parse::<u32>().is_ok())
     };
     let cannot = |error| Failure::Failed(format!("cannot look for shares in {}: {error}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(cannot)?;
@@ -30,7 +39,8 @@ fn shares_beside(output: &Path) -> Result<Vec<PathBuf>, Failure> {
     shares.sort();
     match shares.is_empty() {
         true => Err(Failure::Failed(format!(
-            "there are no shares of {}: render them with --tiles 1/N to --tiles N/N, or name their files",
+            "there are no shares of {}: render them with --tiles 1/N to --tiles N/N, or with --sample-range, or name \
+             their files",
             output.display()
         ))),
         false => Ok(shares),

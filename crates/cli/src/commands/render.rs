@@ -2,7 +2,9 @@
 
 use super::cost::show_cost;
 use super::{frames, tiles};
-use crate::arguments::{CameraFlags, OutputKind, PictureFlags, RenderFlags, SettingsFlags, Share, Show};
+use crate::arguments::{
+    CameraFlags, OutputKind, PictureFlags, RenderFlags, SampleRange, SettingsFlags, Share, Show,
+};
 use crate::backend::{feature_pass, ranks_or_own};
 use crate::command_line::command_line;
 use crate::failure::Failure;
@@ -15,7 +17,7 @@ use crate::text::ratio;
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
-use eosphor::still::{Checkpoint, checkpoint_path};
+use eosphor::still::{Checkpoint, SampleShare, checkpoint_path, sample_share_path};
 use eosphor::{Animation, CameraMotion, Move, Scene, SceneData, Transform, check_writable, load, scene_hash};
 use eosphor::{Backend, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
 use std::sync::Arc;
@@ -68,12 +70,18 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
         }
         return tiles::render_share(flags, &*backend, data, options, share);
     }
+    if let Some(SampleRange(samples)) = &flags.file.sample_range
+        && samples.end > data.settings.samples
+    {
+        let (first, end, all) = (samples.start, samples.end, data.settings.samples);
+        return Err(Failure::Usage(format!("--sample-range {first}..{end}: a pixel has {all} samples")));
+    }
     if flags.show == Some(Show::Cost) {
         return show_cost(flags, data, bands, options);
     }
     let (done, hierarchy) = trace(flags, &*backend, data, bands.rows(), options, &mut seconds)?;
     if done.share == 0.0 && !done.complete {
-        let output = flags.output.display();
+        let output = if flags.file.sample_range.is_some() { &done.written } else { &flags.output }.display();
         return Err(Failure::Interrupted(format!(
             "interrupted: {output}: nothing was rendered, nothing written"
         )));
@@ -101,6 +109,11 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
 fn interruption(flags: &RenderFlags, done: &Done) -> String {
     let (output, partial, percent) =
         (flags.output.display(), done.written.display(), (done.share * 100.0).floor());
+    if flags.file.sample_range.is_some() {
+        return format!(
+            "interrupted: {partial} has {percent:.0} % of its samples: the same with --resume goes on"
+        );
+    }
     let goes_on = match &done.kept {
         Some(_) => "; the same with --resume goes on",
         None => "",
@@ -246,7 +259,7 @@ fn trace(
 ) -> Result<(Done, HierarchyStatistics), Failure> {
     interrupt::check()?;
     let (output, verbosity) = (&*flags.output, flags.report.verbosity());
-    let checkpoint = open_checkpoint(flags, &data)?;
+    let checkpoint = open_checkpoint(flags, &data, &options)?;
     let prepared = timed(&mut seconds.build, || backend.prepare(Arc::clone(&data)))?;
     let features = match options.layers.is_empty() {
         true => None,
@@ -264,6 +277,8 @@ fn trace(
         count_work: flags.report.stats,
         most_rows,
         checkpoint_interval: flags.keep.interval(),
+        samples: checkpoint.samples(),
+        is_share: flags.file.sample_range.is_some(),
         verbosity,
     };
     let done = job.run(checkpoint, ProgressView::new(verbosity), seconds)?;
@@ -271,23 +286,37 @@ fn trace(
 }
 
 /// What an earlier run has done, where it is to be gone on with.
-fn open_checkpoint(flags: &RenderFlags, data: &Arc<SceneData>) -> Result<Checkpoint, Failure> {
-    let path = checkpoint_path(&flags.output);
-    let resume = flags.keep.resume;
+fn open_checkpoint(
+    flags: &RenderFlags,
+    data: &Arc<SceneData>,
+    options: &SaveOptions,
+) -> Result<Checkpoint, Failure> {
+    let share = flags.file.sample_range.as_ref().map(|SampleRange(samples)| SampleShare {
+        samples: samples.clone(),
+        all: data.settings.samples,
+        scene: scene_hash(data, &options.develop),
+        options: options.clone(),
+    });
+    let path = match &share {
+        Some(share) => sample_share_path(&flags.output, &share.samples),
+        None => checkpoint_path(&flags.output),
+    };
+    let (resume, interval) = (flags.keep.resume, flags.keep.interval());
     let checkpoint =
-        Checkpoint::open(&path, Arc::clone(data), flags.keep.interval(), resume).map_err(Failure::because)?;
+        Checkpoint::open(&path, Arc::clone(data), share, interval, resume).map_err(Failure::because)?;
     let name = path.display();
     let note = match resume {
         true if checkpoint.is_kept() => {
             let settings = &data.settings;
-            let all = u64::from(settings.width) * u64::from(settings.height) * u64::from(settings.samples);
+            let samples = checkpoint.samples().len() as u64;
+            let all = u64::from(settings.width) * u64::from(settings.height) * samples;
             let percent = (1000.0 * ratio(checkpoint.samples_done() as f64, all as f64)).floor() / 10.0;
             Some(format!("{percent} % of the samples are done already"))
         }
         true => Some(format!(
             "{name} is not there, or has nothing yet: the picture is rendered from its beginning"
         )),
-        false if checkpoint.has_other() => {
+        false if checkpoint.has_other() && flags.file.sample_range.is_none() => {
             Some(format!("{name} is of a render that ended early: --resume would go on with it"))
         }
         false => None,

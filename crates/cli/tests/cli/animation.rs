@@ -167,6 +167,51 @@ fn shares_make_the_picture() {
     }
 }
 
+/// And for some of the samples of each pixel.
+#[test]
+fn samples_make_the_picture() {
+    let place = Place::new();
+    let share = |output: &str, more: &[&str]| {
+        let flags = ["render", "builtin:cornell", "-o", output, "--size", "33x41", "--samples", "9"];
+        place.run(&[&flags[..], &["--light-samples", "1"], more].concat())
+    };
+    for (output, rows) in [("a.png", "41"), ("a.exr", "7"), ("a.jpg", "16")] {
+        share(output, &[]).succeeded();
+        let whole = bytes(&place.path(output));
+        fs::remove_file(place.path(output)).unwrap();
+        // Strips of other rows in each; the whole says what the first one was called by.
+        for (range, rows) in
+            [("4..9", &["--band-rows", rows][..]), ("0..1", &[]), ("1..4", &["--band-rows", "5"])]
+        {
+            share(output, &[&["--sample-range", range], rows].concat()).succeeded();
+        }
+        place.run(&["merge", "-o", output]).succeeded();
+        assert!(bytes(&place.path(output)) == whole, "{output}, byte for byte");
+        let [first, second, third] = ["0-1", "1-4", "4-9"].map(|range| format!("{output}.{range}.sums"));
+        let merge = |names: &[&String]| {
+            let names: Vec<&str> = names.iter().map(|name| name.as_str()).collect();
+            place.run(&[&["merge", "-o", output], &names[..]].concat())
+        };
+        merge(&[&first, &third]).failed_with(&["samples are missing: 1 to 4 of 9", "--sample-range 1..4"]);
+        merge(&[&first, &second]).failed_with(&["samples are missing: 4 to 9 of 9"]);
+        share(output, &["--sample-range", "0..2"]).succeeded();
+        merge(&[&format!("{output}.0-2.sums"), &second]).failed_with(&["have the same samples"]);
+        fs::remove_file(place.path(&format!("{output}.0-2.sums"))).unwrap();
+        share(output, &["--sample-range", "0..1", "--seed", "7"]).succeeded();
+        merge(&[&first, &second, &third]).failed_with(&["different pictures"]);
+        // Half of one.
+        let half = bytes(&place.path(&first));
+        fs::write(place.path(&first), &half[..half.len() - 100]).unwrap();
+        merge(&[&first, &second, &third]).failed_with(&[&first, "not whole", "--resume"]);
+        share(output, &["--sample-range", "0..1", "--seed", "7", "--resume"]).succeeded();
+        merge(&[&first, &second, &third]).failed_with(&["different pictures"]);
+    }
+    share("a.png", &["--sample-range", "5..10"]).is_wrong_usage(&["a pixel has 9 samples"]);
+    share("a.png", &["--sample-range", "5..5"]).is_wrong_usage(&["as in 0..64"]);
+    share("a.png", &["--sample-range", "0..5", "--stats"]).is_wrong_usage(&["--sample-range", "--stats"]);
+    share("a.exr", &["--sample-range", "0..5", "--layers", "all"]).is_wrong_usage(&["--layers"]);
+}
+
 #[cfg(feature = "video")]
 #[test]
 fn videos_are_the_same_however_they_were_made() {
