@@ -114,6 +114,9 @@ impl Soak {
             0 => Command::new(program),
             _ => {
                 let mut command = Command::new("mpirun");
+                // Open MPI asks for these where the user is root, and where there are more ranks than cores.
+                command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+                command.env("OMPI_MCA_rmaps_base_oversubscribe", "1");
                 command.args(["-n", &ranks.to_string()]).arg(program);
                 command
             }

@@ -36,6 +36,10 @@ fn main() -> ExitCode {
         Err(error) => error.exit(),
     };
     let done = match &arguments.command {
+        // What is not shared out is done by one of the processes of a launcher.
+        command if cluster::is_silent() && !matches!(command, Command::Render(_) | Command::Course(_)) => {
+            Ok(())
+        }
         Command::Render(flags) => cluster::run(&flags.of_rank(), |ranks| commands::render(flags, ranks)),
         Command::Course(flags) => cluster::run(&flags.of_rank(), |ranks| commands::course(flags, ranks)),
         Command::Info(flags) => commands::info(flags),

@@ -4,7 +4,7 @@ use super::values::{number, place, triple};
 use crate::failure::Failure;
 use clap::Args;
 use eosphor::math::Vec3;
-use eosphor::{Camera, Lens, LoadOptions, Scene};
+use eosphor::{Camera, Lens, Scene};
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
@@ -36,11 +36,9 @@ pub(crate) struct CameraFlags {
 }
 
 impl CameraFlags {
-    /// How the file is read.
-    pub(crate) fn load_options(&self) -> LoadOptions {
-        let mut options = LoadOptions::default();
-        options.camera.clone_from(&self.camera);
-        options
+    /// The camera of the file that is taken, where one is chosen.
+    pub(crate) fn choice(&self) -> Option<String> {
+        self.camera.clone()
     }
 
     /// Overrides what was given. `framed` is the camera of a scene that has none.

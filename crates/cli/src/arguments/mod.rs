@@ -88,6 +88,9 @@ pub(crate) struct MergeFlags {
     /// The picture, as one run would have written it
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
 }
 
 #[derive(Debug, Args)]

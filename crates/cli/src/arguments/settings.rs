@@ -7,7 +7,7 @@ use clap::builder::TypedValueParser;
 use clap::{Args, value_parser};
 use eosphor::math::Vec3;
 use eosphor::settings::{FresnelMode, LightingModel, ShadowMode};
-use eosphor::{Composition, LightUnits, NormalMode, PixelSampling, RenderSettings, Transfer};
+use eosphor::{Composition, LightUnits, LoadOptions, NormalMode, PixelSampling, RenderSettings, Transfer};
 
 /// Each wins over the preset, which wins over the scene.
 #[derive(Debug, Args)]
@@ -70,6 +70,9 @@ pub(crate) struct SettingsFlags {
     /// They do not
     #[arg(long, overrides_with = "light_falloff")]
     no_light_falloff: bool,
+    /// Whether a scene without any light has one at the camera, and a glTF file without lights grey surroundings
+    #[arg(long, value_name = "ON", value_parser = named([("on", true), ("off", false)]))]
+    headlight: Option<bool>,
     /// Radiance of the surroundings that surfaces are lit by, times their diffuse colour
     #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
     ambient: Option<f32>,
@@ -110,6 +113,13 @@ impl SettingsFlags {
         }])
     }
 
+    /// How a file is read; `camera` is the one to take.
+    pub(crate) fn load_options(&self, camera: Option<String>) -> LoadOptions {
+        let mut options = LoadOptions::default();
+        (options.camera, options.headlight) = (camera, self.headlight.unwrap_or(true));
+        options
+    }
+
     /// Overrides what was given.
     pub(crate) fn apply(&self, settings: &mut RenderSettings) {
         set(&mut settings.size, self.size);
@@ -131,6 +141,7 @@ impl SettingsFlags {
         set(&mut settings.light_from_behind, switch(self.light_from_behind, self.no_light_from_behind));
         set(&mut settings.light_units, self.light_units);
         set(&mut settings.light_falloff, switch(self.light_falloff, self.no_light_falloff));
+        set(&mut settings.headlight, self.headlight);
         set(&mut settings.ambient, self.ambient);
         set(&mut settings.max_distance, self.max_distance.map(Some));
         set(&mut settings.background, self.background);

@@ -38,7 +38,11 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
         streams::message(&format!("eosphor: note: {warning}"));
     }
     let scene = loaded.scene;
-    let data = Arc::new(SceneData::flatten(&scene)?.0);
+    let (data, notes) = SceneData::flatten(&scene)?;
+    for note in notes {
+        streams::message(&format!("eosphor: note: {note}"));
+    }
+    let data = Arc::new(data);
     let backend = ranks_or_own(ranks, &flags.device(), flags.accel, false, Verbosity::Normal)?;
     let options = SaveOptions::from(&scene.settings);
     make_folder(&input)?;

@@ -2,6 +2,7 @@
 
 use crate::arguments::MergeFlags;
 use crate::failure::Failure;
+use crate::streams;
 use eosphor::shares::merge as merge_shares;
 use eosphor::still::merge_samples;
 use std::path::{Path, PathBuf};
@@ -13,12 +14,17 @@ pub(crate) fn merge(flags: &MergeFlags) -> Result<(), Failure> {
     };
     let is_sums = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "sums");
     match (shares.iter().any(is_sums), shares.iter().all(is_sums)) {
-        (false, _) => merge_shares(&shares, &flags.output).map_err(Failure::because),
-        (_, true) => merge_samples(&shares, &flags.output).map_err(Failure::because),
-        _ => Err(Failure::Usage(
-            "these are shares of rows (.share) and of samples (.sums): name those of one kind".into(),
-        )),
+        (false, _) => merge_shares(&shares, &flags.output).map_err(Failure::because)?,
+        (_, true) => merge_samples(&shares, &flags.output).map_err(Failure::because)?,
+        _ => {
+            let message = "these are shares of rows (.share) and of samples (.sums): name those of one kind";
+            return Err(Failure::Usage(message.into()));
+        }
     }
+    if !flags.quiet {
+        streams::message(&format!("{}: of {} shares", flags.output.display(), shares.len()));
+    }
+    Ok(())
 }
 
 /// The shares of a picture, by their names.

@@ -126,7 +126,7 @@ fn interruption(flags: &RenderFlags, done: &Done) -> String {
 
 /// The scene with everything that the flags change.
 fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Failure> {
-    let loaded = load(&flags.scene, &flags.camera.load_options())?;
+    let loaded = load(&flags.scene, &flags.settings.load_options(flags.camera.choice()))?;
     notes.extend(loaded.warnings.iter().map(ToString::to_string));
     let mut scene = loaded.scene;
     for path in &loaded.files_read {

@@ -65,7 +65,18 @@ pub(super) fn render_video(sequence: &Sequence, backend: &dyn Backend) -> Result
     };
     let missing: Vec<u32> = writer.missing_frames().into_iter().map(|number| first + number).collect();
     let sink = Video { writer, first, develop: options.develop };
-    let done = sequence.render(backend, &missing, &sink, None)?;
+    let done = match sequence.render(backend, &missing, &sink, None) {
+        Ok(done) => done,
+        Err(failure) => {
+            // Where no frame could be kept, nothing is.
+            if sink.writer.missing_frames().len() == length as usize {
+                drop(sink.writer);
+                let _ = VideoWriter::discard(&flags.output);
+                manifest.abandon();
+            }
+            return Err(failure);
+        }
+    };
     sink.writer.finish()?;
     manifest.note(first, &flags.output).map_err(Failure::because)?;
     manifest.finish().map_err(Failure::because)?;

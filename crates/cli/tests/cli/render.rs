@@ -313,3 +313,40 @@ fn all_structures_in_a_table() {
     assert!(rows.iter().all(|row| row["builder"].is_string()), "{json}");
     place.render("a.png", &["--accel", "all"]).is_wrong_usage(&["none", "bvh"]);
 }
+
+/// Nothing is lit where nobody wants it.
+#[test]
+fn headlights_can_be_turned_off() {
+    let place = Place::new();
+    let is_black = |name: &str| {
+        let eosphor::Picture::Bytes(image) = eosphor::Picture::read(&place.path(name)).unwrap() else {
+            panic!()
+        };
+        image.rgba.iter().all(|pixel| pixel[..3] == [0; 3])
+    };
+    let scene = |lights: &str| {
+        let spheres = r#""spheres": [{"center": [0, 0, 0], "radius": 1}]"#;
+        let text = format!(r#"{{"eosphor": 2, {lights} {spheres}}}"#);
+        std::fs::write(place.path("s.json"), text).unwrap();
+    };
+    let render = |name: &str, more: &[&str]| {
+        let flags = ["render", "s.json", "-o", name, "--size", "16x16"];
+        place.run(&[&flags[..], more].concat()).succeeded()
+    };
+    scene("");
+    assert!(render("a.png", &[]).stderr.contains("no light: a headlight") && !is_black("a.png"));
+    assert!(!render("b.png", &["--headlight", "off"]).stderr.contains("headlight") && is_black("b.png"));
+    scene(r#""settings": {"headlight": false},"#);
+    assert!(!render("c.png", &[]).stderr.contains("headlight") && is_black("c.png"));
+    assert!(render("d.png", &["--headlight", "on"]).stderr.contains("headlight") && !is_black("d.png"));
+    scene(r#""lights": [],"#);
+    assert!(!render("e.png", &[]).stderr.contains("headlight") && is_black("e.png"));
+}
+
+#[test]
+fn a_missing_file_names_the_nearest() {
+    let place = Place::new();
+    std::fs::write(place.path("bunny.obj"), "").unwrap();
+    let run = place.run(&["render", "buny.obj", "-o", "a.png"]);
+    run.failed_with(&["buny.obj: cannot read: No such file", "did you mean bunny.obj?"]);
+}

@@ -5,7 +5,7 @@ use super::warnings::Warnings;
 use super::{LoadOptions, LoadedScene, images};
 use crate::error::{Place, Problem, SceneError};
 use crate::model::origin::APART;
-use crate::model::{Image, Material, Scene, Texture};
+use crate::model::{Image, Material, RenderSettings, Scene, Texture};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -25,8 +25,9 @@ pub(super) struct Loader {
 
 impl Loader {
     pub(super) fn new(source: Source, options: &LoadOptions) -> Loader {
+        let settings = RenderSettings { headlight: options.headlight, ..RenderSettings::default() };
         Loader {
-            scene: Scene::default(),
+            scene: Scene { settings, ..Scene::default() },
             warnings: Warnings::default(),
             apart: APART,
             source,
@@ -49,8 +50,10 @@ impl Loader {
     }
 
     pub(super) fn read(&mut self, path: &Path) -> Result<Cow<'static, [u8]>, SceneError> {
-        let bytes =
-            self.source.read(path).map_err(|reason| SceneError::Read { path: path.to_path_buf(), reason })?;
+        let bytes = self.source.read(path).map_err(|reason| {
+            let reason = self.source.explain(path, reason);
+            SceneError::Read { path: path.to_path_buf(), reason }
+        })?;
         if !self.files_read.iter().any(|p| p == path) {
             self.files_read.push(path.to_path_buf());
         }

@@ -47,11 +47,14 @@ pub struct LoadOptions {
     /// Name or number (from 0, in the order of the nodes) of the camera to take, of files that may have several
     /// (glTF); `None`: the first.
     pub camera: Option<String>,
+    /// What [`crate::RenderSettings::headlight`] is where the file does not say it; without, files without lights get no
+    /// surroundings either.
+    pub headlight: bool,
 }
 
 impl Default for LoadOptions {
     fn default() -> LoadOptions {
-        LoadOptions { textures: true, camera: None }
+        LoadOptions { textures: true, camera: None, headlight: true }
     }
 }
 

@@ -120,7 +120,7 @@ impl SceneData {
         // What moves may shine in another frame, though it has no area in this one.
         let may_shine = data.instances_move && !emitters.is_empty();
         let is_dark = data.lights.is_empty() && !may_shine && settings::needs_light(&scene.settings);
-        if let Some(light) = headlight.filter(|_| is_dark) {
+        if let Some(light) = headlight.filter(|_| is_dark && scene.settings.headlight) {
             notes.push(Note::Headlight { position: scene.point_in_file(camera.eye) });
             data.lights.push(light);
             data.settings.light_falloff = false;

@@ -46,6 +46,9 @@ pub struct RenderSettings {
     pub light_units: LightUnits,
     /// Point and spot lights fall off with the square of the distance.
     pub light_falloff: bool,
+    /// A scene without any light has one at the camera, and a glTF file without lights grey surroundings. An empty list of
+    /// `lights` turns that off.
+    pub headlight: bool,
     /// Radiance of uniform surroundings that surfaces are lit by: the ambient term is this times the diffuse colour.
     #[schemars(range(min = 0, max = 1_000_000))]
     pub ambient: f32,
@@ -146,6 +149,7 @@ impl Default for RenderSettings {
             light_from_behind: false,
             light_units: LightUnits::Physical,
             light_falloff: true,
+            headlight: true,
             ambient: 0.0,
             max_distance: None,
             background: Vec3::ZERO,

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
 use eosphor::rays::{CudaRays, Hit, Ray, RaySets};
-use eosphor::{Accel, CpuBackend, Hierarchy, SceneData, load};
+use eosphor::{Accel, CpuBackend, Hierarchy, LoadOptions, SceneData, load};
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
@@ -42,7 +42,9 @@ enum Device<'a> {
 pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
     check_device(&flags.device, None)?;
     limit_threads(&flags.device)?;
-    let mut scene = load(&flags.scene, &flags.camera.load_options())?.scene;
+    let mut options = LoadOptions::default();
+    options.camera = flags.camera.choice();
+    let mut scene = load(&flags.scene, &options)?.scene;
     scene.settings.size = flags.size;
     flags.camera.apply(&mut scene, framed_camera)?;
     scene.validate().map_err(Failure::usage)?;

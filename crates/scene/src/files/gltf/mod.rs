@@ -78,7 +78,7 @@ pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>)
     }
     // Triangles that shine through a texture are no lights.
     let shines = |m: &Material| m.emission() != Vec3::ZERO && m.textures.emission.is_none();
-    if loader.scene.lights.is_empty() && !used.iter().any(|m| shines(m)) {
+    if settings.headlight && loader.scene.lights.is_empty() && !used.iter().any(|m| shines(m)) {
         settings.background = Vec3::splat(STUDIO);
         settings.ambient = STUDIO;
     }

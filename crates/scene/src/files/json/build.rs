@@ -12,7 +12,8 @@ use super::tree::{Step, way};
 use crate::error::{Problem, SceneError};
 use crate::files::loader::Loader;
 use crate::model::{
-    Channel, LightUnits, Material, MaterialTextures, Parallelogram, Sphere, TextureChannel, TextureContent,
+    Channel, LightUnits, Material, MaterialTextures, Parallelogram, RenderSettings, Sphere, TextureChannel,
+    TextureContent,
 };
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -42,8 +43,11 @@ impl Builder<'_> {
             sense::check_camera(self.document, &self.camera_about_itself(camera))?;
         }
         self.loader.scene.camera = file.camera;
-        self.loader.scene.lights = file.lights;
+        let RenderSettings { headlight, .. } = self.loader.scene.settings;
         self.loader.scene.settings = file.settings;
+        self.loader.scene.settings.headlight &=
+            headlight && file.lights.as_ref().is_none_or(|lights| !lights.is_empty());
+        self.loader.scene.lights = file.lights.unwrap_or_default();
         let keeps_units = self.keep_old_units(file.version);
         self.loader.scene.animation = file.animation;
         let materials = self.materials(file.materials)?;

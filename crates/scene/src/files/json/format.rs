@@ -34,9 +34,11 @@ pub(super) struct SceneFile {
     /// Where the picture is taken from. Without a camera the whole scene is framed.
     #[serde(default)]
     pub(super) camera: Option<Camera>,
-    /// Lights. Triangles that shine are lights by themselves; without any light there is a headlight at the camera.
+    /// Lights. Triangles that shine are lights by themselves; without any light there is a headlight at the camera, but not
+    /// where this list is given and empty, or `settings` say `"headlight": false`.
     #[serde(default)]
-    pub(super) lights: Vec<Light>,
+    #[schemars(with = "Vec<Light>")]
+    pub(super) lights: Option<Vec<Light>>,
     /// Materials by name.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, MaterialEntry>")]
