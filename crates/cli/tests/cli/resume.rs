@@ -96,7 +96,8 @@ fn a_killed_program_has_kept_what_was_done_until_then() {
     let samples = ended_by(&place, libc::SIGKILL, &every, &|| length() > 0);
     let flags = [&flags[..], &["--samples", &samples]].concat();
     let share = resumed(run(&place, &[&flags[..], &["--resume", "--json"]].concat()));
-    assert!((0.0..1.0).contains(&share), "{share}");
+    // (All of them where it was killed while it wrote the picture.)
+    assert!((0.0..=1.0).contains(&share), "{share}");
     assert!(fs::read(place.path("b.exr")).unwrap() == undisturbed(&flags, "b.exr"), "byte for byte");
     // (A killed program leaves its temporary file; nobody else may take it away.)
     assert!(place.names().iter().all(|name| name == "b.exr" || name.starts_with(".eosphor-")));
