@@ -69,7 +69,9 @@ out_of_line! {
         let low = bounds.min[axis] as f64 - margin - o[axis];
         let high = bounds.max[axis] as f64 + margin - o[axis];
         if d[axis] != 0.0 {
-            let (a, b) = (low / d[axis], high / d[axis]);
+            // One division, which takes long: what its rounding adds is within `T_ROUNDING`.
+            let inverse = 1.0 / d[axis];
+            let (a, b) = (low * inverse, high * inverse);
             let (first, last) = if a < b { (a, b) } else { (b, a) };
             near = if first > near { first } else { near };
             far = if last < far { last } else { far };
@@ -86,14 +88,15 @@ out_of_line! {
     let p = along64(o, d, near);
     let origin = vec3(p[0] as f32, p[1] as f32, p[2] as f32);
     let direction = vec3(d[0] as f32, d[1] as f32, d[2] as f32);
-    let length = sum64(d) as f32 * WORLD_FROM_OBJECT_ROUNDING;
+    let sum = sum64(d);
+    let length = sum as f32 * WORLD_FROM_OBJECT_ROUNDING;
     let [shortest, longest] = USUAL_LENGTH;
     let is_usual = (shortest..=longest).contains(&length);
     let size = origin.abs();
     let (t_min, t_max) = (ray.t_min as f64, ray.t_max as f64);
     // Nothing is certain where the ray may begin within the box: `t` is rounded to single precision, and compared then.
     let rounding = ROUNDING * (t_min.abs() + near.abs());
-    let begins_before = near - t_min > GAP * extent as f64 / sum64(d) + rounding;
+    let begins_before = (near - t_min - rounding) * sum > GAP * extent as f64;
     let end = if begins_before { t_max - near } else { f64::NEG_INFINITY };
     let rounding = if end.is_finite() { ROUNDING * (t_max.abs() + near.abs()) } else { 0.0 };
     let t_min = (t_min - near) as f32;
