@@ -162,17 +162,19 @@ impl Soak {
                 "{name}: {kept} % were kept, {} % found: see {place}",
                 ended.found
             );
-            worst = worst.max(ended.lost);
-            ensure!(ended.lost <= INTERVAL + NOISE, "{name}: {:.2} s were lost: see {place}", ended.lost);
-            match ended.by_itself {
-                true => {
-                    ensure!(fs::read(&path)? == whole, "{name} differs: see {place}");
-                    fs::remove_file(&path)?;
-                    ensure!(!path.with_file_name(format!("{name}.part")).exists(), "{name}.part is left");
-                    (ends, kept) = (ends + 1, 0.0);
-                }
-                false => (killed, kept) = (killed + 1, ended.kept.max(ended.found)),
+            // What was killed may have been done before.
+            let (is_done, is_kept) = (path.exists(), path.with_file_name(format!("{name}.part")).exists());
+            killed += u32::from(!ended.by_itself);
+            if is_done {
+                ensure!(fs::read(&path)? == whole, "{name} differs: see {place}");
+                fs::remove_file(&path)?;
+                ensure!(!(is_kept && ended.by_itself), "{name}.part is left");
+                ends += 1;
+            } else {
+                worst = worst.max(ended.lost);
+                ensure!(ended.lost <= INTERVAL + NOISE, "{name}: {:.2} s were lost: see {place}", ended.lost);
             }
+            kept = if is_done && !is_kept { 0.0 } else { ended.kept.max(ended.found) };
         }
         let of_ranks = if ranks > 0 { format!(" by {ranks} ranks") } else { String::new() };
         println!(
