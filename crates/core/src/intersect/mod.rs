@@ -53,8 +53,9 @@ pub const UNDERFLOW_SLACK: f32 = 1e-26;
 /// least, and right but for 7/32: 9 / (1 - 7/32) is below 12.
 pub const T_SLACK: f32 = 13.0 / 16_777_216.0;
 
-/// More than underflow can make of the numerator of `t`.
-pub const T_UNDERFLOW: f32 = f32::MIN_POSITIVE;
+/// More than underflow can make of the numerator of `t`. (2^-100: much more, so that over a determinant of 2^26 it is no
+/// denormal number yet, which CPUs may take a hundred cycles for.)
+pub const T_UNDERFLOW: f32 = 7.888_609e-31;
 
 /// A hit is clear where the bound of the error of `t` is at most this (512 · 2^-24) times the distances from 0 to the origin
 /// and from there to the hit. With half of this, double precision would decide about 2.2 instead of 0.8 percent of what a

@@ -8,8 +8,7 @@ use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, INSTANCE, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
 use eosphor_core::intersect::{
-    T_SLACK, T_UNDERFLOW, TriangleHit, UNDERFLOW_SLACK, intersect_precisely, intersect_sphere,
-    may_meet_sphere,
+    T_UNDERFLOW, TriangleHit, UNDERFLOW_SLACK, intersect_precisely, intersect_sphere, may_meet_sphere,
 };
 use eosphor_core::ray::{Hit, PrimitiveId, RayFilter, UNKNOWN_REST};
 
@@ -148,9 +147,8 @@ impl PrimitiveLeaves<'_> {
         let ray = self.ray;
         let inverse = S::F4::splat(1.0).div(determinant.size);
         let t = numerator.xor(determinant.sign).mul(inverse);
-        let distances = t.abs().fma(S::F4::splat(ray.direction[3]), S::F4::splat(ray.most_distance));
-        let slack = S::F4::splat(T_SLACK).mul(product);
-        let error = slack.fma(distances, S::F4::splat(T_UNDERFLOW)).mul(inverse);
+        // (By a slack of the whole ray: what follows waits for `t` alone.)
+        let error = S::F4::splat(ray.t_slack).fma(product, S::F4::splat(T_UNDERFLOW)).mul(inverse);
         let (low, high, t_min) = (t.sub(error), t.add(error), S::F4::splat(ray.origin[3]));
         // Within the edges for certain: the determinant is three times what edge functions may be wrong by.
         let inside = outside.negate().le(least);

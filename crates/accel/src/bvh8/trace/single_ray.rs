@@ -6,13 +6,18 @@ use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{FarRay, is_far};
 use eosphor_core::intersect::{
     EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, LocalRay, ORIGIN_SLACK, SHORTEST_DIRECTION, SMALLEST_DIRECTION,
-    USUAL_LENGTH,
+    T_SLACK, USUAL_LENGTH,
 };
 use eosphor_core::math::Affine;
 use eosphor_core::ray::Ray;
 
 /// From 0 to a first vertex, with the lengths of two edges, in extents of the geometry: 3 and 4√3, and room for rounding.
 pub(super) const FARTHEST_VERTEX: f32 = 10.0;
+
+/// How far a first vertex and a hit of the same triangle may be from the origin together, over the most that any point of the
+/// geometry may be: 1 for the vertex, and 1.32 for the hit as single precision sees it, whose `t` is wrong by at most 0.135 of
+/// both (13 u of the product of two lengths, where the determinant is above 3 times 8 u of the square of their sum).
+const HIT_DISTANCES: f32 = 2.5;
 
 /// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
 /// is a load away. Vectors have x, y, z and something else.
@@ -30,8 +35,9 @@ pub(super) struct SingleRay<'a> {
     pub(super) far_offset: [f32; 4],
     /// [`EDGE_SLACK`] of the length.
     pub(super) edge_slack: f32,
-    /// At least the distance to the first vertex of any triangle of the geometry, with the lengths of two edges.
-    pub(super) most_distance: f32,
+    /// [`T_SLACK`] of the distances of any hit of the geometry: times a product of lengths over a determinant, more than `t`
+    /// may be wrong by where a ray is within the edges for certain.
+    pub(super) t_slack: f32,
     pub(super) octant: u32,
     /// Times the lengths of its edges, edge functions of any triangle of the geometry are below this only where the ray
     /// passes by.
@@ -74,6 +80,7 @@ impl<'a> SingleRay<'a> {
         let edge_slack = EDGE_SLACK * length;
         let scale = o.x + o.y + o.z;
         let most_distance = FARTHEST_VERTEX * extent + scale;
+        let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * extent + scale);
         SingleRay {
             origin,
             direction,
@@ -81,7 +88,7 @@ impl<'a> SingleRay<'a> {
             near_offset: offset.sub(slack).to_array(),
             far_offset: offset.add(slack).to_array(),
             edge_slack,
-            most_distance,
+            t_slack,
             outside: -edge_slack * most_distance,
             reach: 0.0,
             scale,
@@ -164,7 +171,9 @@ impl<'a> SingleRay<'a> {
         let four = |v: eosphor_core::math::Vec3, w: f32| [v.x, v.y, v.z, w];
         let i = slab.inverse;
         let (edge_slack, size) = (EDGE_SLACK * local.length, o.abs());
-        let most_distance = FARTHEST_VERTEX * extent + (size.x + size.y + size.z) + local.reach;
+        let scale = size.x + size.y + size.z + local.reach;
+        let most_distance = FARTHEST_VERTEX * extent + scale;
+        let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * extent + scale);
         let octant = (i.x < 0.0) as u32 | ((i.y < 0.0) as u32) << 1 | ((i.z < 0.0) as u32) << 2;
         SingleRay {
             origin: four(o, local.t_min),
@@ -173,7 +182,7 @@ impl<'a> SingleRay<'a> {
             near_offset: four(slab.near_offset, 0.0),
             far_offset: four(slab.far_offset, 0.0),
             edge_slack,
-            most_distance,
+            t_slack,
             outside: -edge_slack * most_distance,
             reach: local.reach,
             scale: local.scale,
