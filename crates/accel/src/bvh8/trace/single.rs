@@ -10,27 +10,12 @@ use eosphor_core::intersect::Slab;
 use eosphor_core::ray::{Ray, RayFilter};
 use std::mem::MaybeUninit;
 
-/// For each octant, where the planes that its rays meet first start in a node, in bytes, for each axis; and those that they
-/// meet last. (A table, because searches read it again after each leaf.)
-static PLANES: [[[usize; 3]; 2]; 8] = {
-    let mut planes = [[[0; 3]; 2]; 8];
-    let mut octant = 0;
-    while octant < 8 {
-        let mut k = 0;
-        while k < 3 {
-            let near = 64 * k + 32 * (octant >> k & 1);
-            (planes[octant][0][k], planes[octant][1][k]) = (near, near ^ 32);
-            k += 1;
-        }
-        octant += 1;
-    }
-    planes
-};
-
 /// Where the planes that rays of an octant meet first start in a node, in bytes, for each axis; and those that they meet last.
+/// (Computed: after each leaf the next node waits for it, and a table would be a load more.)
 #[inline(always)]
 pub(super) fn near_and_far_planes(octant: usize) -> [[usize; 3]; 2] {
-    PLANES[octant & 7]
+    let near = [(octant & 1) << 5, 64 + ((octant & 2) << 4), 128 + ((octant & 4) << 3)];
+    [near, [near[0] ^ 32, near[1] ^ 32, near[2] ^ 32]]
 }
 
 /// Eight planes of a node.
@@ -264,7 +249,10 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
         let near_offset = each!(k => S::F8::splat(ray.near_offset[k]));
         let far_offset = each!(k => S::F8::splat(ray.far_offset[k]));
         let (t_min, t_max) = (S::F8::splat(ray.origin[3]), S::F8::splat(found.end));
-        let [near_planes, far_planes] = near_and_far_planes(ray.octant as usize);
+        // (From the first node, so that nothing but the number of a node is to be added.)
+        let first = nodes.as_ptr().cast::<u8>();
+        let [near_planes, far_planes] =
+            near_and_far_planes(ray.octant as usize).map(|places| each!(k => first.wrapping_add(places[k])));
         while at & LEAF == 0 {
             // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
             unsafe {
@@ -272,10 +260,10 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                 if QUERY & COUNTING != 0 {
                     found.nodes += 8;
                 }
-                let [x0, y0, z0] =
-                    each!(k => planes::<S>(node, near_planes[k]).fma(inverse[k], near_offset[k]));
-                let [x1, y1, z1] =
-                    each!(k => planes::<S>(node, far_planes[k]).fma(inverse[k], far_offset[k]));
+                let offset = at as usize * size_of::<Node8>();
+                let planes = |from: *const u8| S::F8::load(from.wrapping_add(offset).cast());
+                let [x0, y0, z0] = each!(k => planes(near_planes[k]).fma(inverse[k], near_offset[k]));
+                let [x1, y1, z1] = each!(k => planes(far_planes[k]).fma(inverse[k], far_offset[k]));
                 let near = x0.max(y0).max(z0.max(t_min));
                 let far = x1.min(y1).min(z1.min(t_max));
                 let entered = near.le(far).bits();
@@ -290,6 +278,13 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                     } else {
                         return false;
                     };
+                } else if QUERY & KIND == ANY && others & (others - 1) == 0 {
+                    // Two, the usual case: what is written as one number is read sooner than a part of a register.
+                    let (a, b) =
+                        (entered.trailing_zeros() as usize & 7, others.trailing_zeros() as usize & 7);
+                    *children.add(count) = node.children[a];
+                    count += 1;
+                    at = node.children[b];
                 } else if QUERY & KIND == ANY {
                     let node_children = S::F8::load(node.children.as_ptr().cast());
                     S::compress8(node_children, entered, children.add(count).cast());

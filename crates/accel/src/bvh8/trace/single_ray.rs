@@ -92,7 +92,8 @@ impl<'a> SingleRay<'a> {
             outside: -edge_slack * most_distance,
             reach: 0.0,
             scale,
-            octant: inverse.lt(S::F4::splat(0.0)).bits() & 7,
+            // (Not of the inverse, for which the first node would have to wait.)
+            octant: safe.lt(S::F4::splat(0.0)).bits() & 7,
             world: *ray,
             map: None,
             from: None,
