@@ -1,11 +1,12 @@
 //! Which device renders.
 
-use crate::arguments::{BackendChoice, DeviceFlags, Need, check};
+use crate::arguments::{BackendChoice, DeviceFlags, Need, check, would_do_nothing};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use eosphor::{
-    Accel, Backend, BackendError, Builder, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback,
-    FeaturePass, Hierarchy, SceneData, Traversal, cuda_devices,
+    Accel, Backend, BackendError, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback, FeaturePass,
+    Hierarchy, HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SceneData, Traversal,
+    cuda_devices,
 };
 use std::ops::Deref;
 use std::sync::Arc;
@@ -63,7 +64,7 @@ pub(crate) fn backend_with(
     gpu: impl FnOnce() -> Option<usize>,
 ) -> Result<Box<dyn Backend>, Failure> {
     check_device(flags, accel)?;
-    match &flags.backend {
+    match flags.backend() {
         BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
         BackendChoice::Cuda(devices) => {
             let devices = if devices.is_empty() { vec![0] } else { devices.clone() };
@@ -87,21 +88,27 @@ pub(crate) fn backend_with(
 
 /// Fails where flags about the device ask for what there is not, or would do nothing.
 pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<(), Failure> {
-    let is_cpu = flags.backend == BackendChoice::Cpu;
+    let is_cpu = *flags.backend() == BackendChoice::Cpu;
     let about_gpus = flags.block_size.is_some() || flags.gpu_traversal != Traversal::default();
     let gpu = |flag, is_given| Need { flag, is_given, is_met: !is_cpu, needs: "a GPU, not --backend cpu" };
+    hierarchy_options(flags).check(accel).map_err(|OptionMisfit { option, kind }| {
+        let flag = match option {
+            HierarchyOption::Builder => "--builder",
+            HierarchyOption::LeafSize => "--leaf-size",
+            HierarchyOption::TreeDepth => "--tree-depth",
+            HierarchyOption::SahCosts => "--sah-costs",
+        };
+        match kind {
+            MisfitKind::Structure(names) => would_do_nothing(flag, &format!("--accel {names}")),
+            MisfitKind::Range(range) => Failure::Usage(format!("{flag}: it must be {range}")),
+        }
+    })?;
     check(&[
-        Need {
-            flag: "--builder",
-            is_given: flags.builder.is_some(),
-            is_met: matches!(accel, None | Some(Accel::Bvh | Accel::Bvh8)),
-            needs: "--accel bvh or bvh8",
-        },
         gpu("--block-size", flags.block_size.is_some()),
         gpu("--gpu-traversal", flags.gpu_traversal != Traversal::default()),
     ])?;
     // Where the choice is the program's, what a GPU would take is said even where there is none.
-    if matches!(flags.backend, BackendChoice::Cuda(_)) || about_gpus {
+    if matches!(flags.backend(), BackendChoice::Cuda(_)) || about_gpus {
         cuda_options(flags, accel, vec![0]).check().map_err(Failure::usage)?;
     }
     Ok(())
@@ -124,7 +131,7 @@ fn cuda_options(flags: &DeviceFlags, accel: Option<Accel>, devices: Vec<usize>) 
     CudaOptions {
         devices,
         accel: accel.unwrap_or(usual.accel),
-        builder: builder_for(flags),
+        hierarchy: hierarchy_options(flags),
         block_size: flags.block_size.unwrap_or(usual.block_size),
         traversal: flags.gpu_traversal,
     }
@@ -146,9 +153,10 @@ pub(crate) fn feature_pass(
     Ok(cpu_backend(flags, accel)?.feature_pass(scene, hierarchy)?)
 }
 
-/// How bounding volume hierarchies are built.
-pub(crate) fn builder_for(flags: &DeviceFlags) -> Builder {
-    flags.builder.unwrap_or(CpuOptions::default().builder)
+/// How hierarchies are built.
+pub(crate) fn hierarchy_options(flags: &DeviceFlags) -> HierarchyOptions {
+    let &DeviceFlags { builder, leaf_size, tree_depth, sah_costs, .. } = flags;
+    HierarchyOptions { builder, leaf_size, tree_depth, sah_costs }
 }
 
 fn cpu_options(flags: &DeviceFlags, accel: Option<Accel>) -> CpuOptions {
@@ -156,7 +164,7 @@ fn cpu_options(flags: &DeviceFlags, accel: Option<Accel>) -> CpuOptions {
         threads: flags.threads.map(usize::from),
         tile: flags.tile,
         accel: accel.unwrap_or(CpuOptions::default().accel),
-        builder: builder_for(flags),
+        hierarchy: hierarchy_options(flags),
         simd: flags.simd.0,
         scheduler: flags.scheduler,
     }

@@ -17,6 +17,7 @@ mod memory;
 mod picture;
 mod progress;
 mod report;
+mod requests;
 mod streams;
 mod text;
 
@@ -29,25 +30,27 @@ static ALLOCATOR: allocator::Allocator = allocator::Allocator;
 
 fn main() -> ExitCode {
     interrupt::report_file_size_limits();
-    let arguments = match Arguments::try_parse() {
+    let mut arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         // Of many processes with the same flags one is enough to complain.
         Err(error) if error.use_stderr() && cluster::is_silent() => return ExitCode::from(2),
         Err(error) => error.exit(),
     };
-    let done = match &arguments.command {
+    let done = match &mut arguments.command {
         // What is not shared out is done by one of the processes of a launcher.
         command if cluster::is_silent() && !matches!(command, Command::Render(_) | Command::Course(_)) => {
             Ok(())
         }
-        Command::Render(flags) => cluster::run(&flags.of_rank(), |ranks| commands::render(flags, ranks)),
+        Command::Render(flags) => requests::obey_for_picture(flags)
+            .and_then(|()| cluster::run(&flags.of_rank(), |ranks| commands::render(flags, ranks))),
         Command::Course(flags) => cluster::run(&flags.of_rank(), |ranks| commands::course(flags, ranks)),
         Command::Info(flags) => commands::info(flags),
         Command::Merge(flags) => commands::merge(flags),
         Command::Compare(flags) => commands::compare(flags),
-        Command::Bench(flags) => match &flags.what {
+        Command::Bench(flags) => match &mut flags.what {
             Bench::Rays(flags) => commands::bench_rays(flags),
-            Bench::Render(flags) => commands::bench_render(flags),
+            Bench::Render(flags) => requests::obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)
+                .and_then(|_| commands::bench_render(flags)),
         },
         Command::Devices(flags) => commands::devices(flags),
         Command::Schema(flags) => commands::schema(flags),

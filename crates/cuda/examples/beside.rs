@@ -18,7 +18,7 @@ use eosphor_core::hierarchy::{BvhNode, IgnoreWork};
 use eosphor_core::math::vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_cuda::{CudaRays, Traversal};
-use eosphor_render::{Accel, Hierarchy, RaySets};
+use eosphor_render::{Accel, Hierarchy, HierarchyOptions, RaySets};
 use eosphor_scene::{LoadOptions, SceneData, load};
 use std::error::Error;
 
@@ -46,7 +46,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     scene.camera = Some(camera);
     let (data, _) = SceneData::flatten(&scene)?;
 
-    let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, builder, &data) else { unreachable!("asked for") };
+    let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, &HierarchyOptions::with_builder(builder), &data)
+    else {
+        unreachable!("asked for")
+    };
     let tracer = OneByOne(bvh.tracer(IgnoreWork));
     let sets = RaySets::new(&data, |rays| {
         let mut hits = vec![Hit::miss(0.0); rays.len()];

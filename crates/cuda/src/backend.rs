@@ -6,12 +6,12 @@ use crate::launch::{Launched, Launcher, Pixel};
 use crate::options::{CudaOptions, Traversal};
 use crate::scene::DeviceScene;
 use crate::structure::{Structure, kernel};
-use eosphor_accel::Builder;
 use eosphor_core::math::Vec3;
 use eosphor_core::whitted::ExactSum;
 use eosphor_render::{
-    Accel, Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress,
-    RayStatistics, RenderControl, Rendered, SampleSums, Sampled, check_rows, check_samples, check_scene,
+    Accel, Backend, BackendError, Film, Hierarchy, HierarchyOptions, HierarchyStatistics, PreparedScene,
+    Progress, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, check_rows, check_samples,
+    check_scene,
 };
 use eosphor_scene::SceneData;
 use std::ops::Range;
@@ -22,7 +22,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct CudaBackend {
     devices: Arc<Vec<Device>>,
     accel: Accel,
-    builder: Builder,
+    options: HierarchyOptions,
     block_size: u32,
     traversal: Traversal,
 }
@@ -52,7 +52,7 @@ impl CudaBackend {
         Ok(CudaBackend {
             devices: Arc::new(devices),
             accel: options.accel,
-            builder: options.builder,
+            options: options.hierarchy,
             block_size: options.block_size,
             traversal: options.traversal,
         })
@@ -67,7 +67,7 @@ impl Backend for CudaBackend {
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
-        let hierarchy = Hierarchy::build(self.accel, self.builder, &scene);
+        let hierarchy = Hierarchy::build(self.accel, &self.options, &scene);
         let moving = if scene.instances_move { scene.instances.len() } else { 0 };
         let structure = Structure::new(&hierarchy, self.traversal, moving)?;
         let kernel = kernel(self.accel, self.traversal, scene.instances.len() > 1)?;

@@ -2,9 +2,8 @@
 
 use crate::ptx::MOST_THREADS;
 use crate::structure::kernel;
-use eosphor_accel::Builder;
 use eosphor_core::hierarchy::Company;
-use eosphor_render::{Accel, BackendError};
+use eosphor_render::{Accel, BackendError, HierarchyOptions};
 
 /// How the threads of a warp, 32 of them, walk through a bounding volume hierarchy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,14 +49,14 @@ impl Traversal {
 }
 
 /// How the CUDA backend works. Nothing here changes a pixel.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CudaOptions {
     /// Numbers of the devices that share the work; not empty.
     pub devices: Vec<usize>,
     /// The hierarchy: any but [`Accel::Bvh8`], which is made for the SIMD instructions of CPUs.
     pub accel: Accel,
-    /// How the bounding volume hierarchy is built.
-    pub builder: Builder,
+    /// How it is built.
+    pub hierarchy: HierarchyOptions,
     /// Threads of a block: 32, 64, 96 or 128.
     pub block_size: u32,
     /// The way through a bounding volume hierarchy.
@@ -70,7 +69,7 @@ impl Default for CudaOptions {
         CudaOptions {
             devices: vec![0],
             accel: Accel::Bvh,
-            builder: Builder::Binned,
+            hierarchy: HierarchyOptions::default(),
             block_size: MOST_THREADS,
             traversal: Traversal::Auto,
         }

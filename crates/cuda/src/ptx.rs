@@ -25,7 +25,7 @@ mod tests {
     use crate::rays::{bvh_parameters, far_ray_kernels, ray_kernels};
     use crate::scene::scene_parameters;
     use crate::structure::{Structure, Trees, kernel};
-    use eosphor_render::{Accel, Builder, Hierarchy};
+    use eosphor_render::{Accel, Hierarchy, HierarchyOptions};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
     /// The structures that have a kernel, and the ways through them.
@@ -77,7 +77,7 @@ mod tests {
         let pixels = [Kind::Array { align: 1 }; 2];
         let launch = [&numbers[..], &pixels, &[Kind::Array { align: align_of::<u64>() }]].concat();
         for (accel, traversal, name) in kernels() {
-            let hierarchy = Hierarchy::build(accel, Builder::Binned, &data);
+            let hierarchy = Hierarchy::build(accel, &HierarchyOptions::default(), &data);
             let structure = Structure::new(&hierarchy, traversal, 0).unwrap();
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
             assert_eq!(declared(name), [parameters.kinds(), &launch[..]].concat(), "{name}");
@@ -88,7 +88,7 @@ mod tests {
     fn ray_kernels_take_what_is_passed() {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
         let data = SceneData::flatten(&scene).unwrap().0;
-        let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, Builder::Binned, &data) else {
+        let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, &HierarchyOptions::default(), &data) else {
             unreachable!()
         };
         // What a launch adds: the rays, their number, and two arrays of answers, which are raw pointers.

@@ -7,7 +7,7 @@ use crate::memory::write;
 use crate::parameters::{Parameters, Part};
 use crate::structure::{Trees, add_instance_tree};
 use cudarc::driver::{CudaStream, DriverError};
-use eosphor_accel::{Builder, BvhPairs, BvhWide};
+use eosphor_accel::{BvhPairs, BvhWide};
 use eosphor_core::geometry::Instance;
 use eosphor_render::{Accel, Hierarchy};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -83,7 +83,7 @@ impl TopLevel {
 
     /// Builds it.
     pub(crate) fn build(&self, instances: &[Instance]) -> Hierarchy {
-        Hierarchy::build_top(self.accel, Builder::Binned, instances)
+        Hierarchy::build_top(self.accel, instances)
     }
 
     /// Adds it to the parameters of a frame. `nodes` is the address of the array that has the rooms. What comes back must be

@@ -68,20 +68,21 @@ pub use eosphor_render::output::{
 #[doc(inline)]
 pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
-    Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyStatistics, PixelFeatures, PreparedScene,
-    Progress, Quality, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, Scheduler, SimdLevel,
-    check_rows, check_samples, scene_hash,
+    Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions,
+    HierarchyStatistics, MisfitKind, OptionMisfit, PixelFeatures, PreparedScene, Progress, Quality,
+    RayStatistics, RenderControl, Rendered, SahCosts, SampleSums, Sampled, Scheduler, SimdLevel, check_rows,
+    check_samples, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
-    Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, Image, Instance,
-    Interpolation, Law, Lens, Light, LightKey, LightMotion, LightUnits, LoadOptions, LoadedScene, MAX_FRAMES,
-    Material, MaterialKind, MaterialTextures, Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX,
-    NormalMode, Note, Parallelogram, Pbr, PixelSampling, Place, Places, Preset, Problem, READ_FORMATS,
-    RenderSettings, Scene, SceneData, SceneError, Snippet, Solid, Sphere, Texels, Texture, TextureChannel,
-    TextureContent, Transfer, Transform, Triangle, UnknownPreset, UnknownSolid, Warning, load,
-    scene_reference, scene_schema,
+    Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, DeviceKind,
+    DeviceSettings, Image, Instance, Interpolation, Law, Lens, Light, LightKey, LightMotion, LightUnits,
+    LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind, MaterialTextures, Mesh, Moment, Moments,
+    Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr, PixelSampling, Place, Places, Preset,
+    Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError, SceneRequests, Snippet, Solid,
+    Sphere, Structure, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform, TreeBuilder,
+    Triangle, UnknownPreset, UnknownSolid, Warning, load, scene_reference, scene_requests, scene_schema,
 };
 
 /// Animations as numbered files.

@@ -1,9 +1,10 @@
 //! The hierarchy that a backend traces rays through.
 
+use crate::HierarchyOptions;
 use crate::backend::cpu::{Queries, SimdLevel, with_level};
 use eosphor_accel::{
-    BuildOptions, Builder, Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree,
-    KdTreeOptions, Octree, OctreeOptions, OneByOne, SceneGeometry,
+    Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree, Octree, OctreeOptions, OneByOne,
+    SceneGeometry,
 };
 use eosphor_core::geometry::Instance;
 use eosphor_core::hierarchy::{
@@ -55,28 +56,27 @@ macro_rules! structures {
 
         impl Hierarchy {
             /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their
-            /// number. `builder` is for the bounding volume hierarchies.
-            pub fn build(accel: Accel, builder: Builder, scene: &SceneData) -> Hierarchy {
+            /// number. Options that the structure does not have change nothing.
+            pub fn build(accel: Accel, options: &HierarchyOptions, scene: &SceneData) -> Hierarchy {
                 let geometry = SceneGeometry {
                     triangles: &scene.triangles,
                     spheres: &scene.spheres,
                     geometries: &scene.geometries,
                     instances: &scene.instances,
                 };
-                Hierarchy::over(accel, builder, geometry)
+                Hierarchy::over(accel, options, geometry)
             }
 
             /// The top level alone: over instances of geometries that a hierarchy of this kind has. It is all that has to be
             /// built for a frame in which instances are elsewhere.
-            pub fn build_top(accel: Accel, builder: Builder, instances: &[Instance]) -> Hierarchy {
-                Hierarchy::over(accel, builder, SceneGeometry::of_instances(instances))
+            pub fn build_top(accel: Accel, instances: &[Instance]) -> Hierarchy {
+                Hierarchy::over(accel, &HierarchyOptions::default(), SceneGeometry::of_instances(instances))
             }
 
-            fn over(accel: Accel, builder: Builder, geometry: SceneGeometry) -> Hierarchy {
-                let options = BuildOptions::of(builder);
+            fn over(accel: Accel, options: &HierarchyOptions, geometry: SceneGeometry) -> Hierarchy {
                 match accel {
                     $(Accel::$accel => {
-                        let ($scene, $options) = (&geometry, &options);
+                        let ($scene, $options) = (&geometry, options);
                         Hierarchy::$hierarchy($build)
                     })*
                 }
@@ -144,25 +144,25 @@ structures! {
 
     /// Bounding volume hierarchy.
     Bvh, "bvh", Bvh(Bvh),
-    build: |scene, options| Bvh::build(scene, options),
+    build: |scene, options| Bvh::build(scene, &options.bvh()),
     scalar: |s, top, work| BvhTracer { bvh: s.view_with_instances_of(top), work },
     batches: |s, top, _simd| OneByOne(BvhTracer { bvh: s.view_with_instances_of(top), work: IgnoreWork });
 
     /// The same with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),
-    build: |scene, options| Bvh8::build(scene, options),
+    build: |scene, options| Bvh8::build(scene, &options.bvh()),
     scalar: |s, top, work| s.counting_tracer(work).with_instances_of(top),
     batches: |s, top, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer()).with_instances_of(top);
 
     /// Octree, all octants that a ray meets, as PG1 has it.
     Octree, "octree", Octree(Octree),
-    build: |scene, _options| Octree::build(scene, &OctreeOptions::default()),
+    build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::default())),
     scalar: |s, top, work| OctreeTracer { tree: s.view_with_instances_of(top), work },
     batches: |s, top, _simd| OneByOne(OctreeTracer { tree: s.view_with_instances_of(top), work: IgnoreWork });
 
     /// Octree of smaller leaves, octants in the order of the ray (Revelles et al. 2000).
     OctreeParametric, "octree-parametric", OctreeParametric(Octree),
-    build: |scene, _options| Octree::build(scene, &OctreeOptions::parametric()),
+    build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::parametric())),
     scalar: |s, top, work| OctreeParametricTracer { tree: s.view_with_instances_of(top), work },
     batches: |s, top, _simd| OneByOne(OctreeParametricTracer {
         tree: s.view_with_instances_of(top),
@@ -177,7 +177,7 @@ structures! {
 
     /// kd-tree, SAH.
     KdTree, "kdtree", KdTree(KdTree),
-    build: |scene, _options| KdTree::build(scene, &KdTreeOptions::default()),
+    build: |scene, options| KdTree::build(scene, &options.kdtree()),
     scalar: |s, top, work| KdTreeTracer { tree: s.view_with_instances_of(top), work },
     batches: |s, top, _simd| OneByOne(KdTreeTracer { tree: s.view_with_instances_of(top), work: IgnoreWork });
 }

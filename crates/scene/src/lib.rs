@@ -28,8 +28,8 @@ mod solids;
 pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
     BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, FramePattern,
-    LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, WrongPattern, load, load_from_memory,
-    scene_reference, scene_schema,
+    LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, SceneRequests, WrongPattern, load,
+    load_from_memory, scene_reference, scene_requests, scene_schema,
 };
 pub use flatten::{Moment, Moments, Note, Places, SceneData};
 pub use model::*;

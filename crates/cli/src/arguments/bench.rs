@@ -3,6 +3,7 @@
 use super::camera::CameraFlags;
 use super::{DeviceFlags, PictureFlags, SCENE_HELP, SettingsFlags};
 use clap::{Args, Subcommand};
+use eosphor::Accel;
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchFlags {
@@ -51,6 +52,9 @@ pub(crate) struct BenchRaysFlags {
     /// Camera rays
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = super::values::size)]
     pub(crate) size: [u32; 2],
+    /// The hierarchy that rays are traced through; otherwise bvh8 on the CPU. GPUs take a bvh
+    #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
+    pub(crate) accel: Option<Accel>,
     /// How often each query is timed
     #[arg(long, value_name = "N", default_value = "30", value_parser = repeats)]
     pub(crate) repeats: usize,

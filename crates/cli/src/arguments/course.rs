@@ -38,9 +38,9 @@ impl CourseFlags {
     pub(crate) fn device(&self) -> DeviceFlags {
         let mut device = self.device.clone();
         if self.cpu {
-            device.backend = BackendChoice::Cpu;
+            device.backend = Some(BackendChoice::Cpu);
         } else if self.gpu {
-            device.backend = BackendChoice::Cuda(Vec::new());
+            device.backend = Some(BackendChoice::Cuda(Vec::new()));
         }
         device
     }

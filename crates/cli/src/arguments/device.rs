@@ -3,14 +3,14 @@
 use super::values::named;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, value_parser};
-use eosphor::{Accel, Builder, Quality, Scheduler, SimdLevel, Traversal};
+use eosphor::{Accel, Builder, Quality, SahCosts, Scheduler, SimdLevel, Traversal};
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
 pub(crate) struct DeviceFlags {
-    /// Where to render: auto (the first GPU, or the CPU), cpu, cuda, or cuda:0,1 for several GPUs
-    #[arg(long, value_name = "DEVICE", default_value = "auto", value_parser = backend)]
-    pub(crate) backend: BackendChoice,
+    /// Where to render: auto (the first GPU, or the CPU), which is usual, cpu, cuda, or cuda:0,1 for several GPUs
+    #[arg(long, value_name = "DEVICE", value_parser = backend)]
+    pub(crate) backend: Option<BackendChoice>,
     /// CPU threads; all cores otherwise
     #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
@@ -20,6 +20,15 @@ pub(crate) struct DeviceFlags {
     /// How bounding volume hierarchies are built; low and medium stand for morton and binned
     #[arg(long, value_name = "NAME", value_parser = builder())]
     pub(crate) builder: Option<Builder>,
+    /// Primitives that a leaf of a bvh (1 to 255) or an octree may hold; octrees divide cells with more where that pays
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
+    pub(crate) leaf_size: Option<u32>,
+    /// Depth of the deepest leaves of a bvh (1 to 64), an octree (16) or a kd-tree (46); they hold whatever is left
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
+    pub(crate) tree_depth: Option<u32>,
+    /// What the surface area heuristic of a bvh, an octree or a kd-tree takes for visiting a node and for a primitive's test
+    #[arg(long, value_name = "NODE,TEST", value_parser = sah_costs, allow_hyphen_values = true)]
+    pub(crate) sah_costs: Option<SahCosts>,
     /// Instructions of the CPU; auto takes the widest there are
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
@@ -34,6 +43,13 @@ pub(crate) struct DeviceFlags {
     /// The order in which the CPU traces rays: batched, or scalar, the reference
     #[arg(long, value_name = "NAME", default_value = "batched", value_parser = schedulers(), hide = true)]
     pub(crate) scheduler: Scheduler,
+}
+
+impl DeviceFlags {
+    /// Where to render.
+    pub(crate) fn backend(&self) -> &BackendChoice {
+        self.backend.as_ref().unwrap_or(&BackendChoice::Auto)
+    }
 }
 
 /// Where to render.
@@ -79,6 +95,15 @@ fn backend(text: &str) -> Result<BackendChoice, String> {
     numbers.sort_unstable();
     numbers.dedup();
     Ok(BackendChoice::Cuda(numbers))
+}
+
+/// `1,2`.
+fn sah_costs(text: &str) -> Result<SahCosts, String> {
+    let numbers =
+        text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+    numbers.map(|(node, primitive)| SahCosts { node, primitive }).ok_or_else(|| {
+        "it must be the cost of a node, a comma and the cost of a primitive's test, as in 1,2".to_owned()
+    })
 }
 
 /// The name of a structure.

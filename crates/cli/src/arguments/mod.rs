@@ -19,7 +19,7 @@ pub(crate) use course::CourseFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use frames::{FrameFlags, OutputKind};
 pub(crate) use keep::KeepFlags;
-pub(crate) use needs::{Need, check};
+pub(crate) use needs::{Need, check, would_do_nothing};
 pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, SampleRange, Share, Show};
 pub(crate) use settings::SettingsFlags;
 

@@ -15,11 +15,14 @@ pub(crate) struct Need {
 /// Fails where a flag was given that would do nothing, in the order of the list.
 pub(crate) fn check(needs: &[Need]) -> Result<(), Failure> {
     match needs.iter().find(|need| need.is_given && !need.is_met) {
-        Some(Need { flag, needs, .. }) => {
-            Err(Failure::Usage(format!("{flag} would do nothing here: it needs {needs}: leave it out")))
-        }
+        Some(Need { flag, needs, .. }) => Err(would_do_nothing(flag, needs)),
         None => Ok(()),
     }
+}
+
+/// What is said of a flag that does nothing without what it needs.
+pub(crate) fn would_do_nothing(flag: &str, needs: &str) -> Failure {
+    Failure::Usage(format!("{flag} would do nothing here: it needs {needs}: leave it out"))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use super::values::place;
 use super::{ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, SCENE_HELP};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Args, value_parser};
 use eosphor::{Accel, Format, Layer, Preset};
 use std::ops::Range;
@@ -15,8 +16,9 @@ use std::path::PathBuf;
 pub(crate) struct RenderFlags {
     #[arg(help = SCENE_HELP)]
     pub(crate) scene: String,
-    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; frames of an animation as in frame_%04d.png, or .mp4
-    #[arg(short, long, value_name = "OUT")]
+    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; frames of an animation as in frame_%04d.png, or .mp4. Where
+    /// it is not given: what the scene's file names
+    #[arg(short, long, value_name = "OUT", default_value = "", hide_default_value = true, value_parser = path())]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) picture: PictureFlags,
@@ -56,6 +58,11 @@ pub(crate) struct PictureFlags {
     /// The hierarchy over the primitives; changes no pixel. Otherwise bvh8 on the CPU, bvh on GPUs, which have all but bvh8
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
+}
+
+/// A path, which may be empty: then the scene's file has to name one.
+fn path() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().map(PathBuf::from)
 }
 
 /// What is shown instead of the picture.

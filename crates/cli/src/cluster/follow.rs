@@ -175,7 +175,7 @@ fn local_backend(
     let mine = |list: &[usize]| list.get(local_rank as usize % list.len().max(1)).map(|&gpu| vec![gpu]);
     let wants_cpu = options.count_work || asks_for_cpu(&device, options.accel);
     let auto = if wants_cpu { None } else { mine(&gpus()) };
-    device.backend = match &device.backend {
+    device.backend = Some(match device.backend() {
         BackendChoice::Auto if auto.is_none() => BackendChoice::Cpu,
         BackendChoice::Auto => BackendChoice::Auto,
         // Where there is none, the backend says so.
@@ -184,13 +184,13 @@ fn local_backend(
         }
         BackendChoice::Cuda(list) => BackendChoice::Cuda(mine(list).unwrap_or_default()),
         BackendChoice::Cpu => BackendChoice::Cpu,
-    };
+    });
     let threads = match device.threads {
         Some(threads) => threads,
         None => processors.clamp(1, 1024) as u16,
     };
     // A flag about threads would rule out GPUs.
-    if device.backend == BackendChoice::Cpu {
+    if *device.backend() == BackendChoice::Cpu {
         device.threads = Some(threads);
     }
     let gpu = || auto.and_then(|gpus| gpus.first().copied());

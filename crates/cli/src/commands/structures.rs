@@ -1,11 +1,13 @@
 //! `eosphor info --accel all SCENE`: every structure over one scene; `--accel builders`: every builder.
 
 use crate::arguments::InfoFlags;
-use crate::backend::{builder_for, cpu_backend};
+use crate::backend::{cpu_backend, hierarchy_options};
 use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
-use eosphor::{Accel, Builder, CameraSpeed, Hierarchy, HierarchyStatistics, SceneData};
+use eosphor::{
+    Accel, Builder, CameraSpeed, Hierarchy, HierarchyOptions, HierarchyStatistics, Quality, SceneData,
+};
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Duration;
@@ -26,18 +28,20 @@ struct Row {
 /// `by_builder`: bounding volume hierarchies alone, by every builder.
 pub(super) fn structures(flags: &InfoFlags, data: &SceneData, by_builder: bool) -> Result<(), Failure> {
     let is_built = |accel: &&Accel| matches!(accel, Accel::Bvh | Accel::Bvh8);
-    let chosen: Vec<(Accel, Builder)> = if by_builder {
-        let with_all = |&accel: &Accel| Builder::ALL.map(|builder| (accel, builder));
+    let chosen: Vec<(Accel, HierarchyOptions)> = if by_builder {
+        let with = HierarchyOptions::with_builder;
+        let with_all = |&accel: &Accel| Builder::ALL.map(|builder| (accel, with(builder)));
         Accel::ALL.iter().filter(is_built).flat_map(with_all).collect()
     } else {
-        Accel::ALL.iter().map(|&accel| (accel, builder_for(&flags.device))).collect()
+        Accel::ALL.iter().map(|&accel| (accel, hierarchy_options(&flags.device))).collect()
     };
     let mut rows = Vec::new();
-    for (accel, builder) in chosen {
+    for (accel, options) in chosen {
         let backend = cpu_backend(&flags.device, Some(accel))?;
-        let hierarchy = Hierarchy::build(accel, builder, data);
+        let hierarchy = Hierarchy::build(accel, &options, data);
         let camera_rays = backend.camera_speed(data, &hierarchy, TRACING);
-        let builder = is_built(&&accel).then(|| builder.name());
+        let builder =
+            is_built(&&accel).then(|| options.builder.unwrap_or(Quality::default().options().builder).name());
         rows.push(Row { accel, builder, statistics: hierarchy.statistics(), camera_rays });
     }
     if flags.json { streams::json(&rows) } else { streams::result(&table(&rows)) }

@@ -10,6 +10,7 @@ mod inputs;
 mod output;
 mod place;
 mod render;
+mod requests;
 #[cfg(unix)]
 mod resume;
 mod schema;

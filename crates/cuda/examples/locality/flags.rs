@@ -44,7 +44,7 @@ impl Asked {
                 "times" => times = vec![value.parse()?],
                 "random" => random = Some(value.parse()?),
                 "accel" => options.accel = value.parse()?,
-                "builder" => options.builder = value.parse()?,
+                "builder" => options.hierarchy.builder = Some(value.parse()?),
                 "block-size" => options.block_size = value.parse()?,
                 "gpu-traversal" => {
                     let found = Traversal::ALL.into_iter().find(|t| t.name() == value);

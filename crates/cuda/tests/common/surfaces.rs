@@ -5,9 +5,9 @@ use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
 use eosphor_core::texture::{TextureFilter, TextureWrap};
 use eosphor_scene::{
-    AlphaMode, Camera, Channel, Image, Instance, Light, Material, MaterialKind, Mesh, NO_INDEX,
-    Parallelogram, Pbr, RenderSettings, Scene, Sphere, Texels, Texture, TextureChannel, TextureContent,
-    Transform, Triangle,
+    AlphaMode, Camera, Channel, DeviceSettings, Image, Instance, Light, Material, MaterialKind, Mesh,
+    NO_INDEX, Parallelogram, Pbr, RenderSettings, Scene, Sphere, Texels, Texture, TextureChannel,
+    TextureContent, Transform, Triangle,
 };
 
 /// A bumpy sheet of `n` by `n` quads with colours and two sets of texture coordinates.
@@ -148,6 +148,8 @@ pub(crate) fn scene() -> Scene {
             ..camera
         }),
         settings,
+        device: DeviceSettings::default(),
+        output: None,
         animation: None,
     }
 }

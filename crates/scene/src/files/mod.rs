@@ -11,6 +11,7 @@ mod obj;
 mod pg1;
 mod ply;
 mod polygon;
+mod requests;
 mod source;
 mod warnings;
 mod winding;
@@ -34,6 +35,7 @@ pub use course::{
     WrongPattern,
 };
 pub use json::{scene_reference, scene_schema};
+pub use requests::{SceneRequests, scene_requests};
 
 /// What [`load`] reads, for help texts.
 pub const READ_FORMATS: &str = "OBJ (.obj), glTF (.gltf, .glb), PLY (.ply), Eosphor scenes (.json), PG1 configurations (.json) and builtin:NAME";

@@ -4,6 +4,7 @@ use eosphor_core::math::Vec3;
 
 mod animation;
 mod camera;
+mod device;
 mod interpolation;
 mod ior;
 mod light;
@@ -21,6 +22,7 @@ mod validate;
 
 pub use animation::{Animation, CameraKey, CameraMotion, Law, LightKey, LightMotion, MAX_FRAMES};
 pub use camera::{Camera, Lens};
+pub use device::{DeviceKind, DeviceSettings, Structure, TreeBuilder};
 pub use interpolation::Interpolation;
 pub use ior::{INDICES_OF_REFRACTION, index_of_refraction};
 pub use light::Light;
@@ -64,6 +66,10 @@ pub struct Scene {
     pub settings: RenderSettings,
     /// What moves; nothing where there is none.
     pub animation: Option<Animation>,
+    /// On what, and through which hierarchy, the scene asks to be rendered.
+    pub device: DeviceSettings,
+    /// The file that it asks to be rendered into, as it names it.
+    pub output: Option<String>,
 }
 
 impl Scene {

@@ -1,14 +1,14 @@
 //! `eosphor bench rays SCENE`: how fast a device answers queries about rays, and whether it answers as the CPU does.
 
 use super::median;
-use crate::arguments::{BackendChoice, BenchRaysFlags};
-use crate::backend::{builder_for, check_device, cpu_backend, limit_threads};
+use crate::arguments::{BackendChoice, BenchRaysFlags, would_do_nothing};
+use crate::backend::{check_device, cpu_backend, hierarchy_options, limit_threads};
 use crate::commands::render::framed_camera;
 use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
 use eosphor::rays::{CudaRays, Hit, Ray, RaySets};
-use eosphor::{Accel, CpuBackend, Hierarchy, LoadOptions, SceneData, load};
+use eosphor::{Accel, CpuBackend, Hierarchy, HierarchyOptions, LoadOptions, SceneData, load};
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
@@ -17,6 +17,7 @@ use std::time::Instant;
 struct Report {
     device: String,
     triangles: usize,
+    accel: Accel,
     rows: Vec<Row>,
 }
 
@@ -40,7 +41,7 @@ enum Device<'a> {
 }
 
 pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
-    check_device(&flags.device, None)?;
+    check_device(&flags.device, flags.accel)?;
     limit_threads(&flags.device)?;
     let mut options = LoadOptions::default();
     options.camera = flags.camera.choice();
@@ -49,16 +50,28 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
     flags.camera.apply(&mut scene, framed_camera)?;
     scene.validate().map_err(Failure::usage)?;
     let (data, _) = SceneData::flatten(&scene)?;
-    let builder = builder_for(&flags.device);
-    let cpu = cpu_backend(&flags.device, None)?;
-    let fast = Hierarchy::build(Accel::Bvh8, builder, &data);
-    let plain = Hierarchy::build(Accel::Bvh, builder, &data);
+    let options = hierarchy_options(&flags.device);
+    let cpu = cpu_backend(&flags.device, flags.accel)?;
+    let fast = Hierarchy::build(Accel::Bvh8, &HierarchyOptions::default(), &data);
     let sets = RaySets::new(&data, |rays| cpu.closest_hits(&fast, rays));
-    // The answers of the one are compared with those of the other.
-    let (device, reference) = match &flags.device.backend {
-        BackendChoice::Auto | BackendChoice::Cpu => (Device::Cpu(&cpu, fast), plain),
+    // What is measured is compared with another structure: bvh8, or bvh where bvh8 itself is measured.
+    let (device, reference) = match flags.device.backend() {
+        BackendChoice::Auto | BackendChoice::Cpu => {
+            let accel = flags.accel.unwrap_or(Accel::Bvh8);
+            let measured = Hierarchy::build(accel, &options, &data);
+            let plain = || Hierarchy::build(Accel::Bvh, &HierarchyOptions::default(), &data);
+            (Device::Cpu(&cpu, measured), if accel == Accel::Bvh8 { plain() } else { fast })
+        }
         BackendChoice::Cuda(devices) => {
-            let Hierarchy::Bvh(bvh) = &plain else { unreachable!("it was asked for") };
+            let Hierarchy::Bvh(bvh) = &Hierarchy::build(Accel::Bvh, &options, &data) else {
+                unreachable!("it was asked for")
+            };
+            if !matches!(flags.accel, None | Some(Accel::Bvh)) {
+                return Err(would_do_nothing(
+                    "--accel",
+                    "--backend cpu (on GPUs, rays are traced through a bvh)",
+                ));
+            }
             let device = match devices[..] {
                 [] => 0,
                 [device] => device,
@@ -71,7 +84,8 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
             (Device::Cuda(CudaRays::new(device, bvh, flags.device.gpu_traversal)?), fast)
         }
     };
-    let mut report = Report { device: device.describe(), triangles: data.triangles.len(), rows: Vec::new() };
+    let (accel, triangles) = (device.accel(), data.triangles.len());
+    let mut report = Report { device: device.describe(), triangles, accel, rows: Vec::new() };
     for (set, rays) in [("primary", &sets.primary), ("bounce", &sets.bounce), ("shuffled", &sets.shuffled)] {
         let (hits, times) = device.closest_hits(rays, flags.repeats)?;
         let expected = cpu.closest_hits(&reference, rays);
@@ -103,6 +117,13 @@ impl Device<'_> {
         match self {
             Device::Cpu(cpu, _) => format!("CPU, {} threads, {}", cpu.threads(), cpu.simd()),
             Device::Cuda(cuda) => cuda.device_name().to_owned(),
+        }
+    }
+
+    fn accel(&self) -> Accel {
+        match self {
+            Device::Cpu(_, hierarchy) => hierarchy.accel(),
+            Device::Cuda(_) => Accel::Bvh,
         }
     }
 
@@ -150,7 +171,8 @@ impl Row {
 
 impl Report {
     fn table(&self) -> String {
-        let mut text = format!("{}; {} triangles\n", self.device, grouped(self.triangles as u64));
+        let mut text =
+            format!("{}, {}; {} triangles\n", self.device, self.accel, grouped(self.triangles as u64));
         let _ = writeln!(
             text,
             "{:<9} {:<12} {:>12} {:>10} {:>12} {:>10}",

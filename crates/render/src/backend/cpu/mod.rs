@@ -22,7 +22,6 @@ use super::{
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
 use batched::Workspace;
 use dispatch::TileJob;
-use eosphor_accel::Builder;
 use eosphor_core::whitted::{ExactSum, pixel_color};
 use eosphor_scene::{Moment, SceneData};
 use rayon::prelude::*;
@@ -90,8 +89,8 @@ impl CpuBackend {
     }
 
     fn build(&self, scene: &SceneData) -> Hierarchy {
-        let CpuOptions { accel, builder, .. } = self.options;
-        self.pool.install(|| Hierarchy::build(accel, builder, scene))
+        let CpuOptions { accel, hierarchy, .. } = &self.options;
+        self.pool.install(|| Hierarchy::build(*accel, hierarchy, scene))
     }
 }
 
@@ -119,7 +118,7 @@ impl Backend for CpuBackend {
 fn top_of(hierarchy: &Hierarchy, moment: Option<&Moment>, pool: &rayon::ThreadPool) -> Option<Hierarchy> {
     let places = moment?.places.as_ref()?;
     // It is built again for each frame, and most have few instances.
-    let build = || Hierarchy::build_top(hierarchy.accel(), Builder::Binned, &places.instances);
+    let build = || Hierarchy::build_top(hierarchy.accel(), &places.instances);
     Some(pool.install(build))
 }
 

@@ -1,10 +1,10 @@
 //! Choices that change the time a picture takes, and nothing else about it.
 
-use crate::Accel;
-use eosphor_accel::{BuildOptions, Builder, SimdLevel};
+use crate::{Accel, HierarchyOptions};
+use eosphor_accel::SimdLevel;
 
 /// How the CPU backend works.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CpuOptions {
     /// Threads; `None`: one for each core the process may use.
     pub threads: Option<usize>,
@@ -12,9 +12,8 @@ pub struct CpuOptions {
     pub tile: Option<u32>,
     /// The hierarchy.
     pub accel: Accel,
-    /// How bounding volume hierarchies are built. Trees of [`Builder::Spatial`] can lose a ray that lies in a triangle's
-    /// plane to within rounding; all others give the same picture.
-    pub builder: Builder,
+    /// How it is built.
+    pub hierarchy: HierarchyOptions,
     /// SIMD level; `None`: the best that the CPU has.
     pub simd: Option<SimdLevel>,
     /// The order in which rays are traced.
@@ -38,7 +37,7 @@ impl Default for CpuOptions {
             threads: None,
             tile: None,
             accel: Accel::Bvh8,
-            builder: BuildOptions::default().builder,
+            hierarchy: HierarchyOptions::default(),
             simd: None,
             scheduler: Scheduler::Batched,
         }

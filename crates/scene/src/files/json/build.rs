@@ -50,6 +50,7 @@ impl Builder<'_> {
         self.loader.scene.lights = file.lights.unwrap_or_default();
         let keeps_units = self.keep_old_units(file.version);
         self.loader.scene.animation = file.animation;
+        (self.loader.scene.device, self.loader.scene.output) = (file.device, file.output);
         let materials = self.materials(file.materials)?;
         // Who states an origin counts on all digits about it.
         if file.origin.is_some_and(|origin| origin != [0.0; 3]) {

@@ -2,7 +2,7 @@
 //! scenes/REFERENCE.md.
 
 use super::material::{Entries, MaterialEntry};
-use crate::model::{Animation, Camera, Light, Move, RenderSettings, Transform, Vector};
+use crate::model::{Animation, Camera, DeviceSettings, Light, Move, RenderSettings, Transform, Vector};
 use eosphor_core::math::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -58,6 +58,14 @@ pub(super) struct SceneFile {
     /// How to render it. Flags of the command line win.
     #[serde(default)]
     pub(super) settings: RenderSettings,
+    /// On what to render it, and through which hierarchy.
+    #[serde(default)]
+    #[schemars(extend("examples" = [{ "backend": "cpu", "accel": "octree", "leaf-size": 16, "tree-depth": 10 }]))]
+    pub(super) device: DeviceSettings,
+    /// The picture's file, where the command line names none; relative to where the program is started.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["picture.png"]))]
+    pub(super) output: Option<String>,
     /// What moves.
     #[serde(default)]
     pub(super) animation: Option<Animation>,

@@ -68,9 +68,8 @@ pub(super) enum ShadingType {
 pub(super) struct DataStructure {
     pub(super) name: StructureName,
     #[serde(rename = "max_triangles_per_BB")]
-    pub(super) _max_triangles: Option<u32>,
-    #[serde(rename = "max_depth")]
-    pub(super) _max_depth: Option<u32>,
+    pub(super) max_triangles: Option<u32>,
+    pub(super) max_depth: Option<u32>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]

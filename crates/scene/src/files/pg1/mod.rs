@@ -7,8 +7,12 @@ mod format;
 mod tests;
 
 use super::loader::Loader;
+use super::requests::SceneRequests;
 use crate::error::SceneError;
-use crate::model::{Camera, Light, NormalMode, PixelSampling, RenderSettings, Scene, double};
+use crate::model::{
+    Camera, DeviceKind, DeviceSettings, Light, NormalMode, PixelSampling, RenderSettings, Scene, Structure,
+    double,
+};
 use crate::presets::{Preset, pg1_camera};
 use eosphor_core::settings::LightingModel;
 use fault::{at, problem, wrong};
@@ -37,13 +41,18 @@ pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
     let bytes = loader.read(path)?;
     let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes));
     let config: Config = serde_json::from_str(&text).map_err(|e| wrong(path, &e))?;
-    say_hints(loader, path, &text, &config);
+    if config.obj_loader.triangulate == Some(false) {
+        let line = fault::line_of_key(&text, "triangulate");
+        loader.warnings.add(path, line, "faces become triangles whatever this says");
+    }
 
     let model = find_model(loader, path, &text, &config)?;
     let instances = super::read_model(loader, &model)?;
     loader.scene.instances.extend(instances);
     let scene = &mut loader.scene;
     scene.settle_origin();
+    let SceneRequests { device, output, .. } = requests_of(&config);
+    (scene.device, scene.output) = (device, output);
     let Config { seed, renderer, scene: SceneEntry { camera, point_lights, .. }, .. } = config;
     for PointLight { pos, color } in point_lights {
         scene.lights.push(Light::Point { position: scene.point_of_file(pos), color });
@@ -123,24 +132,31 @@ fn set_film(settings: &mut RenderSettings, camera: &CameraEntry) {
         if settings.samples > 1 { PixelSampling::Random } else { PixelSampling::Center };
 }
 
-/// What the file asks for and a scene does not hold: devices, hierarchies and the name of the picture.
-fn say_hints(loader: &mut Loader, path: &Path, text: &str, config: &Config) {
-    let mut say =
-        |key: &str, message: String| loader.warnings.add(path, fault::line_of_key(text, key), message);
+/// What the file asks for besides the picture.
+pub(super) fn requests(bytes: &[u8]) -> SceneRequests {
+    serde_json::from_slice(bytes).map(|config| requests_of(&config)).unwrap_or_default()
+}
+
+/// A structure has the limits beside it; PG1 ignores those beside "none", as this does.
+fn requests_of(config: &Config) -> SceneRequests {
     let renderer = &config.renderer;
-    if renderer.render_mode == Some(RenderMode::Gpu) {
-        say("render_mode", "render_mode \"gpu\" changes no pixel; choose it by --backend cuda".into());
+    let mut device = DeviceSettings {
+        backend: renderer.render_mode.map(|mode| match mode {
+            RenderMode::Cpu => DeviceKind::Cpu,
+            RenderMode::Gpu => DeviceKind::Cuda,
+        }),
+        ..DeviceSettings::default()
+    };
+    if let Some(structure) = &renderer.acceleratied_data_structure {
+        device.accel = Some(match structure.name {
+            StructureName::None => Structure::None,
+            StructureName::Octree => Structure::Octree,
+            StructureName::OctreeParametric => Structure::OctreeParametric,
+        });
+        if structure.name != StructureName::None {
+            (device.leaf_size, device.tree_depth) = (structure.max_triangles, structure.max_depth);
+        }
     }
-    let structure = renderer.acceleratied_data_structure.as_ref().map(|s| s.name);
-    if let Some(name @ (StructureName::Octree | StructureName::OctreeParametric)) = structure {
-        let name = if name == StructureName::Octree { "octree" } else { "octree_parametric" };
-        say("name", format!("the data structure \"{name}\" changes no pixel; choose one by --accel"));
-    }
-    let output = config.output.as_ref().or(renderer.output.as_ref()).and_then(|o| o.filename.as_ref());
-    if let Some(name) = output {
-        say("filename", format!("the output \"{name}\" is not taken from here; name it by --output"));
-    }
-    if config.obj_loader.triangulate == Some(false) {
-        say("triangulate", "faces become triangles whatever this says".into());
-    }
+    let output = config.output.as_ref().or(renderer.output.as_ref());
+    SceneRequests { device, output: output.and_then(|output| output.filename.clone()), is_pg1: true }
 }

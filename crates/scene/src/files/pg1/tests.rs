@@ -3,7 +3,7 @@
 use super::is_config;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene, load_from};
-use crate::model::{Light, NormalMode, PixelSampling, RenderSettings};
+use crate::model::{DeviceKind, DeviceSettings, Light, NormalMode, PixelSampling, RenderSettings, Structure};
 use crate::presets::Preset;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::LightingModel;
@@ -58,15 +58,17 @@ fn every_key() {
             "point_lights": [{"pos": [0, 5, 0], "color": [1, 2, 3]}]}
     }"#;
     let loaded = load(text).unwrap();
-    let warnings: Vec<String> = loaded.warnings.iter().map(|w| w.to_string()).collect();
-    assert_eq!(
-        warnings,
-        [
-            "dir/c.json:4: render_mode \"gpu\" changes no pixel; choose it by --backend cuda",
-            "dir/c.json:7: the data structure \"octree_parametric\" changes no pixel; choose one by --accel",
-            "dir/c.json:9: the output \"out.ppm\" is not taken from here; name it by --output",
-        ]
-    );
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let device = DeviceSettings {
+        backend: Some(DeviceKind::Cuda),
+        accel: Some(Structure::OctreeParametric),
+        leaf_size: Some(16),
+        tree_depth: Some(10),
+        ..DeviceSettings::default()
+    };
+    assert_eq!((loaded.scene.device, loaded.scene.output.as_deref()), (device, Some("out.ppm")));
+    let requests = super::requests(text.as_bytes());
+    assert_eq!((requests.device, requests.output.as_deref()), (device, Some("out.ppm")));
     let expected = RenderSettings {
         seed: 7,
         size: [64, 48],
@@ -104,6 +106,15 @@ fn every_key() {
             model
         );
     }
+}
+
+#[test]
+fn limits_belong_to_a_structure() {
+    let text = r#"{"renderer": {"render_mode": "cpu", "acceleratied_data_structure": {"name": "none", "max_depth": 10}},
+        "scene": {"source_file": "a.obj"}}"#;
+    let device = load(text).unwrap().scene.device;
+    assert_eq!((device.backend, device.accel), (Some(DeviceKind::Cpu), Some(Structure::None)));
+    assert_eq!((device.leaf_size, device.tree_depth), (None, None));
 }
 
 #[test]

@@ -1,0 +1,102 @@
+//! What a scene's file asks for besides the picture (`device` in a scene, `renderer` in PG1's configurations), where the command
+//! line does not say it.
+
+use crate::arguments::{BackendChoice, DeviceFlags, RenderFlags};
+use crate::failure::Failure;
+use eosphor::{
+    Accel, DeviceKind, DeviceSettings, HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SahCosts,
+    SceneRequests, scene_requests,
+};
+use std::path::{Path, PathBuf};
+
+/// Fills in what is missing of a render's flags.
+pub(crate) fn obey_for_picture(flags: &mut RenderFlags) -> Result<(), Failure> {
+    let SceneRequests { output, .. } = obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)?;
+    if flags.output.as_os_str().is_empty() {
+        flags.output =
+            output.map(PathBuf::from).filter(|output| !output.as_os_str().is_empty()).ok_or_else(|| {
+                Failure::Usage(
+                    "the picture has no name: give one, as in -o picture.png (or \"output\" in the scene)"
+                        .into(),
+                )
+            })?;
+    }
+    Ok(())
+}
+
+/// Fills in what the file of the scene asks for, and gives it. Limits of a hierarchy belong to the one beside them: where the command line
+/// names another, they are left out.
+pub(crate) fn obey(
+    scene: &str,
+    flags: &mut DeviceFlags,
+    accel: &mut Option<Accel>,
+) -> Result<SceneRequests, Failure> {
+    let requests = scene_requests(Path::new(scene));
+    let asked = &requests.device;
+    if flags.backend.is_none() {
+        flags.backend = asked.backend.map(|kind| match kind {
+            DeviceKind::Auto => BackendChoice::Auto,
+            DeviceKind::Cpu => BackendChoice::Cpu,
+            DeviceKind::Cuda => BackendChoice::Cuda(Vec::new()),
+        });
+    }
+    let (asked_accel, own) = hierarchy_of(asked);
+    let in_file = |misfit: OptionMisfit| Failure::Failed(in_words(scene, &misfit, requests.is_pg1));
+    own.check(asked_accel).map_err(in_file)?;
+    if accel.is_some() && *accel != asked_accel {
+        return Ok(requests);
+    }
+    *accel = asked_accel;
+    flags.builder = flags.builder.or(own.builder);
+    flags.leaf_size = flags.leaf_size.or(own.leaf_size);
+    flags.tree_depth = flags.tree_depth.or(own.tree_depth);
+    flags.sah_costs = flags.sah_costs.or(own.sah_costs);
+    Ok(requests)
+}
+
+/// The structure, and how it is built.
+fn hierarchy_of(asked: &DeviceSettings) -> (Option<Accel>, HierarchyOptions) {
+    // Files know the names that the command line has: see the test.
+    let accel = asked.accel.and_then(|structure| structure.name().parse().ok());
+    let options = HierarchyOptions {
+        builder: asked.builder.and_then(|builder| builder.name().parse().ok()),
+        leaf_size: asked.leaf_size,
+        tree_depth: asked.tree_depth,
+        sah_costs: asked.sah_costs.map(|[node, primitive]| SahCosts { node, primitive }),
+    };
+    (accel, options)
+}
+
+/// What is wrong with a key, and what to do.
+fn in_words(scene: &str, misfit: &OptionMisfit, is_pg1: bool) -> String {
+    let (key, pg1) = match misfit.option {
+        HierarchyOption::Builder => ("builder", ""),
+        HierarchyOption::LeafSize => ("leaf-size", " (max_triangles_per_BB)"),
+        HierarchyOption::TreeDepth => ("tree-depth", " (max_depth of the data structure)"),
+        HierarchyOption::SahCosts => ("sah-costs", ""),
+    };
+    let pg1 = if is_pg1 { pg1 } else { "" };
+    match misfit.kind {
+        MisfitKind::Structure(names) => {
+            format!("{scene}: device: {key}{pg1} would do nothing: it needs \"accel\": {names}: leave it out")
+        }
+        MisfitKind::Range(range) => format!("{scene}: device: {key}{pg1} must be {range}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor::{Builder, Structure, TreeBuilder};
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn files_have_the_names_of_the_command_line() {
+        let files: Vec<&str> = Structure::ALL.iter().map(|structure| structure.name()).collect();
+        let flags: Vec<&str> = Accel::ALL.iter().map(|accel| accel.name()).collect();
+        assert_eq!(files, flags);
+        let files: BTreeSet<&str> = TreeBuilder::ALL.iter().map(|builder| builder.name()).collect();
+        let flags: BTreeSet<&str> = Builder::ALL.iter().map(|builder| builder.name()).collect();
+        assert_eq!(files, flags);
+    }
+}
