@@ -31,8 +31,8 @@ pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter:
         if again {
             continue;
         }
-        let look = &point.look;
-        let mut surface = look.shadow_filter * look.opacity + Vec3::splat(1.0 - look.opacity);
+        // Where a ray does not see a surface, that casts no shadow to where the ray starts.
+        let mut surface = point.look.shadow_filter * point.seen + Vec3::splat(1.0 - point.seen);
         if !point.front {
             surface *= point.left_by_body(view, hit.t - before);
         }

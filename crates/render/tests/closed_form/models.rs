@@ -75,7 +75,7 @@ fn a_mask_has_holes_for_rays_and_for_light() {
 }
 
 #[test]
-fn a_single_sided_sheet_is_there_from_the_front_alone_but_always_casts_its_shadow() {
+fn a_single_sided_sheet_is_there_from_the_front_alone_and_casts_its_shadow_there() {
     let mut scene = scene();
     scene.settings.shadows = ShadowMode::Coloured;
     scene.settings.depth = 0;
@@ -92,6 +92,38 @@ fn a_single_sided_sheet_is_there_from_the_front_alone_but_always_casts_its_shado
     assert_grey(probe(&scene, vec3(0.12, 3.0, 0.05), vec3(0.12, 0.0, 0.06)), 0.0, 0.0);
     assert_grey(probe(&scene, vec3(1.0, 3.0, 0.0), vec3(1.0, 0.0, 0.01)), 0.5, 1e-6);
     assert_near(probe(&scene, vec3(0.12, 0.1, 0.05), vec3(0.12, 1.0, 0.06)), [1.0, 0.0, 0.0], 1e-6);
+}
+
+/// A pane that faces the light is not there for who looks up at it: neither is its shadow.
+#[test]
+fn a_single_sided_pane_that_cannot_be_seen_from_below_casts_no_shadow_there() {
+    for (single_sided, transparency, expected) in [(false, 0.5, 0.25), (true, 0.5, 0.5), (true, 0.0, 0.5)] {
+        for faces_up in [true, false] {
+            let mut scene = scene();
+            scene.settings.shadows = ShadowMode::Coloured;
+            let white = matte(&mut scene, Vec3::ONE);
+            floor(&mut scene, 0.0, 2.0, white);
+            scene
+                .lights
+                .push(Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(0.5 * PI) });
+            let pane = matte(&mut scene, Vec3::ONE);
+            scene.materials[pane as usize].kind = MaterialKind::Transparent {
+                color: Vec3::ONE,
+                transparency,
+                reflection: 0.0,
+                shininess: 1.0,
+                diffuse: 0.0,
+            };
+            scene.materials[pane as usize].single_sided = single_sided;
+            let [u, v] =
+                if faces_up { [vec3(0.0, 0.0, 0.3), X * 0.3] } else { [X * 0.3, vec3(0.0, 0.0, 0.3)] };
+            rectangle(&mut scene, vec3(0.1, 1.0, 0.0), u, v, pane);
+            // From beside the pane, so that it is not looked through.
+            let got = probe(&scene, vec3(0.6, 0.5, 0.05), vec3(0.2, 0.0, 0.1));
+            let filtered = 0.5 * transparency;
+            assert_grey(got, if faces_up { expected } else { filtered }, 1e-5);
+        }
+    }
 }
 
 #[test]

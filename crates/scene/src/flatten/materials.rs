@@ -9,7 +9,8 @@
 //! | native, illum 4, 6, 7, 9 | 1 | Tf, else 1; Snell | both |
 //! | pg1 | Ks | Tf, else 0, with illum 4, 6, 7, 9; Snell | – |
 //! | eos | 0.4 with illum 3 to 9 | Tf, else 0, with illum 4, 6, 7, 9; Snell | – |
-//! | native with Pr or Pm, `pbr` | by `eosphor_core`'s `shading/appearance.rs` | | |
+//! | native, illum 3, 5, 8 with Ks and Pr, without Pm | the same, glossy | | |
+//! | else native with Pr or Pm, `pbr` | by `eosphor_core`'s `shading/appearance.rs` | | |
 
 use crate::model::{
     AlphaMode, Channel, Composition, Material, MaterialKind, MaterialTextures, Mtl, Pbr, TextureChannel,
@@ -28,6 +29,9 @@ const EOS_REFLECTION: f32 = 0.4;
 /// Roughness, where an MTL file gives Pm but no Pr.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
 
+/// Of lobes: a mirror, to the eye.
+const LARGEST_EXPONENT: f32 = 1e6;
+
 /// The most that a body takes; beyond, nothing is left of the light anyway.
 const MAX_ATTENUATION: f64 = 1e12;
 
@@ -35,7 +39,7 @@ const MAX_ATTENUATION: f64 = 1e12;
 pub(super) fn compose(material: &Material, composition: Composition) -> core::Material {
     let composed = match material.kind {
         MaterialKind::Mtl(mtl) => match composition {
-            Composition::Native => native(&mtl),
+            Composition::Native => native(&mtl, material.textures.roughness.is_some()),
             Composition::Pg1 => pg1(&mtl),
             Composition::Eos => eos(&mtl),
         },
@@ -152,8 +156,11 @@ fn mtl_pbr(mtl: &Mtl) -> core::Material {
     })
 }
 
-fn native(mtl: &Mtl) -> core::Material {
-    if mtl.Pr.is_some() || mtl.Pm.is_some() {
+/// Roughness that is read from a texture is for the metallic-roughness material.
+fn native(mtl: &Mtl, has_roughness_texture: bool) -> core::Material {
+    // A file that calls a material a mirror, and says how strong, means one.
+    let is_mirror = matches!(mtl.illum, 3 | 5 | 8) && mtl.Ks != Vec3::ZERO && !has_roughness_texture;
+    if mtl.Pm.is_some() || mtl.Pr.is_some() && !is_mirror {
         let m = mtl_pbr(mtl);
         return if mtl.d < 1.0 && !refracts(mtl) { with_alpha(m, AlphaMode::Blend) } else { m };
     }
@@ -180,6 +187,9 @@ fn native(mtl: &Mtl) -> core::Material {
         }
         _ => {}
     }
+    if let Some(roughness) = mtl.Pr.filter(|&roughness| roughness > 0.0) {
+        (m.glossy_rays, m.glossy_exponent) = (1, lobe_exponent(roughness));
+    }
     // d dissolves: what the surface itself shows fades as what is behind comes through.
     if mtl.d < 1.0 && !refracts(mtl) && mtl.illum != 5 {
         m.transmission = Vec3::splat(1.0 - mtl.d);
@@ -189,6 +199,13 @@ fn native(mtl: &Mtl) -> core::Material {
         m.specular = m.specular * mtl.d;
     }
     m
+}
+
+/// The exponent of a lobe about the mirror direction as wide as that of a microfacet distribution of `alpha` = roughness²:
+/// (2 / alpha² - 2) about the half vector (Walter et al. 2007), a fourth of that about the mirror direction.
+fn lobe_exponent(roughness: f32) -> f32 {
+    let alpha = roughness.min(1.0) * roughness.min(1.0);
+    (0.5 / (alpha * alpha) - 0.5).min(LARGEST_EXPONENT)
 }
 
 fn pg1(mtl: &Mtl) -> core::Material {
@@ -218,7 +235,7 @@ fn transmit_by_tf(m: &mut core::Material, mtl: &Mtl) {
 /// Kinds other than MTL mean the same in every composition.
 fn own_kind(kind: MaterialKind) -> core::Material {
     match kind {
-        MaterialKind::Mtl(mtl) => native(&mtl),
+        MaterialKind::Mtl(mtl) => native(&mtl, false),
         MaterialKind::Pbr(kind) => pbr(&kind),
         MaterialKind::Matte { color } => core::Material { diffuse: color, ..black() },
         MaterialKind::Mirror { reflectance } => core::Material { reflection: reflectance, ..black() },

@@ -6,7 +6,7 @@ use crate::model::*;
 use crate::presets::Preset;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::light::Light as CoreLight;
-use eosphor_core::material::{FresnelUse, NONE, Refraction};
+use eosphor_core::material::{FresnelUse, NONE, Refraction, SurfaceModel};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use eosphor_core::settings::LightingModel;
 use eosphor_core::shading::emitted;
@@ -313,6 +313,29 @@ fn composition_table() {
     let glass = Mtl { illum: 7, Ni: Some(2.5), ..base };
     assert_eq!(compose(&material(MaterialKind::Mtl(glass)), Native).ior, 2.5);
     assert_eq!(compose(&material(MaterialKind::Mtl(Mtl { illum: 7, ..base })), Native).ior, 1.5);
+}
+
+/// A material that is called a mirror and says how strong stays one, however rough.
+#[test]
+fn mirrors_with_roughness_stay_mirrors() {
+    let of = |mtl| compose(&material(MaterialKind::Mtl(mtl)), Composition::Native);
+    let (Kd, Ks) = (vec3(0.1, 0.2, 0.3), vec3(0.6, 0.7, 0.8));
+    for illum in [3, 5, 8] {
+        let sharp = Mtl { Kd, Ks, illum, ..Mtl::default() };
+        let rough = of(Mtl { Pr: Some(0.5), ..sharp });
+        assert_eq!((rough.model, rough.diffuse, rough.reflection), (of(sharp).model, Kd, Ks));
+        // alpha = 0.25: (2 / 0.0625 - 2) / 4.
+        assert_eq!((rough.glossy_rays, rough.glossy_exponent), (1, 7.5));
+        assert_eq!(of(Mtl { Pr: Some(0.0), ..sharp }), of(sharp));
+        for roughness in [f32::MIN_POSITIVE, 1e-4, 1.0] {
+            assert!((0.0..=1e6).contains(&of(Mtl { Pr: Some(roughness), ..sharp }).glossy_exponent));
+        }
+        // What says that it is metal, or is no mirror, is a metallic-roughness material.
+        let metallic = SurfaceModel::MetallicRoughness;
+        assert_eq!(of(Mtl { Pr: Some(0.5), Pm: Some(1.0), ..sharp }).model, metallic);
+        assert_eq!(of(Mtl { Pr: Some(0.5), Ks: Vec3::ZERO, ..sharp }).model, metallic);
+        assert_eq!(of(Mtl { Pr: Some(0.5), illum: 2, ..sharp }).model, metallic);
+    }
 }
 
 #[test]
