@@ -76,7 +76,7 @@ pub use eosphor_render::{
 #[doc(inline)]
 pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
-    Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, DeviceKind,
+    Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, DeviceKind,
     DeviceSettings, Image, Instance, Interpolation, Law, Lens, Light, LightKey, LightMotion, LightUnits,
     LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind, MaterialTextures, Mesh, Moment, Moments,
     Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr, PixelSampling, Place, Places, Preset,

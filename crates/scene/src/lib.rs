@@ -27,9 +27,9 @@ mod solids;
 
 pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
-    BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, FramePattern,
-    LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, SceneRequests, WrongPattern, load,
-    load_from_memory, scene_reference, scene_requests, scene_schema,
+    BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions,
+    FramePattern, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, SceneRequests, WrongPattern,
+    load, load_from_memory, scene_reference, scene_requests, scene_schema,
 };
 pub use flatten::{Moment, Moments, Note, Places, SceneData};
 pub use model::*;

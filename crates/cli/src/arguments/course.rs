@@ -1,8 +1,12 @@
 //! Flags of `eosphor course`.
 
-use super::{BackendChoice, ClusterFlags, DeviceFlags};
+use super::{BackendChoice, ClusterFlags, DeviceFlags, Need, check};
+use crate::failure::Failure;
 use clap::Args;
+#[cfg(feature = "video")]
+use clap::value_parser;
 use eosphor::{Accel, Solid};
+use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub(crate) struct CourseFlags {
@@ -21,6 +25,20 @@ pub(crate) struct CourseFlags {
     /// The lights along the edges light the scene themselves, instead of one in the middle of each body
     #[arg(long)]
     pub(crate) edge_lights: bool,
+    /// Write here instead of to the path of the input: frames as in img_%d.png, or one .mp4
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Frames a second of an .mp4; 24 otherwise
+    #[arg(long, value_name = "X", value_parser = super::frames::frame_rate)]
+    pub(crate) fps: Option<f32>,
+    /// Of an .mp4, 1 to 100: 90 otherwise, where losses are hard to see
+    #[cfg(feature = "video")]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=100))]
+    pub(crate) video_quality: Option<u8>,
+    /// Let the program ffmpeg, which must be installed, encode an .mp4
+    #[cfg(feature = "video")]
+    #[arg(long, conflicts_with = "resume")]
+    pub(crate) ffmpeg: bool,
     /// Go on with an animation that was interrupted: frames that are whole and of the same input are kept
     #[arg(long)]
     pub(crate) resume: bool,
@@ -34,6 +52,18 @@ pub(crate) struct CourseFlags {
 }
 
 impl CourseFlags {
+    /// Fails where one of these would do nothing.
+    pub(crate) fn check(&self, is_video: bool) -> Result<(), Failure> {
+        let need = |flag, is_given| Need { flag, is_given, is_met: is_video, needs: "an .mp4 (--output)" };
+        check(&[
+            need("--fps", self.fps.is_some()),
+            #[cfg(feature = "video")]
+            need("--video-quality", self.video_quality.is_some()),
+            #[cfg(feature = "video")]
+            need("--ffmpeg", self.ffmpeg),
+        ])
+    }
+
     /// Where to render, as the course's flags say it.
     pub(crate) fn device(&self) -> DeviceFlags {
         let mut device = self.device.clone();

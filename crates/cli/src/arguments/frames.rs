@@ -65,7 +65,7 @@ fn frame_range(text: &str) -> Result<FrameRange, String> {
     }
 }
 
-fn frame_rate(text: &str) -> Result<f32, String> {
+pub(super) fn frame_rate(text: &str) -> Result<f32, String> {
     let rate = text.parse::<f32>().ok().filter(|rate| *rate > 0.0 && *rate <= 1000.0);
     rate.ok_or_else(|| "it must be a number over 0 and at most 1000".into())
 }

@@ -1,5 +1,8 @@
 //! `eosphor course`: the task of PLATO's course, by its own input and output.
 
+use super::frames::{check_output, is_video};
+#[cfg(feature = "video")]
+use super::video::VideoJob;
 use crate::animation::{FrameSink, FramesJob};
 use crate::arguments::CourseFlags;
 use crate::backend::ranks_or_own;
@@ -10,22 +13,35 @@ use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use eosphor::frames::{FramesIdentity, Manifest, Wanted};
 use eosphor::{
-    Backend, CourseInput, CourseOptions, Film, Moments, SaveOptions, SceneData, save_within, scene_hash,
+    Backend, CourseInput, CourseLines, CourseOptions, Film, Moments, SaveOptions, Scene, SceneData,
+    SceneError, check_writable, save_within, scene_hash,
 };
+use std::fmt::Display;
 use std::fs;
 use std::io::{Read, stdin};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// What errors call the input.
+const INPUT: &str = "standard input";
 
 /// No input is longer.
 const MOST_BYTES: u64 = 1 << 20;
 
 /// `ranks` is the backend where there are several.
 pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result<(), Failure> {
+    let video = flags.output.as_deref().filter(|output| is_video(output));
+    flags.check(video.is_some())?;
     if flags.default {
         return streams::result(&CourseInput::colourful().to_string());
     }
-    let input = read_input()?;
+    if let Some(output) = video {
+        check_output(output)?;
+    }
+    let (mut input, lines) = read_input()?;
+    if let Some(output) = flags.output.as_deref().filter(|_| video.is_none()) {
+        input.output = output.to_string_lossy().parse().map_err(Failure::usage)?;
+    }
     let usual = CourseOptions::default();
     let options = CourseOptions {
         shapes: flags.bodies.map_or(usual.shapes, |bodies| bodies.0),
@@ -33,7 +49,10 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
         ..usual
     };
     interrupt::watch(Verbosity::Normal)?;
-    let loaded = input.scene(&options)?;
+    let loaded = input.scene(&options).map_err(|error| match of_texture(&error, &input) {
+        true => in_input(lines.texture, "texture of the floor", &error),
+        false => error.into(),
+    })?;
     for warning in &loaded.warnings {
         streams::message(&format!("eosphor: note: {warning}"));
     }
@@ -45,61 +64,137 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
     let data = Arc::new(data);
     let backend = ranks_or_own(ranks, &flags.device(), flags.accel, false, Verbosity::Normal)?;
     let options = SaveOptions::from(&scene.settings);
-    make_folder(&input)?;
-    let manifest = open_manifest(flags, &input, &options, &data)?;
-    let frames: Vec<u32> =
-        (0..input.frames).filter(|frame| !manifest.is_done(*frame, &input.output.path(*frame))).collect();
-    let kept = input.frames as usize - frames.len();
-    if kept > 0 {
-        streams::message(&format!("eosphor: note: {kept} of {} frames are done already", input.frames));
+    make_folder(video.unwrap_or(&input.output.path(0)))?;
+    let flight =
+        Flight { flags, input: &input, scene: &scene, data: &data, options, ranks, backend: &*backend };
+    match video {
+        #[cfg(feature = "video")]
+        Some(output) => flight.to_video(output),
+        _ => {
+            check_writable(&input.output.path(0)).map_err(|error| match flags.output {
+                Some(_) => error.into(),
+                None => in_input(lines.output, "output path", &error),
+            })?;
+            flight.to_files()
+        }
     }
-    if frames.is_empty() {
-        return manifest.finish().map_err(Failure::because);
-    }
-    let prepared = backend.prepare(Arc::clone(&data))?;
-    let sink = Files { input: &input, part: &manifest.part(), manifest: &manifest, options };
-    let job = FramesJob {
-        prepared: &*prepared,
-        moments: &Moments::new(&scene, &data),
-        frames: &frames,
-        in_flight: memory::frames(prepared.size(), backend.frames_in_flight())?,
-        // Ranks render frames at the same time, each for itself.
-        one_at_a_time: ranks.is_none(),
-        log: &|done| streams::result(&format!("{}\t{:.3}\t{}\n", done.frame, done.milliseconds, done.rays)),
-    };
-    let view = ProgressView::new(Verbosity::Quiet);
-    let done = job.run(&sink, &view)?;
-    if done.count < frames.len() {
-        let (done, all) = (kept + done.count, input.frames);
-        let message = format!("interrupted: {done} of {all} frames are done: the same with --resume goes on");
-        return Err(Failure::Interrupted(message));
-    }
-    manifest.finish().map_err(Failure::because)
 }
 
-/// What is done of the frames, beside them.
-fn open_manifest(
-    flags: &CourseFlags,
-    input: &CourseInput,
-    options: &SaveOptions,
-    data: &SceneData,
-) -> Result<Manifest, Failure> {
-    let moving = format!("{input} {:?} {}", flags.bodies, flags.edge_lights);
-    let identity = FramesIdentity {
-        scene: scene_hash(data, &options.develop),
-        animation: FramesIdentity::hash(&moving),
-        file: FramesIdentity::hash("course"),
+/// A flight to be rendered.
+struct Flight<'a> {
+    flags: &'a CourseFlags,
+    input: &'a CourseInput,
+    scene: &'a Scene,
+    data: &'a Arc<SceneData>,
+    options: SaveOptions,
+    ranks: Option<&'a dyn Backend>,
+    backend: &'a dyn Backend,
+}
+
+impl Flight<'_> {
+    fn to_files(&self) -> Result<(), Failure> {
+        let input = self.input;
+        let frames = 0..input.frames;
+        let wanted =
+            if self.flags.resume { Wanted::Missing(frames.clone()) } else { Wanted::Anew(frames.clone()) };
+        let path = PathBuf::from(format!("{}.manifest", input.output));
+        let manifest = Manifest::open(&path, &self.identity("course"), wanted).map_err(Failure::because)?;
+        let missing: Vec<u32> =
+            frames.filter(|frame| !manifest.is_done(*frame, &input.output.path(*frame))).collect();
+        let sink =
+            Files { input, part: &manifest.part(), manifest: &manifest, options: self.options.clone() };
+        self.render(&missing, &sink, None)?;
+        manifest.finish().map_err(Failure::because)
+    }
+
+    #[cfg(feature = "video")]
+    fn to_video(&self, output: &Path) -> Result<(), Failure> {
+        let [width, height] = self.input.size;
+        let job = VideoJob {
+            output,
+            size: (width, height),
+            fps: self.flags.fps.unwrap_or(24.0),
+            quality: self.flags.video_quality,
+            ffmpeg: self.flags.ffmpeg,
+            resume: self.flags.resume,
+            range: 0..self.input.frames,
+            develop: self.options.develop,
+            identity: &|file| self.identity(file),
+            verbosity: Verbosity::Normal,
+        };
+        job.run(&|frames, sink, in_flight| self.render(frames, sink, in_flight)).map(|_| ())
+    }
+
+    /// What the frames are made of.
+    fn identity(&self, file: &str) -> FramesIdentity {
+        let moving = format!("{} {:?} {}", self.input, self.flags.bodies, self.flags.edge_lights);
+        FramesIdentity {
+            scene: scene_hash(self.data, &self.options.develop),
+            animation: FramesIdentity::hash(&moving),
+            file: FramesIdentity::hash(file),
+        }
+    }
+
+    /// Renders the frames that are missing, with a line for each.
+    fn render(&self, frames: &[u32], sink: &dyn FrameSink, in_flight: Option<u16>) -> Result<(), Failure> {
+        let all = self.input.frames;
+        let kept = all as usize - frames.len();
+        if kept > 0 {
+            streams::message(&format!("eosphor: note: {kept} of {all} frames are done already"));
+        }
+        if frames.is_empty() {
+            return Ok(());
+        }
+        let prepared = self.backend.prepare(Arc::clone(self.data))?;
+        let in_flight = in_flight.map_or_else(|| self.backend.frames_in_flight(), usize::from);
+        let job = FramesJob {
+            prepared: &*prepared,
+            moments: &Moments::new(self.scene, self.data),
+            frames,
+            in_flight: memory::frames(prepared.size(), in_flight)?,
+            // Ranks render frames at the same time, each for itself.
+            one_at_a_time: self.ranks.is_none(),
+            log: &|done| {
+                streams::result(&format!("{}\t{:.3}\t{}\n", done.frame, done.milliseconds, done.rays))
+            },
+        };
+        let done = job.run(sink, &ProgressView::new(Verbosity::Quiet))?;
+        if done.count < frames.len() {
+            let done = kept + done.count;
+            let goes_on = if self.is_piped() { "" } else { ": the same with --resume goes on" };
+            let message = format!("interrupted: {done} of {all} frames are done{goes_on}");
+            return Err(Failure::Interrupted(message));
+        }
+        Ok(())
+    }
+
+    /// Whether the program ffmpeg encodes, which keeps nothing.
+    fn is_piped(&self) -> bool {
+        #[cfg(feature = "video")]
+        return self.flags.ffmpeg;
+        #[cfg(not(feature = "video"))]
+        return false;
+    }
+}
+
+/// Something that is wrong with what the input names, at its line.
+fn in_input(line: u32, field: &str, error: &dyn Display) -> Failure {
+    Failure::Failed(format!("{INPUT}:{line}: {field}: {error}"))
+}
+
+/// Whether an error is about the picture of the floor.
+fn of_texture(error: &SceneError, input: &CourseInput) -> bool {
+    let path = match error {
+        SceneError::Read { path, .. } => path,
+        SceneError::Invalid { place, .. } => &place.path,
+        _ => return false,
     };
-    let frames = 0..input.frames;
-    let wanted = if flags.resume { Wanted::Missing(frames) } else { Wanted::Anew(frames) };
-    let path = PathBuf::from(format!("{}.manifest", input.output));
-    Manifest::open(&path, &identity, wanted).map_err(Failure::because)
+    path == Path::new(&input.floor.texture)
 }
 
 /// The folder of the frames, where it is not there.
-fn make_folder(input: &CourseInput) -> Result<(), Failure> {
-    let path = input.output.path(0);
-    let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) else {
+fn make_folder(file: &Path) -> Result<(), Failure> {
+    let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) else {
         return Ok(());
     };
     fs::create_dir_all(folder).map_err(|error| {
@@ -108,14 +203,14 @@ fn make_folder(input: &CourseInput) -> Result<(), Failure> {
 }
 
 /// Standard input, which must end somewhere.
-fn read_input() -> Result<CourseInput, Failure> {
+fn read_input() -> Result<(CourseInput, CourseLines), Failure> {
     let mut bytes = Vec::new();
     let read = stdin().lock().take(MOST_BYTES + 1).read_to_end(&mut bytes);
     read.map_err(|error| Failure::Failed(format!("cannot read the input: standard input: {error}")))?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(Failure::Failed("the input is too long: it must end within 1 MB".into()));
     }
-    Ok(CourseInput::parse(&bytes, Path::new("standard input"))?)
+    Ok(CourseInput::parse_with_lines(&bytes, Path::new(INPUT))?)
 }
 
 /// `.data` frames, or others by the name's ending.

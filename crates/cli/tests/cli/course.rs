@@ -96,7 +96,9 @@ fn wrong_input_is_one_line_that_names_the_place() {
         ("0.75 0.8", "-0.75 0.8", ["input:7", "radius"]),
         ("img_%d", "img", ["input:2", "%d"]),
         ("\n3 2\n", "\n3\n", ["standard input", "ends"]),
-        ("floor.data", "none.data", ["none.data", "cannot read"]),
+        ("floor.data", "none.data", ["input:9: texture of the floor", "cannot read"]),
+        ("img_%d.data", "img_%d.xyz", ["input:2: output path", "xyz"]),
+        ("img_%d.data", "img.mp4", ["input:2: output path", "--output"]),
     ] {
         assert!(INPUT.contains(from));
         let run = course(&place, &INPUT.replacen(from, to, 1), &["--cpu"]);
@@ -105,4 +107,70 @@ fn wrong_input_is_one_line_that_names_the_place() {
     }
     assert_eq!(course(&place, INPUT, &["--cpu", "--gpu"]).code, Some(2));
     assert_eq!(course(&place, INPUT, &["--bodies", "cube,ball,cube"]).code, Some(2));
+}
+
+/// The scene that says in JSON what the course's own input says: the same bytes.
+#[test]
+fn a_json_scene_says_the_same() {
+    let place = Place::new();
+    let text = course(&place, "", &["--default"]).succeeded().stdout;
+    let mut lines: Vec<&str> = text.lines().collect();
+    (lines[1], lines[2]) = ("out/course_%d.data", "48 32 120");
+    lines[0] = "3";
+    let input = lines.join("\n");
+    let scene = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/solids.json")).unwrap();
+    assert!(scene.contains("\"frames\": 104"));
+    fs::write(place.path("s.json"), scene.replace("\"frames\": 104", "\"frames\": 3")).unwrap();
+    fs::create_dir(place.path("out")).unwrap();
+    place.run(&["render", "s.json", "-o", "out/json_%d.data", "--size", "48x32"]).succeeded();
+    course(&place, &input, &["--cpu"]).succeeded();
+    let read = |name: &str, k: usize| fs::read(place.path(&format!("out/{name}_{k}.data"))).unwrap();
+    for k in 0..3 {
+        assert!(read("course", k) == read("json", k), "frame {k}");
+    }
+    assert!(read("json", 0) != read("json", 1));
+}
+
+#[cfg(feature = "video")]
+#[test]
+fn a_video_of_the_flight() {
+    let place = Place::new();
+    let input = INPUT.replacen("16 12", "17 19", 1);
+    let run = course(&place, &input, &["--cpu", "-o", "films/a.mp4", "--fps", "12"]).succeeded();
+    assert_eq!(run.stdout.lines().count(), 3, "{}", run.stdout);
+    assert!(run.stderr.contains("18 x 20"), "{}", run.stderr);
+    let film = fs::read(place.path("films/a.mp4")).unwrap();
+    assert!(!place.path("out").exists());
+    // However it is made, and what is done stays.
+    course(&place, &input, &["--cpu", "-o", "b.mp4", "--fps", "12", "--threads", "1"]).succeeded();
+    assert!(fs::read(place.path("b.mp4")).unwrap() == film);
+    let again = course(&place, &input, &["--cpu", "-o", "b.mp4", "--fps", "12", "--resume"]).succeeded();
+    assert!(again.stderr.contains("done already") && again.stdout.is_empty(), "{}", again.stderr);
+    let other = course(&place, &input, &["--cpu", "-o", "b.mp4", "--fps", "12", "--resume", "--edge-lights"]);
+    other.failed_with(&["cannot resume", "b.mp4.manifest"]);
+    course(&place, &input, &["--cpu", "-o", "b.mp4", "--video-quality", "20"]).succeeded();
+    assert!(fs::read(place.path("b.mp4")).unwrap() != film);
+    for flags in [&["--fps", "12"][..], &["--video-quality", "20"], &["--ffmpeg", "-o", "a_%d.png"]] {
+        course(&place, &input, flags).is_wrong_usage(&[flags[0], "an .mp4"]);
+    }
+}
+
+/// The encoder takes no fewer than 16 x 16 pixels.
+#[cfg(feature = "video")]
+#[test]
+fn a_video_of_one_pixel_is_refused_in_one_line() {
+    let place = Place::new();
+    let before = place.names();
+    let run = place.run(&["render", "builtin:solids", "-o", "a.mp4", "--frames", "0..2", "--size", "1x1"]);
+    assert_eq!((run.code, run.stderr.lines().count()), (Some(1), 1), "{}", run.stderr);
+    assert!(run.stderr.contains("1 x 1 pixels: the encoder takes 16 x 16 to 3840 x 2160"), "{}", run.stderr);
+    assert_eq!(place.names(), before);
+}
+
+#[test]
+fn frames_go_where_a_flag_says() {
+    let place = Place::new();
+    course(&place, INPUT, &["--cpu", "-o", "there/%d.png"]).succeeded();
+    assert!(place.path("there/2.png").exists() && !place.path("out").exists());
+    course(&place, INPUT, &["--cpu", "-o", "a.png"]).is_wrong_usage(&["a.png", "%d"]);
 }

@@ -1,11 +1,13 @@
 //! Builds one scene from several files.
 
+use super::json::quoted;
 use super::source::Source;
 use super::warnings::Warnings;
 use super::{LoadOptions, LoadedScene, images};
 use crate::error::{Place, Problem, SceneError};
 use crate::model::origin::APART;
 use crate::model::{Image, Material, RenderSettings, Scene, Texture};
+use crate::solids::{PARQUET, parquet};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -83,6 +85,23 @@ impl Loader {
             .filter(|candidate| !candidate.is_empty() && !candidate.contains('\0'))
             .map(|candidate| folder.join(candidate))
             .find(|path| self.source.exists(path))
+    }
+
+    /// The number of a picture that a file names: one in a folder, or a built-in one.
+    pub(super) fn image_beside(&mut self, folder: &Path, file: &Path) -> Result<u32, SceneError> {
+        let builtin = file.to_str().and_then(|name| name.strip_prefix("builtin:"));
+        let Some(name) = builtin else { return self.image(&folder.join(file)) };
+        if let Some(&number) = self.images.get(file) {
+            return Ok(number);
+        }
+        if file != Path::new(PARQUET) {
+            let message = format!("there is no built-in texture {}; there is parquet", quoted(name));
+            return Err(SceneError::invalid(Place::file(file), message));
+        }
+        self.scene.images.push(parquet());
+        let number = self.scene.images.len() as u32 - 1;
+        self.images.insert(file.to_path_buf(), number);
+        Ok(number)
     }
 
     /// Reads a picture once; the number of the image.

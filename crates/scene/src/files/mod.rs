@@ -31,8 +31,8 @@ use std::path::{Path, PathBuf};
 
 pub use builtin::{BUILTINS, Builtin};
 pub use course::{
-    CourseBody, CourseFloor, CourseInput, CourseLight, CourseOptions, FramePattern, MAX_COURSE_LIGHTS,
-    WrongPattern,
+    CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, FramePattern,
+    MAX_COURSE_LIGHTS, WrongPattern,
 };
 pub use json::{scene_reference, scene_schema};
 pub use requests::{SceneRequests, scene_requests};

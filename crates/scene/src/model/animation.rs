@@ -165,7 +165,7 @@ impl Law {
         single(self.exact_point(t))
     }
 
-    fn exact_point(&self, t: f64) -> [f64; 3] {
+    pub(crate) fn exact_point(&self, t: f64) -> [f64; 3] {
         let swing = |middle: f32, amplitude: f32, frequency: f32, phase: f32| {
             let angle = f64::from(frequency) * t + f64::from(phase);
             f64::from(middle) + f64::from(amplitude) * elementary64::sin(angle)
@@ -174,6 +174,17 @@ impl Law {
         let z = swing(self.z, self.z_amplitude, self.z_frequency, self.z_phase);
         let phi = f64::from(self.phi) + f64::from(self.phi_frequency) * t;
         [r * elementary64::cos(phi), r * elementary64::sin(phi), z]
+    }
+}
+
+impl CameraMotion {
+    /// Whether it says where the camera is and where it looks, so that these of the scene's camera do not count.
+    pub(crate) fn sets_view(&self) -> bool {
+        match self {
+            CameraMotion::Laws { .. } => true,
+            CameraMotion::Keys { keys, .. } => !keys.is_empty(),
+            CameraMotion::Orbit { .. } | CameraMotion::Moves(_) => false,
+        }
     }
 }
 

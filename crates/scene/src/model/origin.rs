@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// A scene has an origin of its own where its first placed vertex is farther from 0 than so many sizes of the mesh that has
 /// it. There single precision would leave 8 bits of the mesh.
-const FAR: f64 = 65_536.0;
+pub(crate) const FAR: f64 = 65_536.0;
 
 /// A mesh keeps its vertices about a point of its own from so many of its sizes on: what places it may take it anywhere.
 /// Nearer ones keep 16 bits and more.

@@ -9,6 +9,8 @@ use crate::model::{
     Texels, Texture, Transform, Triangle,
 };
 use eosphor_core::math::{Vec3, sqrt64};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// More lights along an edge would be smaller than a thousandth of it.
 pub const MAX_LIGHTS_PER_EDGE: u32 = 1000;
@@ -59,19 +61,31 @@ pub struct Body {
 }
 
 /// What lights a body from within. Without lights along the edges, nothing does.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "SolidLighting", extend("examples" = [{ "edges": { "power": 0.7 } }]))]
 pub enum BodyLighting {
     /// The lights along the edges themselves: small triangles that face the middle, tinted by the body's colour. At a
     /// distance of one radius from the middle they give on average, all together, this irradiance.
+    #[serde(rename = "edges")]
     Diodes {
         /// That irradiance.
+        #[serde(default = "plato_power")]
+        #[schemars(range(min = 0, max = 1_000_000))]
         power: f32,
     },
     /// One white point light in the middle (PLATO's own way); the lights along the edges are seen and light nothing.
+    #[serde(rename = "center")]
     Centre {
         /// Its intensity.
+        #[serde(default = "plato_power")]
+        #[schemars(range(min = 0, max = 1_000_000))]
         power: f32,
     },
+}
+
+fn plato_power() -> f32 {
+    PLATO_POWER
 }
 
 impl BodyLighting {

@@ -2,11 +2,15 @@
 
 use crate::double::{Vec3d, cross, dot, scale, sub};
 use eosphor_core::math::sqrt64;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
 /// A Platonic solid. Its vertices lie on the unit sphere about the origin; z is up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "SolidShape", description = "A Platonic solid. z is up.")]
 #[allow(missing_docs, reason = "the names say it")]
 pub enum Solid {
     Tetrahedron,

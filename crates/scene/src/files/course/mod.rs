@@ -63,6 +63,15 @@ pub struct CourseInput {
     pub rays_root: u32,
 }
 
+/// Lines of the text, from 1, of what is looked at only after it was read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CourseLines {
+    /// Of [`CourseInput::output`].
+    pub output: u32,
+    /// Of [`CourseFloor::texture`].
+    pub texture: u32,
+}
+
 /// A body of the text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CourseBody {

@@ -1,16 +1,16 @@
 //! [`CourseInput`] → a scene.
 
 use super::{CourseBody, CourseFloor, CourseInput, CourseOptions};
-use crate::error::{Place, SceneError};
+use crate::error::SceneError;
 use crate::files::loader::Loader;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene};
 use crate::model::{
-    Animation, Camera, CameraMotion, Instance, Light, Material, MaterialKind, MaterialTextures, Mesh,
-    NO_INDEX, Parallelogram, PixelSampling, RenderSettings, Texture, Transform, Triangle,
+    Animation, Camera, CameraMotion, Light, Material, MaterialKind, MaterialTextures, PixelSampling,
+    Quadrilateral, RenderSettings, Texture,
 };
 use crate::presets::course_settings;
-use crate::solids::{Body, BodyLighting, FACE_DIFFUSE, PARQUET, PLATO_POWER, SHININESS, Solid, parquet};
+use crate::solids::{Body, BodyLighting, FACE_DIFFUSE, PLATO_POWER, SHININESS, Solid};
 use eosphor_core::math::vec3;
 use eosphor_core::texture::TextureWrap;
 use std::path::Path;
@@ -79,7 +79,7 @@ impl CourseFloor {
         let texture = Texture {
             wrap_u: TextureWrap::Clamp,
             wrap_v: TextureWrap::Clamp,
-            ..Texture::of_image(self.image(loader, folder)?)
+            ..Texture::of_image(loader.image_beside(folder, Path::new(&self.texture))?)
         };
         let textures = MaterialTextures { color: Some(loader.texture(texture)), ..MaterialTextures::NONE };
         // Opaque: a see-through material that lets nothing through.
@@ -93,41 +93,7 @@ impl CourseFloor {
         let scene = &mut loader.scene;
         let material = scene.materials.len() as u32;
         scene.materials.push(Material { textures, ..Material::new("floor", kind) });
-        let [a, b, c, d] = self.corners;
-        let (u, v) = (d - a, b - a);
-        if b + u == c {
-            scene.parallelograms.push(Parallelogram { corner: a, edge_u: u, edge_v: v, material });
-            return Ok(());
-        }
-        let triangle = |corners: [u32; 3]| Triangle {
-            positions: corners,
-            normals: [NO_INDEX; 3],
-            uvs: corners,
-            material,
-        };
-        scene.meshes.push(Mesh {
-            name: "floor".into(),
-            positions: self.corners.to_vec(),
-            uvs: vec![[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]],
-            triangles: vec![triangle([0, 3, 2]), triangle([0, 2, 1])],
-            ..Mesh::default()
-        });
-        scene.instances.push(Instance::new(scene.meshes.len() as u32 - 1, Transform::default()));
+        Quadrilateral { corners: self.corners, material }.add_to(scene);
         Ok(())
-    }
-
-    /// The number of its picture.
-    fn image(&self, loader: &mut Loader, folder: &Path) -> Result<u32, SceneError> {
-        match self.texture.strip_prefix("builtin:") {
-            None => loader.image(&folder.join(&self.texture)),
-            Some(_) if self.texture == PARQUET => {
-                loader.scene.images.push(parquet());
-                Ok(loader.scene.images.len() as u32 - 1)
-            }
-            Some(name) => {
-                let message = format!("there is no built-in texture \"{name}\"; there is parquet");
-                Err(SceneError::invalid(Place::file(Path::new(&self.texture)), message))
-            }
-        }
     }
 }

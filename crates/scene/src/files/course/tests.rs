@@ -71,6 +71,13 @@ fn the_example_has_its_numbers() {
 }
 
 #[test]
+fn lines_are_known() {
+    let text = EXAMPLE.replace("  floor.data", "\n\nfloor.data");
+    let (_, lines) = CourseInput::parse_with_lines(text.as_bytes(), Path::new("in")).unwrap();
+    assert_eq!((lines.output, lines.texture), (2, 11));
+}
+
+#[test]
 fn it_is_written_as_it_was_read() {
     let input = parse(EXAMPLE).unwrap();
     assert_eq!(parse(&input.to_string()), Ok(input.clone()));

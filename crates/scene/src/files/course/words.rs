@@ -33,6 +33,11 @@ impl<'a> Words<'a> {
         (!word.is_empty()).then_some(word)
     }
 
+    /// The line of the word that was taken last, from 1.
+    pub(super) fn line(&self) -> u32 {
+        self.line
+    }
+
     /// An error about the word that was taken last.
     pub(super) fn error(&self, field: &str, message: impl AsRef<str>) -> SceneError {
         SceneError::at(self.path, self.line, format!("{field}: {}", message.as_ref()))

@@ -12,8 +12,8 @@ use super::tree::{Step, way};
 use crate::error::{Problem, SceneError};
 use crate::files::loader::Loader;
 use crate::model::{
-    Channel, LightUnits, Material, MaterialTextures, Parallelogram, RenderSettings, Sphere, TextureChannel,
-    TextureContent,
+    CameraMotion, Channel, LightUnits, Material, MaterialTextures, Parallelogram, RenderSettings, Sphere,
+    TextureChannel, TextureContent,
 };
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,9 @@ pub(super) struct MaterialNames {
 impl Builder<'_> {
     pub(super) fn build(&mut self, file: SceneFile) -> Result<(), SceneError> {
         if let Some(camera) = &file.camera {
-            sense::check_camera(self.document, &self.camera_about_itself(camera))?;
+            let motion = file.animation.as_ref().and_then(|animation| animation.camera.as_ref());
+            let is_moved = motion.is_some_and(CameraMotion::sets_view);
+            sense::check_camera(self.document, &self.first_camera(camera, motion), is_moved)?;
         }
         self.loader.scene.camera = file.camera;
         let RenderSettings { headlight, .. } = self.loader.scene.settings;
@@ -57,6 +59,7 @@ impl Builder<'_> {
             self.loader.apart = STATED_APART;
         }
         let (origins, moves) = self.place_meshes(file.meshes, file.instances, &materials, file.origin)?;
+        let middle_lights = self.add_solids(&file.solids)?;
         for (i, SphereEntry { center, radius, material }) in file.spheres.into_iter().enumerate() {
             let material = self.material(material, &materials, &way!["spheres", i, "material"])?;
             let material = material.unwrap_or_else(|| self.loader.default_material());
@@ -70,7 +73,8 @@ impl Builder<'_> {
             sense::check_edges(self.document, i, &parallelogram)?;
             self.loader.scene.parallelograms.push(parallelogram);
         }
-        if keeps_units && self.brings_light() {
+        self.add_quadrilaterals(file.quadrilaterals, &materials)?;
+        if keeps_units && (self.brings_light() || !middle_lights.is_empty()) {
             let line = self.document.line_of_version();
             self.loader.warnings.add(self.document.path, line, OLD_UNITS);
         }
@@ -81,7 +85,9 @@ impl Builder<'_> {
         match self.count_from_origin(file.origin, &moves) {
             true => self.loader.scene.validate().map_err(invalid),
             false => Ok(()),
-        }
+        }?;
+        self.add_middle_lights(middle_lights);
+        Ok(())
     }
 
     /// Scenes of the old version keep their look: where they do not say what their light is, it is what it was.
@@ -152,7 +158,8 @@ impl Builder<'_> {
         content: TextureContent,
     ) -> Result<Option<u32>, SceneError> {
         let Some(entry) = entry.filter(|_| self.loader.wants_textures()) else { return Ok(None) };
-        let image = self.loader.image(&self.beside(entry.file())).map_err(|error| {
+        let folder = self.document.path.parent().unwrap_or(Path::new(""));
+        let image = self.loader.image_beside(folder, entry.file()).map_err(|error| {
             let file = [way, &["file".into()]].concat();
             self.document.error_in(&file, format!("texture: {error}"))
         })?;

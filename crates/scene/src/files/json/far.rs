@@ -2,7 +2,7 @@
 
 use super::build::Builder;
 use super::tree::{Node, Step, Value};
-use crate::model::origin::SharedMoves;
+use crate::model::origin::{APART, FAR, SharedMoves};
 use crate::model::{
     Camera, CameraMotion, ExactTransform, Light, LightMotion, Matrix, Move, Scene, Transform, add, double,
     single,
@@ -42,12 +42,39 @@ pub(super) fn exact_map(node: &Node) -> Matrix {
 
 impl Builder<'_> {
     /// A vector of the file with all its digits.
-    fn exact(&self, way: &[Step]) -> Option<[f64; 3]> {
+    pub(super) fn exact(&self, way: &[Step]) -> Option<[f64; 3]> {
         self.document.root.at_end(way)?.numbers()
     }
 
-    /// A camera that is at 0: which way it looks then has all digits.
-    pub(super) fn camera_about_itself(&self, camera: &Camera) -> Camera {
+    /// Whether what the file itself describes, of this size, lies where single precision would lose its digits.
+    pub(super) fn is_beyond(&self, place: [f64; 3], size: f64) -> bool {
+        let sizes = if self.loader.apart < APART { self.loader.apart } else { FAR };
+        place.iter().any(|x| x.abs() > size * sizes)
+    }
+
+    /// The camera of the first frame, at 0: which way it looks then has all digits. What moves by laws or through keys is not
+    /// where it rests.
+    pub(super) fn first_camera(&self, camera: &Camera, motion: Option<&CameraMotion>) -> Camera {
+        let (position, look_at) = match motion {
+            Some(CameraMotion::Laws { position, look_at }) => {
+                (position.exact_point(0.0), look_at.exact_point(0.0))
+            }
+            Some(CameraMotion::Keys { keys, .. }) if !keys.is_empty() => {
+                let exact = |key: &str, rounded: Vec3| {
+                    let way = ["animation", "camera", "keys", "keys"].map(Step::Key);
+                    let way = [&way[..], &[Step::Item(0), Step::Key(key)]].concat();
+                    self.exact(&way).unwrap_or(double(rounded))
+                };
+                (exact("position", keys[0].position), exact("look-at", keys[0].look_at))
+            }
+            _ => return self.camera_about_itself(camera),
+        };
+        let look_at = Some(single(add(look_at, position.map(|x| -x))));
+        Camera { position: Vec3::ZERO, look_at, ..*camera }
+    }
+
+    /// A camera that is at 0.
+    fn camera_about_itself(&self, camera: &Camera) -> Camera {
         let of_file = |key: &str, rounded: Vec3| {
             self.exact(&[Step::Key("camera"), Step::Key(key)]).unwrap_or(double(rounded))
         };

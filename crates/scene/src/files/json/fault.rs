@@ -18,7 +18,7 @@ impl Fault {
 const SHOWN: usize = 60;
 
 /// A name of the file in quotes: cut where it is long, without control characters.
-pub(super) fn quoted(name: &str) -> String {
+pub(in crate::files) fn quoted(name: &str) -> String {
     let mut shown: String = name.chars().take(SHOWN).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if name.chars().nth(SHOWN).is_some() {
         shown.push_str("...");

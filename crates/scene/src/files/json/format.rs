@@ -3,6 +3,7 @@
 
 use super::material::{Entries, MaterialEntry};
 use crate::model::{Animation, Camera, DeviceSettings, Light, Move, RenderSettings, Transform, Vector};
+use crate::solids::{BodyLighting, Solid};
 use eosphor_core::math::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -55,6 +56,12 @@ pub(super) struct SceneFile {
     /// Parallelograms.
     #[serde(default)]
     pub(super) parallelograms: Vec<ParallelogramEntry>,
+    /// Surfaces of four corners.
+    #[serde(default)]
+    pub(super) quadrilaterals: Vec<QuadrilateralEntry>,
+    /// Platonic solids of mirrors with ribs and lights along their edges.
+    #[serde(default)]
+    pub(super) solids: Vec<SolidEntry>,
     /// How to render it. Flags of the command line win.
     #[serde(default)]
     pub(super) settings: RenderSettings,
@@ -162,4 +169,68 @@ pub(super) struct ParallelogramEntry {
     #[serde(default)]
     #[schemars(extend("examples" = ["red"]))]
     pub(super) material: Option<String>,
+}
+
+/// A surface of four corners: a parallelogram where they make one, else two triangles, which meet between the first corner
+/// and the third. Texture coordinates are (0, 0) at the first corner, (0, 1) at the second, (1, 1) at the third and (1, 0) at
+/// the fourth.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "Quadrilateral", extend("examples" = [
+    { "corners": [[-5, -5, 0], [-5, 5, 0], [5, 5, 0], [4, -5, 0]], "material": "red" }
+]))]
+pub(super) struct QuadrilateralEntry {
+    /// One after the other around it; clockwise where it is seen from the front.
+    #[schemars(with = "[Vector; 4]", extend("examples" = [[[-5, -5, 0], [-5, 5, 0], [5, 5, 0], [5, -5, 0]]]))]
+    pub(super) corners: [Vec3; 4],
+    /// One of `materials`; grey where not given.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["red"]))]
+    pub(super) material: Option<String>,
+}
+
+/// A Platonic solid as PLATO's course has it: faces that mirror and let light through, dark ribs along the edges with lights on
+/// their inner side, and corners that stay open. `settings` of the course are in scenes/solids.json.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "Solid", extend("examples" = [
+    { "shape": "octahedron", "center": [0, 2, 0], "radius": 1, "color": [0, 1, 0], "lights-per-edge": 5 }
+]))]
+pub(super) struct SolidEntry {
+    /// Which solid.
+    pub(super) shape: Solid,
+    /// Its middle.
+    #[schemars(with = "Vector")]
+    pub(super) center: Vec3,
+    /// Circumradius, before faces and ribs are moved outward by some 0.1 of it; over 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub(super) radius: f32,
+    /// Red, green and blue of faces, lights and shadow, 0 to 1 each; white where not given.
+    #[serde(default = "white", alias = "colour")]
+    #[schemars(inner(range(min = 0, max = 1)))]
+    pub(super) color: [f32; 3],
+    /// Share of light that faces mirror; also the weight of their highlight.
+    #[serde(default = "half")]
+    #[schemars(range(min = 0, max = 1))]
+    pub(super) reflection: f32,
+    /// Share of light that passes a face.
+    #[serde(default = "half")]
+    #[schemars(range(min = 0, max = 1))]
+    pub(super) transparency: f32,
+    /// Lights, evenly spaced along each edge.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1000))]
+    pub(super) lights_per_edge: u32,
+    /// What the lights along the edges do; where not given, `{"center": {}}`. These lights are besides those of `lights`, and no
+    /// animation changes them.
+    #[serde(default)]
+    pub(super) lit_by: Option<BodyLighting>,
+}
+
+fn white() -> [f32; 3] {
+    [1.0; 3]
+}
+
+fn half() -> f32 {
+    0.5
 }

@@ -13,12 +13,16 @@ mod material;
 mod meshes;
 pub(super) mod nearest;
 mod parse;
+mod quadrilaterals;
 mod reference;
 mod rules;
 mod schema;
 #[cfg(test)]
 mod schema_tests;
 mod sense;
+mod solids;
+#[cfg(test)]
+mod solids_tests;
 #[cfg(test)]
 mod tests;
 mod texture;
@@ -27,10 +31,11 @@ mod tree;
 use super::loader::Loader;
 use crate::error::SceneError;
 use document::{Document, error_at};
-use fault::{Fault, quoted};
+use fault::Fault;
 use std::path::Path;
 use tree::{Node, Value};
 
+pub(super) use fault::quoted;
 pub use reference::scene_reference;
 pub use schema::scene_schema;
 

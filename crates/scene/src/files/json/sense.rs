@@ -13,13 +13,18 @@ fn unit(v: Vec3) -> Vec3 {
     v.normalize_or(Vec3::ZERO)
 }
 
-/// Whether the camera looks somewhere, and knows which way is up.
-pub(super) fn check_camera(document: &Document, camera: &Camera) -> Result<(), SceneError> {
+/// Whether the camera of the first frame looks somewhere, and knows which way is up. `is_moved`: by its motion and not by its own
+/// keys.
+pub(super) fn check_camera(document: &Document, camera: &Camera, is_moved: bool) -> Result<(), SceneError> {
     let wrong = |key: &str, message: &str| Err(document.error_in(&way!["camera", key], message));
     let forward = unit(camera.look_at.map_or(camera.direction, |p| p - camera.position));
     let up = unit(camera.up);
     if forward == Vec3::ZERO {
         return match camera.look_at {
+            Some(_) if is_moved => {
+                let message = "in the first frame the camera looks at its own position; give another point";
+                Err(document.error_in(&way!["animation", "camera"], message))
+            }
             Some(_) => wrong("look-at", "\"look-at\" is the camera's own position; give a point before it"),
             None => wrong("direction", "\"direction\" has no length; give the way the camera looks"),
         };
@@ -29,6 +34,20 @@ pub(super) fn check_camera(document: &Document, camera: &Camera) -> Result<(), S
     }
     if unit(forward.cross(up)) == Vec3::ZERO {
         return wrong("up", "\"up\" is parallel to the way the camera looks; give another");
+    }
+    Ok(())
+}
+
+/// Whether four corners, counted from the first, span a surface.
+pub(super) fn check_corners(
+    document: &Document,
+    number: usize,
+    corners: &[Vec3; 4],
+) -> Result<(), SceneError> {
+    let [_, b, c, d] = corners.map(unit);
+    if b.cross(c).length() < PARALLEL && c.cross(d).length() < PARALLEL {
+        let message = "the corners lie on one line; they must span a surface";
+        return Err(document.error_in(&way!["quadrilaterals", number, "corners"], message));
     }
     Ok(())
 }

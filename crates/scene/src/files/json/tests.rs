@@ -426,6 +426,42 @@ const WRONG_CONTENTS: &[(&str, &str)] = &[
         r#""camera": {"position": [1,2,3], "look-at": §[1,2,3]}"#,
         r#""look-at" is the camera's own position; give a point before it"#,
     ),
+    (
+        r#""camera": {"up": §[1,0,0]}, "animation": {"frames": 2, "camera": {"laws": {"position": {"r": 2}, "look-at": {}}}}"#,
+        r#""up" is parallel to the way the camera looks; give another"#,
+    ),
+    (
+        r#""camera": {}, "animation": {"frames": 2, "camera": §{"laws": {"position": {"r": 2}, "look-at": {"r": 2}}}}"#,
+        "in the first frame the camera looks at its own position; give another point",
+    ),
+    (
+        r#""solids": [{"shape": §"ball", "center": [0,0,0], "radius": 1}]"#,
+        r#""shape" is "ball"; it must be "tetrahedron", "cube", "octahedron", "dodecahedron" or "icosahedron""#,
+    ),
+    (
+        r#""solids": [{"shape": "cube", "center": [0,0,0], "radius": 1, "lit-by": §{"edges": {}}}]"#,
+        r#""lit-by" does nothing without lights along the edges"#,
+    ),
+    (
+        r#""solids": [{"shape": "cube", "center": [0,0,0], "radius": 1, "lights-per-edge": §1001}]"#,
+        r#""lights-per-edge" is 1001; it must be 0 to 1000"#,
+    ),
+    (
+        r#""solids": [{"shape": "cube", "center": [1e12,0,0], "radius": §1e12}]"#,
+        "cube: radius: the radius must be over 0, and the body within 1e12 of the origin",
+    ),
+    (
+        r#""quadrilaterals": [{"corners": §[[0,0,0], [1,0,0], [2,0,0], [3,0,0]]}]"#,
+        "the corners lie on one line; they must span a surface",
+    ),
+    (
+        r#""quadrilaterals": [{"corners": §[[0,0,0], [1,0,0], [2,0,0]]}]"#,
+        r#""corners" must be a list of 4 times 3 numbers, not 3"#,
+    ),
+    (
+        r#""materials": {"a": {"matte": {"color": [1,1,1]}, "texture": §"builtin:marble"}}"#,
+        r#"texture: builtin:marble: there is no built-in texture "marble"; there is parquet"#,
+    ),
     (r#""camera": {"direction": §[0,0,0]}"#, r#""direction" has no length; give the way the camera looks"#),
     (r#""camera": {"up": §[0,0,0]}"#, r#""up" has no length; give the way to the top of the picture"#),
     (r#""camera": {"up": §[0,0,2]}"#, r#""up" is parallel to the way the camera looks; give another"#),

@@ -36,7 +36,7 @@ pub(super) enum ChannelTextureEntry {
     { "not": { "required": ["wrap", "wrap-v"] } },
 ]))]
 pub(super) struct TextureFields {
-    /// PNG, JPEG or PNM, beside the scene file.
+    /// PNG, JPEG, PPM, HDR, EXR, BMP, TGA or `.data`, beside the scene file; or `builtin:parquet`.
     #[schemars(extend("examples" = ["wood.png"]))]
     file: PathBuf,
     /// What lies between texels.

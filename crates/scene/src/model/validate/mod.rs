@@ -3,8 +3,8 @@
 mod animation;
 
 use super::{
-    AlphaMode, Camera, Image, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling,
-    RenderSettings, Scene, Texels, Texture,
+    AlphaMode, Camera, CameraMotion, Image, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr,
+    PixelSampling, RenderSettings, Scene, Texels, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -49,7 +49,8 @@ impl Scene {
             return Err(Problem::new("origin", message));
         }
         if let Some(camera) = &self.camera {
-            check_camera(camera)?;
+            let motion = self.animation.as_ref().and_then(|animation| animation.camera.as_ref());
+            check_camera(camera, motion.is_some_and(CameraMotion::sets_view))?;
         }
         if let Some(animation) = &self.animation {
             animation::check(animation, self.lights.len())?;
@@ -97,7 +98,8 @@ impl Scene {
     }
 }
 
-fn check_camera(camera: &Camera) -> Check {
+/// `is_aimed`: its motion says which point it looks at.
+fn check_camera(camera: &Camera, is_aimed: bool) -> Check {
     let what = || "camera".to_string();
     point(what, "position", camera.position)?;
     point(what, "look-at", camera.look_at.unwrap_or(Vec3::ZERO))?;
@@ -117,7 +119,7 @@ fn check_camera(camera: &Camera) -> Check {
     number("camera.lens.aperture-radius", lens.aperture_radius, 0.0, MAX_COORDINATE)?;
     match lens.focus_distance {
         Some(distance) => over_zero("camera.lens.focus-distance", distance),
-        None if camera.look_at.is_some() => Ok(()),
+        None if camera.look_at.is_some() || is_aimed => Ok(()),
         None => Err(Problem::new(
             "camera.lens",
             "which distance is sharp? Give focus-distance, or let the camera look-at a point",
