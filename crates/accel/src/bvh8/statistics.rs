@@ -1,6 +1,7 @@
 //! The 8-wide hierarchy in numbers.
 
-use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE};
+use super::node::held;
+use super::{Bvh8, Child, EMPTY, LEAF};
 use crate::HierarchyStatistics;
 use crate::cost::{self, TreeCost, half_area};
 use eosphor_core::geometry::Bounds;
@@ -43,7 +44,7 @@ impl Bvh8 {
                     pending.extend(children.map(|k| (node.children[k], depth + 1, self.area(child, k))));
                     continue;
                 }
-                let held = self.held(child);
+                let held = held(&self.blocks, child);
                 s.leaves += 1;
                 s.primitives += held as u64;
                 weighted[1] += area * f64::from(held);
@@ -61,15 +62,6 @@ impl Bvh8 {
         s.mean_leaf_depth = depth_sum as f64 / s.leaves.max(1) as f64;
         s.mean_leaf_primitives = s.primitives as f64 / s.leaves.max(1) as f64;
         s
-    }
-
-    /// Primitives of a leaf.
-    fn held(&self, leaf: Child) -> u32 {
-        if leaf & (SPHERE | INSTANCE) != 0 {
-            return 1;
-        }
-        let block = &self.blocks[(leaf & PLACE) as usize];
-        block.primitive.iter().filter(|&&primitive| primitive != u32::MAX).count() as u32
     }
 
     /// Half the surface of a child's box.

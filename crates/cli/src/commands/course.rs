@@ -65,7 +65,11 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
         in_flight: memory::frames(prepared.size(), backend.frames_in_flight())?,
         // Ranks render frames at the same time, each for itself.
         one_at_a_time: ranks.is_none(),
-        log: &|done| streams::result(&format!("{}\t{:.3}\t{}\n", done.frame, done.milliseconds, done.rays)),
+        count_work: false,
+        log: &|done| {
+            let rays = done.statistics.total_rays();
+            streams::result(&format!("{}\t{:.3}\t{rays}\n", done.frame, done.milliseconds))
+        },
     };
     let view = ProgressView::new(Verbosity::Quiet);
     let done = job.run(&sink, &view)?;
