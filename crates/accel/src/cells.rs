@@ -1,7 +1,7 @@
 //! What the structures that divide space share: primitives with their bounds, and the tree over the instances.
 
 use crate::bvh::{BuildOptions, Purpose, instance_tree};
-use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
+use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry, cost};
 use eosphor_core::geometry::{Bounds, Geometry};
 use eosphor_core::hierarchy::{BvhNode, InstanceTreeView, SPHERE_REFERENCE};
 
@@ -58,6 +58,11 @@ impl InstanceTree {
         InstanceTreeView { nodes: &self.nodes, root: 0, order: &self.order }
     }
 
+    /// As [`cost::inner_nodes`].
+    pub(crate) fn inner_nodes(&self) -> f64 {
+        cost::inner_nodes(&self.nodes, 0)
+    }
+
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.order[..])
     }
@@ -92,15 +97,14 @@ pub(crate) struct LeafCounts {
 }
 
 impl LeafCounts {
-    /// A leaf of `count` references. `share` is its surface over that of the root whose cost is counted, or 0.
-    pub(crate) fn add(&mut self, s: &mut HierarchyStatistics, depth: u32, count: u32, share: f64) {
+    /// A leaf of `count` references.
+    pub(crate) fn add(&mut self, s: &mut HierarchyStatistics, depth: u32, count: u32) {
         s.nodes += 1;
         s.leaves += 1;
         s.empty_leaves += (count == 0) as u64;
         s.references += count as u64;
         s.max_leaf_depth = s.max_leaf_depth.max(depth);
         s.max_leaf_primitives = s.max_leaf_primitives.max(count);
-        s.sah_cost += share * count as f64;
         self.depth_sum += depth as u64;
     }
 

@@ -1,6 +1,8 @@
 //! No hierarchy.
 
+use crate::cost::{around, half_area};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
+use eosphor_core::geometry::{Bounds, Geometry, Instance};
 use eosphor_core::hierarchy::{ExhaustiveTracer, PrimitivesView, Work};
 
 /// Primitives in the scene's order; every query tests them all.
@@ -36,9 +38,24 @@ impl Exhaustive {
             builder: "none",
             primitives,
             references: primitives,
-            sah_cost: primitives as f64,
+            sah_cost: self.sah_cost(),
             bytes: (size_of_val(&p.triangles[..]) + size_of_val(&p.spheres[..])) as u64,
             ..HierarchyStatistics::default()
         }
+    }
+    /// Every ray tests the world's own primitives and the boxes of all instances; those that meet a box test what is inside.
+    fn sah_cost(&self) -> f64 {
+        let p = &self.primitives;
+        let held =
+            |geometry: &Geometry| f64::from(geometry.triangle_count) + f64::from(geometry.sphere_count);
+        let Some(world) = p.geometries.first() else { return 0.0 };
+        let boxes = [p.triangle_bounds(world), p.sphere_bounds(world)].concat();
+        let own = boxes.iter().fold(Bounds::EMPTY, |bounds, b| bounds.union(b));
+        let area = half_area(&around(own, &p.instances));
+        let of_instance = |instance: &Instance| {
+            let inside = held(&p.geometries[instance.geometry as usize]);
+            1.0 + if area > 0.0 { half_area(&instance.world_bounds) / area * inside } else { 0.0 }
+        };
+        held(world) + p.instances.iter().skip(1).map(of_instance).sum::<f64>()
     }
 }

@@ -37,6 +37,7 @@ mod batch;
 mod bvh;
 pub mod bvh8;
 mod cells;
+mod cost;
 mod exhaustive;
 mod grid;
 mod kdtree;

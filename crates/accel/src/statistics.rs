@@ -29,7 +29,10 @@ pub struct HierarchyStatistics {
     pub max_leaf_primitives: u32,
     /// Mean primitives a leaf.
     pub mean_leaf_primitives: f64,
-    /// Expected cost of a ray through the first root's box: node visits and primitive tests count 1 each.
+    /// Expected cost of a ray that meets the box around the whole scene, by the surface area heuristic: a visit to an inner
+    /// node and a test of a primitive count 1 each. The world's own tree counts by its share of that box's surface, and so does
+    /// the tree over the instances. Each of its leaves, an instance, costs what the own tree of its mesh does, times the share of
+    /// its placed box. Without a hierarchy a test of an instance's box counts 1, too. 0 where the box has no surface.
     pub sah_cost: f64,
     /// Bytes of nodes and packed primitives.
     pub bytes: u64,
@@ -52,17 +55,12 @@ impl HierarchyStatistics {
             ..HierarchyStatistics::default()
         };
         let mut depth_sum = 0u64;
-        for (number, &root) in roots.iter().enumerate() {
-            let root_area = bvh.nodes[root as usize].bounds().half_area() as f64;
+        for &root in roots {
             let mut pending = vec![(root, 0u32)];
             while let Some((at, depth)) = pending.pop() {
                 let node = &bvh.nodes[at as usize];
                 s.nodes += 1;
                 let count = node.count & !BvhNode::SPHERES;
-                if number == 0 && root_area > 0.0 {
-                    let share = node.bounds().half_area() as f64 / root_area;
-                    s.sah_cost += share * if node.is_inner() { 1.0 } else { count as f64 };
-                }
                 if node.is_inner() {
                     pending.extend([(node.first, depth + 1), (node.first + 1, depth + 1)]);
                     continue;

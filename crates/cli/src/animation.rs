@@ -26,7 +26,7 @@ pub(crate) struct FrameDone {
     pub(crate) frame: u32,
     /// That it was rendered for, without developing and writing.
     pub(crate) milliseconds: f64,
-    pub(crate) rays: u64,
+    pub(crate) statistics: RayStatistics,
 }
 
 /// Frames to be rendered.
@@ -37,6 +37,8 @@ pub(crate) struct FramesJob<'a> {
     pub(crate) frames: &'a [u32],
     /// How many are in work at the same time.
     pub(crate) in_flight: usize,
+    /// Count and time what rays need.
+    pub(crate) count_work: bool,
     /// One frame is rendered at a time, while others are developed and written: its time is its own then.
     pub(crate) one_at_a_time: bool,
     /// Told of each frame that is done, in their order.
@@ -144,8 +146,8 @@ impl FramesJob<'_> {
             });
         };
         let cancel = interrupt::flag();
-        let control =
-            RenderControl { on_progress: &on_progress, cancel, count_work: false, moment: Some(&moment) };
+        let (count_work, moment) = (self.count_work, Some(&moment));
+        let control = RenderControl { on_progress: &on_progress, cancel, count_work, moment };
         let (rendered, milliseconds) = {
             let _mine = self.one_at_a_time.then(|| turn.lock().unwrap_or_else(PoisonError::into_inner));
             let start = Instant::now();
@@ -173,11 +175,8 @@ impl FramesJob<'_> {
             None => state.left += 1,
         }
         let frame = self.frames[number];
-        let line = |(statistics, milliseconds): (RayStatistics, f64)| FrameDone {
-            frame,
-            milliseconds,
-            rays: statistics.total_rays(),
-        };
+        let line =
+            |(statistics, milliseconds): (RayStatistics, f64)| FrameDone { frame, milliseconds, statistics };
         state.waiting[number] = Some(done.map(line));
         while let Some(Some(done)) = state.waiting.get(state.logged).copied() {
             state.logged += 1;

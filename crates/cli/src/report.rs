@@ -1,4 +1,4 @@
-//! What a render did: a table for people, JSON for programs.
+//! What a render did: a table for people, JSON for programs. docs/statistics.md says what the numbers mean.
 
 use crate::text::{bytes, grouped, ratio};
 use eosphor::{HierarchyStatistics, RayStatistics};
@@ -20,8 +20,9 @@ pub(crate) struct Report {
     pub(crate) rays: RayStatistics,
     pub(crate) total_rays: u64,
     pub(crate) rays_per_pixel: f64,
-    /// `None` where they were not counted.
-    pub(crate) work_per_ray: Option<WorkPerRay>,
+    /// `None` where it was not asked for.
+    #[serde(flatten)]
+    pub(crate) work: Option<Work>,
     pub(crate) speed: Speed,
     pub(crate) seconds: Seconds,
     pub(crate) hierarchy: HierarchyStatistics,
@@ -29,11 +30,36 @@ pub(crate) struct Report {
     pub(crate) notes: Vec<String>,
 }
 
+/// What the searches of all rays did, and how long they took.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct Work {
+    work_per_ray: WorkPerRay,
+    work_per_search: WorkPerSearch,
+    search_seconds: SearchSeconds,
+}
+
 /// Mean work on a ray.
-#[derive(Serialize)]
-pub(crate) struct WorkPerRay {
-    pub(crate) nodes: f64,
-    pub(crate) tests: f64,
+#[derive(Clone, Copy, Serialize)]
+struct WorkPerRay {
+    searches: f64,
+    nodes: f64,
+    tests: f64,
+    nanoseconds: f64,
+}
+
+/// Mean work on a search.
+#[derive(Clone, Copy, Serialize)]
+struct WorkPerSearch {
+    nodes: f64,
+    tests: f64,
+    nanoseconds: f64,
+}
+
+/// Of all threads, added up.
+#[derive(Clone, Copy, Serialize)]
+struct SearchSeconds {
+    traversal: f64,
+    intersection: f64,
 }
 
 /// How fast rays were traced, building and files left out.
@@ -67,12 +93,68 @@ pub(crate) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     done
 }
 
-impl WorkPerRay {
-    pub(crate) fn of(rays: &RayStatistics) -> WorkPerRay {
-        let mean = |number: u64| ratio(number as f64, rays.total_rays() as f64);
-        WorkPerRay { nodes: mean(rays.nodes_visited), tests: mean(rays.primitive_tests) }
+impl Work {
+    pub(crate) fn of(rays: &RayStatistics) -> Work {
+        let (nodes, tests, nanoseconds) =
+            (rays.nodes_visited, rays.primitive_tests, rays.times.all_nanoseconds());
+        let a_ray = |number: u64| ratio(number as f64, rays.total_rays() as f64);
+        let a_search = |number: u64| ratio(number as f64, rays.searches as f64);
+        Work {
+            work_per_ray: WorkPerRay {
+                searches: a_ray(rays.searches),
+                nodes: a_ray(nodes),
+                tests: a_ray(tests),
+                nanoseconds: a_ray(nanoseconds),
+            },
+            work_per_search: WorkPerSearch {
+                nodes: a_search(nodes),
+                tests: a_search(tests),
+                nanoseconds: a_search(nanoseconds),
+            },
+            search_seconds: SearchSeconds {
+                traversal: rays.times.traversal_nanoseconds as f64 * 1e-9,
+                intersection: rays.times.intersection_nanoseconds as f64 * 1e-9,
+            },
+        }
+    }
+
+    /// Some lines.
+    pub(crate) fn table(&self, text: &mut String) {
+        let Work { work_per_ray: ray, work_per_search: search, search_seconds: seconds } = self;
+        let _ = writeln!(text, "{:<16} {:>16} {:>12}", "work", "a ray", "a search");
+        let _ = writeln!(text, "{:<16} {:>16.2}", "  searches", ray.searches);
+        let rows = [
+            ("  nodes", ray.nodes, search.nodes),
+            ("  tests", ray.tests, search.tests),
+            ("  nanoseconds", ray.nanoseconds, search.nanoseconds),
+        ];
+        for (name, ray, search) in rows {
+            let _ = writeln!(text, "{name:<16} {ray:>16.2} {search:>12.2}");
+        }
+        let all = seconds.traversal + seconds.intersection;
+        let _ = writeln!(text, "{:<16} {:>16} {:>12}", "searches", "seconds", "share");
+        for (name, time) in [("  traversal", seconds.traversal), ("  intersection", seconds.intersection)] {
+            let _ = writeln!(text, "{name:<16} {time:>16.3} {:>10.1} %", 100.0 * ratio(time, all));
+        }
+    }
+
+    /// A line of a table of frames.
+    pub(crate) fn cells(&self) -> [String; 6] {
+        let Work { work_per_ray: ray, work_per_search: search, search_seconds: seconds } = self;
+        [
+            format!("{:.2}", ray.nodes),
+            format!("{:.2}", ray.tests),
+            format!("{:.2}", search.tests),
+            format!("{:.2}", ray.nanoseconds),
+            format!("{:.3}", seconds.traversal),
+            format!("{:.3}", seconds.intersection),
+        ]
     }
 }
+
+/// Titles of [`Work::cells`].
+pub(crate) const WORK_TITLES: [&str; 6] =
+    ["nodes/ray", "tests/ray", "tests/search", "ns/ray", "traversal s", "intersection s"];
 
 impl Speed {
     pub(crate) fn of(rays: u64, seconds: &Seconds) -> Speed {
@@ -86,10 +168,10 @@ impl Report {
     pub(crate) fn table(&self) -> String {
         let mut text = String::new();
         let _ = writeln!(text, "{}: {} x {} on {}", self.output, self.width, self.height, self.backend);
-        self.ray_table(&mut text);
-        if let Some(work) = &self.work_per_ray {
-            row(&mut text, "nodes a ray", &format!("{:.2}", work.nodes));
-            row(&mut text, "tests a ray", &format!("{:.2}", work.tests));
+        let pixels = self.width as f64 * self.height as f64 * (1.0 - self.resumed);
+        ray_table(&mut text, &self.rays, pixels);
+        if let Some(work) = &self.work {
+            work.table(&mut text);
         }
         let speed = format!("{:.2} Mrays/s", self.speed.mrays_per_second);
         let cpu = self.speed.mrays_per_cpu_second.map(|rate| format!(", {rate:.2} Mrays per CPU second"));
@@ -101,24 +183,6 @@ impl Report {
         // The last line's end is written with the table.
         text.truncate(text.trim_end().len());
         text
-    }
-
-    fn ray_table(&self, text: &mut String) {
-        let RayStatistics { camera, reflected, refracted, glossy, shadow, .. } = self.rays;
-        let pixels = self.width as f64 * self.height as f64 * (1.0 - self.resumed);
-        let _ = writeln!(text, "{:<16} {:>16} {:>12}", "rays", "number", "a pixel");
-        let kinds = [
-            ("  camera", camera),
-            ("  reflected", reflected),
-            ("  refracted", refracted),
-            ("  glossy", glossy),
-            ("  shadow", shadow),
-            ("  all", self.total_rays),
-        ];
-        for (name, number) in kinds {
-            let _ =
-                writeln!(text, "{name:<16} {:>16} {:>12.2}", grouped(number), ratio(number as f64, pixels));
-        }
     }
 
     fn time_table(&self, text: &mut String) {
@@ -143,6 +207,23 @@ impl Report {
     }
 }
 
+/// Rays by kind.
+pub(crate) fn ray_table(text: &mut String, rays: &RayStatistics, pixels: f64) {
+    let RayStatistics { camera, reflected, refracted, glossy, shadow, .. } = *rays;
+    let _ = writeln!(text, "{:<16} {:>16} {:>12}", "rays", "number", "a pixel");
+    let kinds = [
+        ("  camera", camera),
+        ("  reflected", reflected),
+        ("  refracted", refracted),
+        ("  glossy", glossy),
+        ("  shadow", shadow),
+        ("  all", rays.total_rays()),
+    ];
+    for (name, number) in kinds {
+        let _ = writeln!(text, "{name:<16} {:>16} {:>12.2}", grouped(number), ratio(number as f64, pixels));
+    }
+}
+
 /// The hierarchy in numbers, as rows of a table.
 pub(crate) fn hierarchy_rows(h: &HierarchyStatistics) -> Vec<(&'static str, String)> {
     vec![
@@ -159,6 +240,6 @@ pub(crate) fn hierarchy_rows(h: &HierarchyStatistics) -> Vec<(&'static str, Stri
     ]
 }
 
-fn row(text: &mut String, name: &str, value: &str) {
+pub(crate) fn row(text: &mut String, name: &str, value: &str) {
     let _ = writeln!(text, "{name:<16} {value}");
 }

@@ -70,8 +70,8 @@ pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
     Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions,
     HierarchyStatistics, MisfitKind, OptionMisfit, PixelFeatures, PreparedScene, Progress, Quality,
-    RayStatistics, RenderControl, Rendered, SahCosts, SampleSums, Sampled, Scheduler, SimdLevel, check_rows,
-    check_samples, scene_hash,
+    QueryTimes, RayStatistics, RenderControl, Rendered, SahCosts, SampleSums, Sampled, Scheduler, SimdLevel,
+    check_rows, check_samples, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

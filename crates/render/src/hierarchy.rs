@@ -1,15 +1,14 @@
 //! The hierarchy that a backend traces rays through.
 
 use crate::HierarchyOptions;
-use crate::backend::cpu::{Queries, SimdLevel, with_level};
+use crate::backend::cpu::{Queries, SimdLevel, Watch, Watched, with_level};
 use eosphor_accel::{
     Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree, Octree, OctreeOptions, OneByOne,
     SceneGeometry,
 };
 use eosphor_core::geometry::Instance;
 use eosphor_core::hierarchy::{
-    BvhTracer, CountWork, ExhaustiveTracer, GridTracer, IgnoreWork, KdTreeTracer, OctreeParametricTracer,
-    OctreeTracer, Work,
+    BvhTracer, ExhaustiveTracer, GridTracer, IgnoreWork, KdTreeTracer, OctreeParametricTracer, OctreeTracer,
 };
 use eosphor_scene::SceneData;
 use serde::Serialize;
@@ -112,18 +111,18 @@ macro_rules! structures {
                 }
             }
 
-            /// Calls `ask` with a tracer that takes rays one by one, and counts what each needs; `top` as above.
+            /// Calls `ask` with a tracer that takes rays one by one, and is watched; `top` as above.
             pub(crate) fn with_counting<R>(
                 &self,
                 top: &Hierarchy,
-                work: &CountWork,
+                watch: &Watch,
                 simd: SimdLevel,
                 ask: impl FnOnce(&dyn Queries) -> R,
             ) -> R {
                 match (self, top) {
                     $((Hierarchy::$hierarchy($s), Hierarchy::$hierarchy($s_top)) => {
-                        let $work = CountTo(work);
-                        with_level(&OneByOne($scalar), simd, ask)
+                        let $work = watch;
+                        with_level(&OneByOne(Watched { tracer: $scalar, watch }), simd, ask)
                     })*
                     _ => unreachable!("a top level of the same kind"),
                 }
@@ -180,20 +179,6 @@ structures! {
     build: |scene, options| KdTree::build(scene, &options.kdtree()),
     scalar: |s, top, work| KdTreeTracer { tree: s.view_with_instances_of(top), work },
     batches: |s, top, _simd| OneByOne(KdTreeTracer { tree: s.view_with_instances_of(top), work: IgnoreWork });
-}
-
-/// Counts into numbers that are kept elsewhere.
-struct CountTo<'a>(&'a CountWork);
-
-impl Work for CountTo<'_> {
-    #[inline(always)]
-    fn nodes(&self, count: u32) {
-        self.0.nodes(count);
-    }
-    #[inline(always)]
-    fn primitives(&self, count: u32) {
-        self.0.primitives(count);
-    }
 }
 
 impl fmt::Display for Accel {

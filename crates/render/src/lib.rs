@@ -36,4 +36,4 @@ pub use hierarchy_options::{HierarchyOption, HierarchyOptions, MisfitKind, Optio
 pub use ray_sets::RaySets;
 pub use sample_sums::SampleSums;
 pub use scene_hash::scene_hash;
-pub use statistics::RayStatistics;
+pub use statistics::{QueryTimes, RayStatistics};

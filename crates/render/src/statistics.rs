@@ -1,10 +1,10 @@
-//! What a render did: rays by kind, nodes, tests.
+//! What a render did: rays by kind, nodes, tests, and how long that took.
 
 use eosphor_core::whitted::RayCounts;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// Rays by kind, and the work on them. The counts of nodes and tests are taken only where asked for
+/// Rays by kind, and the work on them. The counts of searches, nodes and tests, and the times, are taken only where asked for
 /// ([`crate::RenderControl::count_work`]); otherwise they are 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RayStatistics {
@@ -18,10 +18,32 @@ pub struct RayStatistics {
     pub glossy: u64,
     /// Rays towards lights.
     pub shadow: u64,
+    /// Queries about rays that were answered. A ray takes one; a shadow ray that is tinted on its way one more for each surface.
+    pub searches: u64,
     /// Hierarchy nodes whose box was tested.
     pub nodes_visited: u64,
-    /// Ray-primitive tests.
+    /// Ray-primitive tests: what leaves that were reached hand to the tests.
     pub primitive_tests: u64,
+    /// How long the searches took.
+    pub times: QueryTimes,
+}
+
+/// How long searches took, by clocks that are read at the beginning and the end of each, and whenever one goes on from nodes to
+/// primitives or back. What reading takes is taken off. The times of all threads are added up; a thread that has to wait for a
+/// core takes longer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct QueryTimes {
+    /// Finding the way to primitives.
+    pub traversal_nanoseconds: u64,
+    /// Testing them.
+    pub intersection_nanoseconds: u64,
+}
+
+impl QueryTimes {
+    /// Both.
+    pub fn all_nanoseconds(&self) -> u64 {
+        self.traversal_nanoseconds + self.intersection_nanoseconds
+    }
 }
 
 impl RayStatistics {
@@ -46,7 +68,10 @@ impl AddAssign for RayStatistics {
         self.refracted += o.refracted;
         self.glossy += o.glossy;
         self.shadow += o.shadow;
+        self.searches += o.searches;
         self.nodes_visited += o.nodes_visited;
         self.primitive_tests += o.primitive_tests;
+        self.times.traversal_nanoseconds += o.times.traversal_nanoseconds;
+        self.times.intersection_nanoseconds += o.times.intersection_nanoseconds;
     }
 }

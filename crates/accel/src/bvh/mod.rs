@@ -3,7 +3,6 @@
 mod binned;
 mod clip;
 mod codes;
-mod cost;
 mod cuts;
 mod lanes;
 mod memory;
@@ -31,6 +30,7 @@ pub(crate) use refit::{check, union};
 pub(crate) use shape::{Shape, finite_box};
 pub(crate) use tree::Tree;
 
+use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::{Bounds, Geometry};
 use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, InstanceTreeView, Work};
@@ -118,7 +118,15 @@ impl Bvh {
         if !self.instance_order.is_empty() {
             roots.push(self.instance_root);
         }
-        HierarchyStatistics::of_bvh(self, &roots)
+        HierarchyStatistics { sah_cost: self.sah_cost(), ..HierarchyStatistics::of_bvh(self, &roots) }
+    }
+
+    /// [`HierarchyStatistics::sah_cost`].
+    pub fn sah_cost(&self) -> f64 {
+        let trees: Vec<TreeCost> =
+            self.roots.iter().map(|&root| TreeCost::of_nodes(&self.nodes, root)).collect();
+        let inner = cost::inner_nodes(&self.nodes, self.instance_root);
+        cost::scene_cost(&trees, inner, &self.primitives.instances)
     }
 
     fn add_geometry(&mut self, scene: &SceneGeometry, geometry: &Geometry, options: &BuildOptions) {

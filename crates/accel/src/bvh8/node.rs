@@ -101,3 +101,13 @@ impl TriangleBlock {
         PackedTriangle::new([pick(&self.v0), pick(&self.v1), pick(&self.v2)], self.primitive[lane])
     }
 }
+
+/// Primitives of a leaf, or the one instance.
+#[inline(always)]
+pub(super) fn held(blocks: &[TriangleBlock], leaf: Child) -> u32 {
+    if leaf & (SPHERE | INSTANCE) != 0 {
+        return 1;
+    }
+    let primitives = blocks[(leaf & PLACE) as usize].primitive;
+    primitives.iter().filter(|&&primitive| primitive != u32::MAX).count() as u32
+}

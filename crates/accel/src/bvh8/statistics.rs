@@ -1,7 +1,11 @@
 //! The 8-wide hierarchy in numbers.
 
-use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, PLACE, SPHERE};
+use super::node::held;
+use super::{Bvh8, Child, EMPTY, LEAF};
 use crate::HierarchyStatistics;
+use crate::cost::{self, TreeCost, half_area};
+use eosphor_core::geometry::Bounds;
+use eosphor_core::math::vec3;
 
 impl Bvh8 {
     /// All trees together. Depths count wide nodes; a leaf holds one block of up to four triangles, one sphere or one
@@ -19,53 +23,57 @@ impl Bvh8 {
         };
         let mut depth_sum = 0u64;
         let roots = self.roots.iter().chain([&self.instance_root]);
+        let mut trees = vec![TreeCost::NOTHING; self.roots.len()];
+        let mut inner = 0.0;
         for (number, &root) in roots.enumerate().filter(|(_, root)| **root != EMPTY) {
-            let root_area = if root & LEAF == 0 { self.area_of_children(root) } else { 0.0 };
+            let bounds = match self.bounds.get(number) {
+                Some(bounds) if root & LEAF != 0 => *bounds,
+                _ if root & LEAF != 0 => self.instance_bounds,
+                _ => self.around_children(root),
+            };
+            // What inner nodes cost, and leaves.
+            let mut weighted = [0.0; 2];
             // Children, their depths and the areas of their boxes.
-            let mut pending: Vec<(Child, u32, f64)> = vec![(root, 0, root_area)];
+            let mut pending: Vec<(Child, u32, f64)> = vec![(root, 0, half_area(&bounds))];
             while let Some((child, depth, area)) = pending.pop() {
                 s.nodes += 1;
-                let share = if number == 0 && root_area > 0.0 { area / root_area } else { 0.0 };
                 if child & LEAF == 0 {
-                    s.sah_cost += share;
+                    weighted[0] += area;
                     let node = &self.nodes[child as usize];
                     let children = (0..8).filter(|&k| node.children[k] != EMPTY);
                     pending.extend(children.map(|k| (node.children[k], depth + 1, self.area(child, k))));
                     continue;
                 }
-                let held = self.held(child);
+                let held = held(&self.blocks, child);
                 s.leaves += 1;
                 s.primitives += held as u64;
-                s.sah_cost += share * held as f64;
+                weighted[1] += area * f64::from(held);
                 depth_sum += depth as u64;
                 s.max_leaf_depth = s.max_leaf_depth.max(depth);
                 s.max_leaf_primitives = s.max_leaf_primitives.max(held);
             }
+            match trees.get_mut(number) {
+                Some(tree) => *tree = TreeCost::new(bounds, weighted[0] + weighted[1]),
+                // To the tree over the instances leaves are trees of their own.
+                None => inner = weighted[0],
+            }
         }
+        s.sah_cost = cost::scene_cost(&trees, inner, &self.instances);
         s.mean_leaf_depth = depth_sum as f64 / s.leaves.max(1) as f64;
         s.mean_leaf_primitives = s.primitives as f64 / s.leaves.max(1) as f64;
         s
     }
 
-    /// Primitives of a leaf.
-    fn held(&self, leaf: Child) -> u32 {
-        if leaf & (SPHERE | INSTANCE) != 0 {
-            return 1;
-        }
-        let block = &self.blocks[(leaf & PLACE) as usize];
-        block.primitive.iter().filter(|&&primitive| primitive != u32::MAX).count() as u32
-    }
-
     /// Half the surface of a child's box.
     fn area(&self, node: Child, child: usize) -> f64 {
         let planes = &self.nodes[node as usize].planes;
-        half_area(|plane| planes[plane][child])
+        half_area(&bounds(|plane| planes[plane][child]))
     }
 
-    /// Half the surface of the box around all children.
-    fn area_of_children(&self, node: Child) -> f64 {
+    /// The box around all children.
+    fn around_children(&self, node: Child) -> Bounds {
         let planes = &self.nodes[node as usize].planes;
-        half_area(|plane| {
+        bounds(|plane| {
             let values = planes[plane].iter().copied();
             if plane % 2 == 0 {
                 values.fold(f32::INFINITY, f32::min)
@@ -76,8 +84,7 @@ impl Bvh8 {
     }
 }
 
-fn half_area(plane: impl Fn(usize) -> f32) -> f64 {
-    let side = |axis: usize| (plane(2 * axis + 1) as f64 - plane(2 * axis) as f64).max(0.0);
-    let (x, y, z) = (side(0), side(1), side(2));
-    x * y + y * z + z * x
+/// The box between planes: the lower and the upper one of x, then of y and z.
+fn bounds(plane: impl Fn(usize) -> f32) -> Bounds {
+    Bounds { min: vec3(plane(0), plane(2), plane(4)), max: vec3(plane(1), plane(3), plane(5)) }
 }

@@ -5,8 +5,11 @@ mod build;
 pub use build::GridOptions;
 
 use crate::cells::{self, InstanceTree, LeafCounts};
+use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
+use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{GridRoot, GridTracer, GridView, Work};
+use eosphor_core::math::Vec3;
 use std::time::Instant;
 
 /// A grid over every geometry and a tree over the instances, in the arrays that devices read.
@@ -85,19 +88,23 @@ impl Grid {
             ..HierarchyStatistics::default()
         };
         let mut leaves = LeafCounts::default();
-        for (number, root) in self.roots.iter().enumerate().filter(|(_, root)| root.cells[0] > 0) {
+        let mut trees = vec![TreeCost::NOTHING; self.roots.len()];
+        for (root, tree) in self.roots.iter().zip(&mut trees).filter(|(root, _)| root.cells[0] > 0) {
             s.nodes += 1;
-            let area = root.bounds.half_area() as f64;
-            let cell = root.cell;
-            let cell_area = (cell.x * cell.y + cell.y * cell.z + cell.z * cell.x) as f64;
-            let share = if number == 0 && area > 0.0 { cell_area / area } else { 0.0 };
             let count = root.cells.iter().product::<u32>() as usize;
-            s.sah_cost += share * count as f64;
-            for pair in self.starts[root.first_cell as usize..][..count + 1].windows(2) {
-                leaves.add(&mut s, 1, pair[1] - pair[0], share);
+            let starts = &self.starts[root.first_cell as usize..][..count + 1];
+            // Each cell is visited, and what it holds tested.
+            let work = count as f64 + f64::from(starts[count] - starts[0]);
+            *tree = TreeCost::new(
+                root.bounds,
+                work * cost::half_area(&Bounds { min: Vec3::ZERO, max: root.cell }),
+            );
+            for pair in starts.windows(2) {
+                leaves.add(&mut s, 1, pair[1] - pair[0]);
             }
         }
         leaves.finish(&mut s);
+        s.sah_cost = cost::scene_cost(&trees, self.instances.inner_nodes(), &p.instances);
         s
     }
 }

@@ -6,6 +6,7 @@ mod sah;
 pub use build::KdTreeOptions;
 
 use crate::cells::{self, InstanceTree, LeafCounts};
+use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{KdNode, KdRoot, KdTreeTracer, KdTreeView, Work};
@@ -90,25 +91,28 @@ impl KdTree {
             ..HierarchyStatistics::default()
         };
         let mut leaves = LeafCounts::default();
-        for (number, root) in self.roots.iter().enumerate().filter(|(_, root)| root.node != NONE) {
-            let root_area = if number == 0 { root.bounds.half_area() as f64 } else { f64::INFINITY };
-            let mut pending = vec![(root.node, 0u32, root.bounds)];
+        let mut trees = vec![TreeCost::NOTHING; self.roots.len()];
+        for (root, tree) in self.roots.iter().zip(&mut trees).filter(|(root, _)| root.node != NONE) {
+            let (mut weighted, mut pending) = (0.0, vec![(root.node, 0u32, root.bounds)]);
             while let Some((at, depth, bounds)) = pending.pop() {
                 let node = &self.nodes[at as usize];
-                let share = bounds.half_area() as f64 / root_area.max(f64::MIN_POSITIVE);
+                let area = cost::half_area(&bounds);
                 if node.is_leaf() {
-                    leaves.add(&mut s, depth, node.upper_or_count(), share);
+                    weighted += area * f64::from(node.upper_or_count());
+                    leaves.add(&mut s, depth, node.upper_or_count());
                     continue;
                 }
                 s.nodes += 1;
-                s.sah_cost += share;
+                weighted += area;
                 let axis = (node.kind & 3) as usize;
                 let (lower, upper) = sah::cut(&bounds, axis, f32::from_bits(node.plane_or_first));
                 pending.push((node.upper_or_count(), depth + 1, upper));
                 pending.push((at + 1, depth + 1, lower));
             }
+            *tree = TreeCost::new(root.bounds, weighted);
         }
         leaves.finish(&mut s);
+        s.sah_cost = cost::scene_cost(&trees, self.instances.inner_nodes(), &p.instances);
         s
     }
 }

@@ -6,6 +6,7 @@ mod overlap;
 pub use build::{OctreeOptions, Overlap};
 
 use crate::cells::{self, InstanceTree, LeafCounts};
+use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{
@@ -99,23 +100,27 @@ impl Octree {
             ..HierarchyStatistics::default()
         };
         let mut leaves = LeafCounts::default();
-        for (number, root) in self.roots.iter().enumerate().filter(|(_, root)| root.node != NONE) {
+        let mut trees = vec![TreeCost::NOTHING; self.roots.len()];
+        for (root, tree) in self.roots.iter().zip(&mut trees).filter(|(root, _)| root.node != NONE) {
+            tree.bounds = root.bounds;
             let mut pending = vec![(root.node, 0u32)];
             while let Some((at, depth)) = pending.pop() {
                 let node = &self.nodes[at as usize];
                 // Half the size is a quarter of the surface.
-                let share = if number == 0 { 0.25f64.powi(depth as i32) } else { 0.0 };
+                let share = 0.25f64.powi(depth as i32);
                 if node.is_inner() {
                     s.nodes += 1;
-                    s.sah_cost += share;
+                    tree.cost += share;
                     let children = (node.octants_or_count & 0xFF).count_ones();
                     pending.extend((node.first..node.first + children).map(|child| (child, depth + 1)));
                 } else {
-                    leaves.add(&mut s, depth, node.octants_or_count, share);
+                    tree.cost += share * f64::from(node.octants_or_count);
+                    leaves.add(&mut s, depth, node.octants_or_count);
                 }
             }
         }
         leaves.finish(&mut s);
+        s.sah_cost = cost::scene_cost(&trees, self.instances.inner_nodes(), &p.instances);
         s
     }
 }

@@ -3,12 +3,12 @@
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::place;
-use super::{ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, SCENE_HELP};
+use super::{BackendChoice, ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, Need, SCENE_HELP, check};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Args, value_parser};
-use eosphor::{Accel, Format, Layer, Preset};
+use eosphor::{Accel, Format, Layer, Preset, Traversal};
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -166,7 +166,8 @@ pub(crate) struct ReportFlags {
     /// Print the statistics as JSON to stdout
     #[arg(long)]
     pub(crate) json: bool,
-    /// Count the hierarchy's nodes and the tests of each ray; up to four times slower, since packets are not used
+    /// Count nodes and tests and time traversal and intersection, for each ray, on the CPU; some times slower, since rays go one
+    /// by one and clocks are read often
     #[arg(long)]
     pub(crate) stats: bool,
     /// Say nothing but errors
@@ -178,6 +179,21 @@ pub(crate) struct ReportFlags {
 }
 
 impl ReportFlags {
+    /// Fails where the work that is to be counted is not done by who counts.
+    pub(crate) fn check(&self, device: &DeviceFlags, show: Option<Show>) -> Result<(), Failure> {
+        let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
+        let is_cuda = matches!(device.backend, BackendChoice::Cuda(_));
+        let about_cpus = "a GPU, not --stats, which is of the CPU";
+        let cpu = "the CPU, whose searches it counts and times, not --backend cuda";
+        let traversal = device.gpu_traversal != Traversal::default();
+        check(&[
+            need("--stats", self.stats, !is_cuda, cpu),
+            need("--stats", self.stats, show.is_none(), "a picture of the scene, not --show"),
+            need("--block-size", device.block_size.is_some(), !self.stats, about_cpus),
+            need("--gpu-traversal", traversal, !self.stats, about_cpus),
+        ])
+    }
+
     pub(crate) fn verbosity(&self) -> Verbosity {
         match (self.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,

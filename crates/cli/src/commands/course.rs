@@ -154,8 +154,10 @@ impl Flight<'_> {
             in_flight: memory::frames(prepared.size(), in_flight)?,
             // Ranks render frames at the same time, each for itself.
             one_at_a_time: self.ranks.is_none(),
+            count_work: false,
             log: &|done| {
-                streams::result(&format!("{}\t{:.3}\t{}\n", done.frame, done.milliseconds, done.rays))
+                let rays = done.statistics.total_rays();
+                streams::result(&format!("{}\t{:.3}\t{rays}\n", done.frame, done.milliseconds))
             },
         };
         let done = job.run(sink, &ProgressView::new(Verbosity::Quiet))?;

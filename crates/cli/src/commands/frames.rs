@@ -1,6 +1,7 @@
 //! `eosphor render SCENE -o frame_%04d.png` and `-o flight.mp4`: the frames of an animation.
 
-use crate::animation::{FrameSink, FramesDone, FramesJob};
+use super::frames_work::FramesWork;
+use crate::animation::{FrameDone, FrameSink, FramesDone, FramesJob};
 use crate::arguments::{OutputKind, RenderFlags};
 use crate::failure::Failure;
 use crate::progress::ProgressView;
@@ -9,15 +10,15 @@ use crate::text::grouped;
 use crate::{interrupt, memory};
 use eosphor::frames::{FramePattern, FramesIdentity, Manifest, Wanted};
 use eosphor::{
-    Backend, Film, Format, Moments, Move, RayStatistics, SaveOptions, Scene, SceneData, check_writable,
-    save_within, scene_hash,
+    Backend, Film, Format, HierarchyStatistics, Moments, Move, RayStatistics, SaveOptions, Scene, SceneData,
+    check_writable, save_within, scene_hash,
 };
 use serde::Serialize;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// What was done, for programs.
@@ -30,6 +31,9 @@ struct Report {
     total_rays: u64,
     seconds: f64,
     frames_per_second: f64,
+    /// `None` where it was not asked for.
+    #[serde(flatten)]
+    work: Option<FramesWork>,
 }
 
 /// Whether several pictures are asked for.
@@ -116,6 +120,9 @@ pub(super) struct Outcome {
     kept: usize,
     done: FramesDone,
     seconds: f64,
+    /// Each frame, and what its rays went through.
+    frames: Vec<FrameDone>,
+    hierarchy: Option<HierarchyStatistics>,
 }
 
 impl Sequence<'_> {
@@ -146,19 +153,25 @@ impl Sequence<'_> {
         }
         if missing.is_empty() {
             let done = FramesDone { count: 0, left: 0, statistics: RayStatistics::default() };
-            return Ok(Outcome { kept, done, seconds: start.elapsed().as_secs_f64() });
+            let seconds = start.elapsed().as_secs_f64();
+            return Ok(Outcome { kept, done, seconds, frames: Vec::new(), hierarchy: None });
         }
         let prepared = backend.prepare(Arc::clone(self.data))?;
         let in_flight = in_flight.or(self.flags.animation.in_flight).map(usize::from);
         let in_flight =
             memory::frames(prepared.size(), in_flight.unwrap_or_else(|| backend.frames_in_flight()))?;
+        let frames = Mutex::new(Vec::new());
         let job = FramesJob {
             prepared: &*prepared,
             moments: &Moments::new(self.scene, self.data),
             frames: missing,
             in_flight,
+            count_work: self.flags.report.stats,
             one_at_a_time: false,
-            log: &|_| Ok(()),
+            log: &|done| {
+                frames.lock().unwrap_or_else(PoisonError::into_inner).push(done);
+                Ok(())
+            },
         };
         let view = ProgressView::new(verbosity);
         let mut done = job.run(sink, &view);
@@ -186,14 +199,19 @@ impl Sequence<'_> {
                 kept + done.count
             )));
         }
-        Ok(Outcome { kept, done, seconds: start.elapsed().as_secs_f64() })
+        let frames = frames.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let hierarchy = Some(prepared.hierarchy_statistics());
+        Ok(Outcome { kept, done, seconds: start.elapsed().as_secs_f64(), frames, hierarchy })
     }
 }
 
 impl Outcome {
     pub(super) fn report(self, sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failure> {
-        let Outcome { kept, done, seconds } = self;
+        let Outcome { kept, done, seconds, frames, hierarchy } = self;
         let flags = sequence.flags;
+        let work = hierarchy
+            .filter(|_| flags.report.stats)
+            .map(|hierarchy| FramesWork::new(&frames, done.statistics, hierarchy));
         let report = Report {
             output: flags.output.display().to_string(),
             frames: done.count,
@@ -202,6 +220,7 @@ impl Outcome {
             total_rays: done.statistics.total_rays(),
             seconds,
             frames_per_second: if seconds > 0.0 { done.count as f64 / seconds } else { 0.0 },
+            work,
         };
         let text = format!(
             "{}: {} frames on {} in {seconds:.2} s: {:.2} a second, {} rays",
@@ -212,6 +231,9 @@ impl Outcome {
             grouped(report.total_rays),
         );
         flags.report.verbosity().say(Verbosity::Normal, &text);
+        if let Some(work) = &report.work {
+            flags.report.verbosity().say(Verbosity::Normal, &work.table(sequence.scene.settings.size));
+        }
         if done.left > 0 {
             let text =
                 format!("eosphor: note: {} frames were done by others, or they have them in work", done.left);

@@ -7,6 +7,7 @@ mod cost;
 mod course;
 mod devices;
 mod frames;
+mod frames_work;
 mod info;
 mod merge;
 mod render;

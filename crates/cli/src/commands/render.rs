@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::files::same_file;
 use crate::picture::{Done, PictureJob};
 use crate::progress::ProgressView;
-use crate::report::{Report, Seconds, Speed, WorkPerRay, timed};
+use crate::report::{Report, Seconds, Speed, Work, timed};
 use crate::streams::{self, Verbosity};
 use crate::text::ratio;
 use crate::{interrupt, memory};
@@ -32,6 +32,7 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     let kind = frames::output_kind(flags);
     flags.animation.check(kind)?;
     flags.keep.check(kind, &flags.file, flags.show, &flags.report)?;
+    flags.report.check(&flags.device, flags.show)?;
     let sequence = kind != OutputKind::Still;
     if !frames::is_video(&flags.output) {
         flags.file.check(Format::of(&flags.output)?)?;
@@ -54,12 +55,8 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     show_notes(&notes, verbosity);
     let options = save_options(flags, &scene, &data, &mut seconds);
     if sequence {
-        if flags.show.is_some()
-            || flags.report.stats
-            || flags.file.tiles.is_some()
-            || !options.layers.is_empty()
-        {
-            let message = "--show, --stats, --tiles and --layers are for single pictures: leave them out";
+        if flags.show.is_some() || flags.file.tiles.is_some() || !options.layers.is_empty() {
+            let message = "--show, --tiles and --layers are for single pictures: leave them out";
             return Err(Failure::Usage(message.into()));
         }
         return frames::render_frames(flags, &*backend, &scene, &data, &options);
@@ -347,7 +344,7 @@ fn report(
         total_rays,
         resumed: done.resumed,
         rays_per_pixel: ratio(total_rays as f64, width as f64 * height as f64 * (1.0 - done.resumed)),
-        work_per_ray: flags.report.stats.then(|| WorkPerRay::of(&done.statistics)),
+        work: flags.report.stats.then(|| Work::of(&done.statistics)),
         speed: Speed::of(total_rays, &seconds),
         seconds,
         hierarchy,

@@ -14,5 +14,6 @@ mod requests;
 #[cfg(unix)]
 mod resume;
 mod schema;
+mod statistics;
 #[cfg(unix)]
 mod streams;

@@ -122,7 +122,8 @@ pub struct RenderControl<'a> {
     pub on_progress: &'a (dyn Fn(Progress) + Sync),
     /// When raised, the render ends early.
     pub cancel: &'a AtomicBool,
-    /// Count nodes and primitive tests of each ray. Rays are then traced one by one: up to four times slower.
+    /// Count what queries do and time it ([`RayStatistics`]), on the CPU. Rays are then traced one by one and clocks are read
+    /// often, which takes a few times as long and changes no pixel. GPUs do not count.
     pub count_work: bool,
     /// The frame to render, where it is not the scene as it was prepared.
     pub moment: Option<&'a Moment>,

@@ -4,7 +4,7 @@ use super::source::Source;
 use super::{LoadOptions, LoadedScene, load_from};
 use crate::error::{Place, SceneError};
 use crate::model::{Camera, MaterialKind, MaterialTextures, PixelSampling, RenderSettings, Scene};
-use crate::presets::pg1_camera;
+use crate::presets::{Preset, pg1_camera};
 use crate::solids::gallery;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
@@ -28,6 +28,10 @@ pub const BUILTINS: &[Builtin] = &[
         description: "the Cornell box with a mirror ball and a glass ball (CC BY 3.0, Cardenas and McGuire)",
     },
     Builtin {
+        name: "cornell-pg1",
+        description: "the Cornell box of PG1 with its camera and settings: a higher room, three walls of half mirrors (CC BY 3.0, as above)",
+    },
+    Builtin {
         name: "solids",
         description: "a flight around three Platonic solids of mirrors, lit from within by diodes along their edges",
     },
@@ -36,6 +40,7 @@ pub const BUILTINS: &[Builtin] = &[
 pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     match name {
         "cornell" => cornell(options),
+        "cornell-pg1" => cornell_pg1(options),
         "solids" => solids(options),
         _ => {
             let known = BUILTINS.iter().map(|b| b.name).collect::<Vec<_>>().join(", ");
@@ -47,17 +52,37 @@ pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, Sce
 const CORNELL_OBJ: &[u8] = include_bytes!("../../builtin/cornell/CornellBox-Sphere.obj");
 const CORNELL_MTL: &[u8] = include_bytes!("../../builtin/cornell/CornellBox-Sphere.mtl");
 
+const PG1_OBJ: &[u8] = include_bytes!("../../builtin/cornell-pg1/CornellBox-Sphere.obj");
+const PG1_MTL: &[u8] = include_bytes!("../../builtin/cornell-pg1/CornellBox-Sphere.mtl");
+
 /// The Cornell box with spheres of the McGuire Computer Graphics Archive, from PG1's camera. The files are unchanged;
 /// two materials are set here (see [`dress_cornell`]).
 fn cornell(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
-    let file = |name: &str, bytes: &'static [u8]| (PathBuf::from(name), Cow::Borrowed(bytes));
-    let source = Source::Memory(vec![
-        file("builtin:cornell/CornellBox-Sphere.obj", CORNELL_OBJ),
-        file("builtin:cornell/CornellBox-Sphere.mtl", CORNELL_MTL),
-    ]);
-    let mut loaded = load_from(source, Path::new("builtin:cornell/CornellBox-Sphere.obj"), options)?;
+    let mut loaded = load_cornell("builtin:cornell", CORNELL_OBJ, CORNELL_MTL, options)?;
     dress_cornell(&mut loaded.scene);
     Ok(loaded)
+}
+
+/// The box that PG1 publishes figures of: the files as they are, and the preset.
+fn cornell_pg1(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
+    let mut loaded = load_cornell("builtin:cornell-pg1", PG1_OBJ, PG1_MTL, options)?;
+    // The one that there is, about a stray dot at the end of the file, is for those who can mend it.
+    loaded.warnings.clear();
+    Preset::Pg1.apply(&mut loaded.scene);
+    Ok(loaded)
+}
+
+fn load_cornell(
+    folder: &str,
+    obj: &'static [u8],
+    mtl: &'static [u8],
+    options: &LoadOptions,
+) -> Result<LoadedScene, SceneError> {
+    let path = |name: &str| PathBuf::from(format!("{folder}/{name}"));
+    let model = path("CornellBox-Sphere.obj");
+    let files =
+        vec![(model.clone(), Cow::Borrowed(obj)), (path("CornellBox-Sphere.mtl"), Cow::Borrowed(mtl))];
+    load_from(Source::Memory(files), &model, options)
 }
 
 /// Three Platonic solids of PLATO's kind over a parquet.

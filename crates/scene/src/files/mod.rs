@@ -157,6 +157,9 @@ mod tests {
         assert!(message("a/x.stl").starts_with("a/x.stl: \"stl\" files are not read; give OBJ (.obj), glTF"));
         assert!(message("scene").contains("no extension"));
         assert!(message("/nowhere/bunny.obj").starts_with("/nowhere/bunny.obj: cannot read: No such file"));
-        assert_eq!(message("builtin:x"), "there is no built-in scene \"x\"; there is cornell, solids");
+        assert_eq!(
+            message("builtin:x"),
+            "there is no built-in scene \"x\"; there is cornell, cornell-pg1, solids"
+        );
     }
 }

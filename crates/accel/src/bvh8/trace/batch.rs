@@ -9,7 +9,7 @@ use super::walk::{ANY, Found, NEXT, Query, STACK};
 use crate::bvh8::view::Bvh8View;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use crate::{Coherence, Filters};
-use eosphor_core::hierarchy::ShadowBatch;
+use eosphor_core::hierarchy::{IgnoreWork, ShadowBatch};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use std::mem::MaybeUninit;
 
@@ -59,7 +59,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
                 found.after = Some(self.hits[k]);
             }
             // SAFETY: the caller's.
-            unsafe { single::trace::<S, QUERY>(self.bvh, ray, filter, &mut found) };
+            unsafe { single::trace::<S, _, QUERY>(self.bvh, ray, filter, IgnoreWork, &mut found) };
             if QUERY == ANY {
                 self.hidden[k] = found.any;
             } else {

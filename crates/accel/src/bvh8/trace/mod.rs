@@ -15,9 +15,9 @@ use super::view::Bvh8View;
 use crate::simd::{Kernel, Simd, run_at};
 use crate::{BatchTracer, Coherence, Filters, SimdLevel};
 use batch::{Batch, FromOnePoint};
-use eosphor_core::hierarchy::{ShadowBatch, Tracer, Work};
+use eosphor_core::hierarchy::{IgnoreWork, ShadowBatch, Tracer, Work};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
-use walk::{ANY, CLOSEST, COUNTING, Found, NEXT, Query};
+use walk::{ANY, CLOSEST, Found, NEXT, Query};
 
 /// Traces rays through a [`Bvh8`].
 #[derive(Clone, Copy, Debug)]
@@ -39,20 +39,21 @@ impl Bvh8 {
 }
 
 /// One ray through the whole scene.
-struct OneRay<'a, const QUERY: Query> {
+struct OneRay<'a, W, const QUERY: Query> {
     bvh: &'a Bvh8View<'a>,
     ray: &'a Ray,
     filter: &'a RayFilter,
+    work: W,
     found: &'a mut Found,
 }
 
-impl<const QUERY: Query> Kernel for OneRay<'_, QUERY> {
+impl<W: Work + Copy, const QUERY: Query> Kernel for OneRay<'_, W, QUERY> {
     type Output = ();
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) {
         // SAFETY: the caller's.
-        unsafe { single::trace::<S, QUERY>(self.bvh, self.ray, self.filter, self.found) };
+        unsafe { single::trace::<S, W, QUERY>(self.bvh, self.ray, self.filter, self.work, self.found) };
     }
 }
 
@@ -69,8 +70,19 @@ impl<'a> Bvh8Tracer<'a> {
 
     #[inline(always)]
     fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, found: &mut Found) {
+        self.one_told::<_, QUERY>(ray, filter, IgnoreWork, found);
+    }
+
+    #[inline(always)]
+    fn one_told<W: Work + Copy, const QUERY: Query>(
+        &self,
+        ray: &Ray,
+        filter: &RayFilter,
+        work: W,
+        found: &mut Found,
+    ) {
         // SAFETY: tracers are made for levels that the CPU has.
-        unsafe { run_at(self.level, OneRay::<QUERY> { bvh: &self.bvh, ray, filter, found }) }
+        unsafe { run_at(self.level, OneRay::<W, QUERY> { bvh: &self.bvh, ray, filter, work, found }) }
     }
 
     fn batch<const QUERY: Query>(&self, batch: Batch<QUERY>) {
@@ -158,25 +170,45 @@ impl<'a, C: Work> Bvh8CountingTracer<'a, C> {
     }
 
     fn one<const QUERY: Query>(&self, ray: &Ray, filter: &RayFilter, mut found: Found) -> Found {
-        self.tracer.one::<QUERY>(ray, filter, &mut found);
-        self.work.nodes(found.nodes);
-        self.work.primitives(found.primitives);
+        self.tracer.one_told::<_, QUERY>(ray, filter, To(&self.work), &mut found);
         found
+    }
+}
+
+/// Tells somebody else.
+struct To<'a, C>(&'a C);
+
+impl<C> Clone for To<'_, C> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<C> Copy for To<'_, C> {}
+
+impl<C: Work> Work for To<'_, C> {
+    #[inline(always)]
+    fn nodes(&self, count: u32) {
+        self.0.nodes(count);
+    }
+    #[inline(always)]
+    fn primitives(&self, count: u32) {
+        self.0.primitives(count);
     }
 }
 
 impl<C: Work> Tracer for Bvh8CountingTracer<'_, C> {
     fn closest_hit(&self, ray: &Ray, filter: &RayFilter) -> Hit {
-        self.one::<{ CLOSEST | COUNTING }>(ray, filter, Found::nothing(ray.t_max)).best
+        self.one::<CLOSEST>(ray, filter, Found::nothing(ray.t_max)).best
     }
 
     fn occluded(&self, ray: &Ray, filter: &RayFilter) -> bool {
-        self.one::<{ ANY | COUNTING }>(ray, filter, Found::nothing(ray.t_max)).any
+        self.one::<ANY>(ray, filter, Found::nothing(ray.t_max)).any
     }
 
     fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
         let found = Found { after: Some(*after), ..Found::nothing(ray.t_max) };
-        self.one::<{ NEXT | COUNTING }>(ray, filter, found).best
+        self.one::<NEXT>(ray, filter, found).best
     }
 }
 

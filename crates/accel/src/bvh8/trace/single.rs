@@ -1,11 +1,12 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
-use super::single_leaf::PrimitiveLeaves;
+use super::single_leaf::{PrimitiveLeaves, ToldLeaves};
 use super::single_ray::SingleRay;
-use super::walk::{ANY, COUNTING, Found, KIND, NEXT, Query, STACK};
+use super::walk::{ANY, Found, NEXT, Query, STACK};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY, LEAF, Node8, PLACE};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
+use eosphor_core::hierarchy::Work;
 use eosphor_core::intersect::Slab;
 use eosphor_core::ray::{Ray, RayFilter};
 use std::mem::MaybeUninit;
@@ -28,55 +29,58 @@ pub(super) unsafe fn planes<S: Simd>(node: &Node8, place: usize) -> S::F8 {
     unsafe { S::F8::load(node.planes.as_ptr().cast::<u8>().add(place).cast()) }
 }
 
-/// Searches the whole scene for one ray.
+/// Searches the whole scene for one ray. `work` is told of boxes and primitives before they are tested.
 ///
 /// # Safety
 /// The CPU has the instruction set.
 #[inline(always)]
-pub(super) unsafe fn trace<S: Simd, const QUERY: Query>(
+pub(super) unsafe fn trace<S: Simd, W: Work + Copy, const QUERY: Query>(
     bvh: &Bvh8View,
     ray: &Ray,
     filter: &RayFilter,
+    work: W,
     found: &mut Found,
 ) {
     let root = bvh.world_root;
     if SingleRay::is_usual(ray, bvh.near) {
         let local = SingleRay::of_world::<S>(ray, bvh.world_extent);
-        let search = Search::<QUERY> { bvh, root, ray: &local, instance: 0, filter, found: &mut *found };
+        let search =
+            Search::<W, QUERY> { bvh, root, ray: &local, instance: 0, filter, work, found: &mut *found };
         // SAFETY: the root is the scene's.
         unsafe { search.run::<S>() };
     } else {
         // SAFETY: as above.
-        unsafe { S::run(Unusual::<QUERY> { bvh, ray, filter, found }) };
+        unsafe { S::run(Unusual::<W, QUERY> { bvh, ray, filter, work, found }) };
     }
-    if bvh.instance_root != EMPTY && !(QUERY & KIND == ANY && found.any) {
+    if bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
         // SAFETY: as above.
-        unsafe { trace_instances::<S, QUERY>(bvh, bvh.instance_root, ray, filter, found) };
+        unsafe { trace_instances::<S, W, QUERY>(bvh, bvh.instance_root, ray, filter, work, found) };
     }
-    if QUERY & KIND == NEXT {
+    if QUERY == NEXT {
         // SAFETY: the caller's.
         unsafe { S::run(Complete { bvh, ray, found }) };
     }
 }
 
 /// A ray from far away or with numbers that are unusual: a function of its own, since it is rare.
-struct Unusual<'a, const QUERY: Query> {
+struct Unusual<'a, W, const QUERY: Query> {
     bvh: &'a Bvh8View<'a>,
     ray: &'a Ray,
     filter: &'a RayFilter,
+    work: W,
     found: &'a mut Found,
 }
 
-impl<const QUERY: Query> Kernel for Unusual<'_, QUERY> {
+impl<W: Work + Copy, const QUERY: Query> Kernel for Unusual<'_, W, QUERY> {
     type Output = ();
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) {
-        let Unusual { bvh, ray, filter, found } = self;
+        let Unusual { bvh, ray, filter, work, found } = self;
         if let Some(local) = SingleRay::of_any::<S>(ray, bvh.world_extent, &bvh.bounds[0]) {
             local.enter(found);
             // SAFETY: the caller's; the root is the scene's.
-            unsafe { search::<S, QUERY>(bvh, bvh.world_root, &local, 0, filter, found) };
+            unsafe { search::<S, W, QUERY>(bvh, bvh.world_root, &local, 0, filter, work, found) };
         }
     }
 }
@@ -102,20 +106,21 @@ impl Kernel for Complete<'_> {
 /// # Safety
 /// As for [`trace`]; `root` is a child of that tree.
 #[inline(always)]
-pub(super) unsafe fn trace_instances<S: Simd, const QUERY: Query>(
+pub(super) unsafe fn trace_instances<S: Simd, W: Work + Copy, const QUERY: Query>(
     bvh: &Bvh8View,
     root: Child,
     ray: &Ray,
     filter: &RayFilter,
+    work: W,
     found: &mut Found,
 ) {
     let world_ray = SingleRay::to_instances::<S>(ray, &bvh.instance_bounds);
     let Some(world_ray) = world_ray.filter(|ray| !ray.origin[3].is_nan()) else { return };
     let slab = Slab::new(ray.origin, ray.direction, 0.0);
-    let mut leaves = InstanceLeaves { bvh, ray, from: world_ray.from, slab: &slab, filter };
+    let mut leaves = InstanceLeaves { bvh, ray, from: world_ray.from, slab: &slab, filter, work };
     world_ray.enter(found);
     // SAFETY: the caller's.
-    unsafe { walk::<S, QUERY>(bvh.instance_nodes, root, &world_ray, found, &mut leaves) };
+    unsafe { walk::<S, QUERY>(bvh.instance_nodes, root, &world_ray, work, found, &mut leaves) };
 }
 
 /// What a walk does at a leaf. (A trait and not a closure, because closures cannot be made to be inlined.)
@@ -127,16 +132,17 @@ pub(super) trait VisitLeaf<S: Simd> {
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool;
 }
 
-struct InstanceLeaves<'a> {
+struct InstanceLeaves<'a, W> {
     bvh: &'a Bvh8View<'a>,
     ray: &'a Ray,
     /// From where the walk through the tree over the instances measures.
     from: Option<f64>,
     slab: &'a Slab,
     filter: &'a RayFilter,
+    work: W,
 }
 
-impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
+impl<S: Simd, W: Work + Copy> VisitLeaf<S> for InstanceLeaves<'_, W> {
     #[inline(always)]
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
         let (bvh, ray, number) = (self.bvh, self.ray, leaf & PLACE);
@@ -153,8 +159,9 @@ impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
         };
         local.enter(found);
         // SAFETY: the caller's; the root is the geometry's.
-        let over =
-            unsafe { search::<S, QUERY>(bvh, bvh.roots[geometry], &local, number, self.filter, found) };
+        let over = unsafe {
+            search::<S, W, QUERY>(bvh, bvh.roots[geometry], &local, number, self.filter, self.work, found)
+        };
         if local.from.is_some() | self.from.is_some() {
             found.measure_from(self.from);
         }
@@ -167,37 +174,39 @@ impl<S: Simd> VisitLeaf<S> for InstanceLeaves<'_> {
 /// # Safety
 /// As for [`trace`]; `root` is a child of that tree.
 #[inline(always)]
-pub(super) unsafe fn search<S: Simd, const QUERY: Query>(
+pub(super) unsafe fn search<S: Simd, W: Work + Copy, const QUERY: Query>(
     bvh: &Bvh8View,
     root: Child,
     ray: &SingleRay,
     instance: u32,
     filter: &RayFilter,
+    work: W,
     found: &mut Found,
 ) -> bool {
     // SAFETY: the caller's.
-    unsafe { S::run(Search::<QUERY> { bvh, root, ray, instance, filter, found }) }
+    unsafe { S::run(Search::<W, QUERY> { bvh, root, ray, instance, filter, work, found }) }
 }
 
 /// A search: a function of its own, which keeps the code small.
-struct Search<'a, const QUERY: Query> {
+struct Search<'a, W, const QUERY: Query> {
     bvh: &'a Bvh8View<'a>,
     root: Child,
     ray: &'a SingleRay<'a>,
     instance: u32,
     filter: &'a RayFilter,
+    work: W,
     found: &'a mut Found,
 }
 
-impl<const QUERY: Query> Kernel for Search<'_, QUERY> {
+impl<W: Work + Copy, const QUERY: Query> Kernel for Search<'_, W, QUERY> {
     type Output = bool;
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> bool {
-        let Search { bvh, root, ray, instance, filter, found } = self;
-        let mut leaves = PrimitiveLeaves { bvh, ray, instance, filter };
+        let Search { bvh, root, ray, instance, filter, work, found } = self;
+        let mut leaves = ToldLeaves { leaves: PrimitiveLeaves { bvh, ray, instance, filter }, work };
         // SAFETY: the caller's.
-        unsafe { walk::<S, QUERY>(bvh.nodes, root, ray, found, &mut leaves) }
+        unsafe { walk::<S, QUERY>(bvh.nodes, root, ray, work, found, &mut leaves) }
     }
 }
 
@@ -216,7 +225,7 @@ unsafe fn pop<const QUERY: Query>(
         *count -= 1;
         // SAFETY: the caller's.
         unsafe {
-            if QUERY & KIND == ANY || *nears.add(*count) <= end {
+            if QUERY == ANY || *nears.add(*count) <= end {
                 return Some(*children.add(*count));
             }
         }
@@ -231,6 +240,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
     nodes: &[Node8],
     root: Child,
     ray: &SingleRay,
+    work: impl Work,
     found: &mut Found,
     leaves: &mut impl VisitLeaf<S>,
 ) -> bool {
@@ -257,9 +267,7 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
             // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
             unsafe {
                 let node = nodes.get_unchecked(at as usize);
-                if QUERY & COUNTING != 0 {
-                    found.nodes += 8;
-                }
+                work.nodes(8);
                 let offset = at as usize * size_of::<Node8>();
                 let planes = |from: *const u8| S::F8::load(from.wrapping_add(offset).cast());
                 let [x0, y0, z0] = each!(k => planes(near_planes[k]).fma(inverse[k], near_offset[k]));
@@ -278,14 +286,14 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                     } else {
                         return false;
                     };
-                } else if QUERY & KIND == ANY && others & (others - 1) == 0 {
+                } else if QUERY == ANY && others & (others - 1) == 0 {
                     // Two, the usual case: what is written as one number is read sooner than a part of a register.
                     let (a, b) =
                         (entered.trailing_zeros() as usize & 7, others.trailing_zeros() as usize & 7);
                     *children.add(count) = node.children[a];
                     count += 1;
                     at = node.children[b];
-                } else if QUERY & KIND == ANY {
+                } else if QUERY == ANY {
                     let node_children = S::F8::load(node.children.as_ptr().cast());
                     S::compress8(node_children, entered, children.add(count).cast());
                     count += entered.count_ones() as usize - 1;

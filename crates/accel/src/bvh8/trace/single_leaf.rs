@@ -3,10 +3,12 @@
 use super::lanes::{Determinant, EdgesV, StepRays, StepTriangles, distance};
 use super::single::VisitLeaf;
 use super::single_ray::SingleRay;
-use super::walk::{ANY, CLOSEST, COUNTING, Found, KIND, NEXT, NO_TRIANGLE, Offer, Query};
+use super::walk::{ANY, CLOSEST, Found, NEXT, NO_TRIANGLE, Offer, Query};
+use crate::bvh8::node::held;
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, INSTANCE, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
+use eosphor_core::hierarchy::Work;
 use eosphor_core::intersect::{
     T_UNDERFLOW, TriangleHit, UNDERFLOW_SLACK, intersect_precisely, intersect_sphere, may_meet_sphere,
 };
@@ -23,13 +25,29 @@ pub(super) struct PrimitiveLeaves<'a> {
     pub(super) filter: &'a RayFilter,
 }
 
-impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
+/// The same, with who is told of them.
+pub(super) struct ToldLeaves<'a, W> {
+    pub(super) leaves: PrimitiveLeaves<'a>,
+    pub(super) work: W,
+}
+
+impl<S: Simd, W: Work> VisitLeaf<S> for ToldLeaves<'_, W> {
     #[inline(always)]
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
+        if W::COUNTS {
+            self.work.primitives(held(self.leaves.bvh.blocks, leaf));
+        }
+        // SAFETY: the caller's.
+        unsafe { self.leaves.visit::<S, QUERY>(leaf, found) }
+    }
+}
+
+impl PrimitiveLeaves<'_> {
+    /// # Safety
+    /// As for [`VisitLeaf::visit`].
+    #[inline(always)]
+    unsafe fn visit<S: Simd, const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
         if leaf & SPHERE != 0 {
-            if QUERY & COUNTING != 0 {
-                found.primitives += 1;
-            }
             let (leaves, number) = (*self, (leaf & PLACE) as usize);
             // SAFETY: the caller's.
             return unsafe { S::run(SphereTest::<QUERY> { leaves, number, found }) };
@@ -37,9 +55,7 @@ impl<S: Simd> VisitLeaf<S> for PrimitiveLeaves<'_> {
         debug_assert!(leaf & INSTANCE == 0);
         self.test_block::<S, QUERY>(leaf & PLACE, found)
     }
-}
 
-impl PrimitiveLeaves<'_> {
     /// The first step for all triangles of the block. Few are left, and of these most are hit clearly.
     #[inline(always)]
     fn test_block<S: Simd, const QUERY: Query>(&mut self, number: u32, found: &mut Found) -> bool {
@@ -56,16 +72,13 @@ impl PrimitiveLeaves<'_> {
         let edges = EdgesV::new(&from_origin, &e1, &e2, &direction, &determinant);
         let lengths = S::F4::from_array(&block.lengths);
         let outside = S::F4::splat(ray.outside).fma(lengths, S::F4::splat(-UNDERFLOW_SLACK));
-        if QUERY & COUNTING != 0 {
-            found.primitives += block.count::<S>() as u32;
-        }
         // Most leaves end here.
         let near = !edges.least.lt(outside).bits() & 0xf;
         if near == 0 {
             return false;
         }
         let backs = determinant.sign.same_bits(S::F4::splat(0.0)).bits();
-        if QUERY & KIND == ANY {
+        if QUERY == ANY {
             let numerator = dot(&normal, &from_origin);
             let (least, product) = (edges.least, S::F4::from_array(&block.product));
             let plain = Plain { determinant, numerator, least, outside, product, backs };
@@ -102,7 +115,7 @@ impl PrimitiveLeaves<'_> {
         let nearer = is_clear.and(planes.high.lt(S::F4::splat(found.before)));
         let is_alone = lanes & (lanes - 1) == 0;
         let taken = lanes & nearer.bits() != 0;
-        if QUERY & KIND != NEXT && is_alone & taken & ray.from.is_none() {
+        if QUERY != NEXT && is_alone & taken & ray.from.is_none() {
             let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
             if self.filter.skips(id) | (self.filter.cull_back_faces & (backs >> lane & 1 == 1)) {
                 return false;
@@ -114,7 +127,7 @@ impl PrimitiveLeaves<'_> {
             found.take(Hit { t, t_rest: UNKNOWN_REST, u, v, id }, number << 2 | lane as u32, low, high);
             return false;
         }
-        if QUERY & KIND == CLOSEST && is_alone {
+        if QUERY == CLOSEST && is_alone {
             // What has been cut is met again.
             let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
             if found.best.id == id {
@@ -267,7 +280,7 @@ impl<const QUERY: Query> Kernel for Compare<'_, QUERY> {
             lanes &= lanes - 1;
             let id = PrimitiveId { instance: leaves.instance, primitive: block.primitive[lane] };
             // What has been cut is met again.
-            let again = QUERY & KIND != ANY && found.best.id == id;
+            let again = QUERY != ANY && found.best.id == id;
             if leaves.filter.skips(id) | again {
                 continue;
             }

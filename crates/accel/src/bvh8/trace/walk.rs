@@ -14,11 +14,6 @@ pub(super) const ANY: Query = 1;
 /// The nearest hit after another one.
 pub(super) const NEXT: Query = 2;
 
-/// The bits of a query that say which it is.
-pub(super) const KIND: Query = 3;
-/// Set in single rays' queries that count nodes and primitives.
-pub(super) const COUNTING: Query = 4;
-
 /// Places on a stack: at each level of the tree up to seven children wait, and a level has half the nodes of the one
 /// below or a depth below that of the tree with two children a node, so 64 levels at most; and 8 more, since whole
 /// vectors are written.
@@ -46,9 +41,6 @@ pub(super) struct Found {
     pub(super) after: Option<Hit>,
     /// For [`ANY`]: there is one.
     pub(super) any: bool,
-    /// For [`COUNTING`]: boxes and primitives tested.
-    pub(super) nodes: u32,
-    pub(super) primitives: u32,
 }
 
 /// A hit that is offered.
@@ -99,18 +91,7 @@ impl Found {
     /// A best hit, no earlier than `low` and no later than `high`.
     #[inline(always)]
     pub(super) fn with(best: Hit, place: u32, low: f32, high: f32) -> Found {
-        Found {
-            best,
-            place,
-            end: high,
-            before: low,
-            high,
-            from: None,
-            after: None,
-            any: false,
-            nodes: 0,
-            primitives: 0,
-        }
+        Found { best, place, end: high, before: low, high, from: None, after: None, any: false }
     }
 
     /// Measures from elsewhere.
@@ -169,11 +150,11 @@ impl Found {
 
     /// Offers a hit that counts; `true` ends the search.
     pub(super) fn offer<const QUERY: Query>(&mut self, offer: &Offer) -> bool {
-        if QUERY & KIND == ANY {
+        if QUERY == ANY {
             self.any = true;
             return true;
         }
-        if QUERY & KIND == NEXT && !self.is_after(offer) {
+        if QUERY == NEXT && !self.is_after(offer) {
             return false;
         }
         let (low, high) = offer.hit.bounds();

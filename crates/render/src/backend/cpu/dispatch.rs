@@ -7,9 +7,8 @@
 use super::batched::{self, Workspace};
 use super::queries::{AnyTracer, Queries};
 use super::tile::Tile;
-use super::{Scheduler, SimdLevel};
+use super::{Scheduler, SimdLevel, Watch};
 use crate::{Hierarchy, RayStatistics};
-use eosphor_core::hierarchy::CountWork;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{RayCounts, Samples, render_samples};
 use std::ops::Range;
@@ -22,7 +21,7 @@ pub(super) struct TileJob<'a> {
     pub(super) samples: Range<u32>,
     /// When raised, the tile is given up.
     pub(super) cancel: &'a AtomicBool,
-    /// Count nodes and primitive tests.
+    /// Count and time what queries do.
     pub(super) count_work: bool,
     pub(super) scheduler: Scheduler,
 }
@@ -45,11 +44,10 @@ pub(super) fn render_tile(
     if job.count_work {
         // By the scalar traversals: packets share nodes, which would make the figures per ray incomparable.
         let job = TileJob { scheduler: Scheduler::Scalar, ..job.clone() };
-        let count = CountWork::default();
+        let watch = Watch::with_clock();
         let traced =
-            hierarchy.with_counting(top, &count, simd, |queries| at_level(view, queries, &job, work, simd));
-        let (nodes_visited, primitive_tests) = (count.nodes.get(), count.primitives.get());
-        return traced.map(|rays| RayStatistics { nodes_visited, primitive_tests, ..rays.into() });
+            hierarchy.with_counting(top, &watch, simd, |queries| at_level(view, queries, &job, work, simd));
+        return traced.map(|rays| watch.add_to(rays.into()));
     }
     // Without a hierarchy batches gain nothing, and would keep a tile from being given up for long.
     let scheduler = match hierarchy {

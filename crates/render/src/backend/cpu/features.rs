@@ -5,9 +5,8 @@
 use super::super::{BackendError, check_rows};
 use super::queries::{AnyTracer, Queries};
 use super::tile::{Tile, Tiling};
-use super::{SimdLevel, top_of};
+use super::{SimdLevel, Watch, top_of};
 use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics};
-use eosphor_core::hierarchy::CountWork;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{PixelFeatures, pixel_features};
 use eosphor_scene::{Moment, SceneData};
@@ -78,7 +77,7 @@ fn trace(
     cancel: &AtomicBool,
     simd: SimdLevel,
 ) -> Traced {
-    let work = CountWork::default();
+    let work = Watch::default();
     hierarchy.with_counting(top, &work, simd, |queries| match simd {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: CpuBackend::new has made sure that the CPU has the level.
@@ -95,7 +94,7 @@ fn trace(
 unsafe fn render_tile_avx512_features(
     view: &SceneView,
     queries: &dyn Queries,
-    work: &CountWork,
+    work: &Watch,
     tile: Tile,
     cancel: &AtomicBool,
 ) -> Traced {
@@ -107,7 +106,7 @@ unsafe fn render_tile_avx512_features(
 unsafe fn render_tile_avx2_features(
     view: &SceneView,
     queries: &dyn Queries,
-    work: &CountWork,
+    work: &Watch,
     tile: Tile,
     cancel: &AtomicBool,
 ) -> Traced {
@@ -118,7 +117,7 @@ unsafe fn render_tile_avx2_features(
 fn trace_tile(
     view: &SceneView,
     queries: &dyn Queries,
-    work: &CountWork,
+    work: &Watch,
     tile: Tile,
     cancel: &AtomicBool,
 ) -> Traced {
@@ -129,8 +128,7 @@ fn trace_tile(
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
-        work.nodes.set(0);
-        work.primitives.set(0);
+        work.reset();
         pixels.push(pixel_features(view, &tracer, x, y));
         // 65,536 samples can in theory exceed 32 bits.
         let cut = |number: u64| number.min(u32::MAX as u64) as u32;

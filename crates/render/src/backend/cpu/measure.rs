@@ -1,11 +1,10 @@
 //! How much work the camera rays of a scene are to a hierarchy, and how fast it answers them.
 
-use super::CpuBackend;
 use super::batched::CameraRays;
 use super::tile::Tiling;
+use super::{CpuBackend, Watch};
 use crate::Hierarchy;
 use eosphor_accel::{Coherence, Filters};
-use eosphor_core::hierarchy::CountWork;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::sampling::{cosine_lobe, orthonormal_basis, point_2d};
 use eosphor_core::shading::SurfacePoint;
@@ -40,7 +39,7 @@ impl CpuBackend {
         let settings = view.settings;
         let tiling = Tiling::new(settings.width, 0..settings.height, TILE);
         let start = Instant::now();
-        let (count, mut camera, mut diffuse) = (CountWork::default(), Clock::default(), Clock::default());
+        let (count, mut camera, mut diffuse) = (Watch::default(), Clock::default(), Clock::default());
         let mut paths = Vec::new();
         for number in spread(tiling.len()) {
             paths.clear();

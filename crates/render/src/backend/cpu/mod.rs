@@ -1,6 +1,7 @@
 //! The CPU backend: tiles over all cores, with one SIMD dispatch a tile.
 
 mod batched;
+mod clock;
 mod dispatch;
 mod features;
 mod measure;
@@ -8,12 +9,14 @@ mod options;
 mod queries;
 mod rays;
 mod tile;
+mod watch;
 
 pub use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
 pub use measure::CameraSpeed;
 pub use options::{CpuOptions, Scheduler};
 pub(crate) use queries::{Queries, with_level};
+pub(crate) use watch::{Watch, Watched};
 
 use super::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, Sampled, check_rows,

@@ -8,6 +8,7 @@ use crate::bvh8::trace::single_ray::SingleRay;
 use crate::bvh8::trace::walk::{ANY, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::simd::{Kernel, Simd};
+use eosphor_core::hierarchy::IgnoreWork;
 use eosphor_core::ray::Ray;
 use std::mem::MaybeUninit;
 
@@ -143,11 +144,18 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
                 let before = (found.best.t, found.best.id);
                 let filter = query.filters[lane];
                 if INSTANCES {
-                    single::trace_instances::<S, QUERY>(bvh, at, &world_ray(leg, lane), filter, &mut found);
+                    single::trace_instances::<S, _, QUERY>(
+                        bvh,
+                        at,
+                        &world_ray(leg, lane),
+                        filter,
+                        IgnoreWork,
+                        &mut found,
+                    );
                 } else {
                     let ray = singles.get(lane);
                     ray.enter(&mut found);
-                    single::search::<S, QUERY>(bvh, at, ray, leg.instance, filter, &mut found);
+                    single::search::<S, _, QUERY>(bvh, at, ray, leg.instance, filter, IgnoreWork, &mut found);
                 }
                 if QUERY == ANY {
                     if found.any {
