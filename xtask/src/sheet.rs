@@ -1,6 +1,7 @@
 //! `sheet`: a contact sheet to be looked at: every lighting model, shadow mode, normal mode, Fresnel mode, depth of field,
-//! glossy reflection and culling, and real scenes where they are at hand. `sheet --models` shows every model of
-//! ../shared/scenes/gltf and ply instead, as they open by themselves.
+//! glossy reflection and culling, and real scenes where they are at hand. `sheet --models` shows every model in the folder of
+//! scenes instead, as it opens by itself: with the automatic camera, where it brings none. That folder is ../shared/scenes,
+//! or what `EOSPHOR_SCENES` names.
 
 use crate::{build_program, root};
 use anyhow::{Context, Result, bail, ensure};
@@ -33,17 +34,28 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
     let mut sheet = Sheet::new(COLUMNS * CELL.0, rows * (CELL.1 + LABEL));
     for (number, (label, arguments)) in cells.iter().enumerate() {
         println!("{label}: eosphor render {}", arguments.join(" "));
+        let (x, y) = (number % COLUMNS * CELL.0, number / COLUMNS * (CELL.1 + LABEL));
         let output = Command::new(&binary)
             .arg("render")
             .args(arguments)
-            .args(["-q", "--size", &format!("{}x{}", CELL.0, CELL.1), "-o"])
+            .args((!models).then_some("-q"))
+            .args(["--size", &format!("{}x{}", CELL.0, CELL.1), "-o"])
             .arg(&picture)
             .current_dir(root())
             .output()
             .with_context(|| format!("cannot run {}", binary.display()))?;
-        ensure!(output.status.success(), "{label}: {}", String::from_utf8_lossy(&output.stderr));
-        let (x, y) = (number % COLUMNS * CELL.0, number / COLUMNS * (CELL.1 + LABEL));
+        let said = String::from_utf8_lossy(&output.stderr);
+        if models && !output.status.success() {
+            // Some files are wrong on purpose.
+            println!("    {}", said.trim_end());
+            sheet.text(x + 3, y + 3, &format!("{label}: refused"));
+            continue;
+        }
+        ensure!(output.status.success(), "{label}: {said}");
         sheet.text(x + 3, y + 3, label);
+        for line in said.lines().filter(|line| models && line.contains("no camera")) {
+            println!("    {line}");
+        }
         sheet.paste(x, y + LABEL, &fs::read(&picture)?)?;
     }
     fs::remove_file(&picture)?;
@@ -93,19 +105,22 @@ fn cells() -> Vec<Cell> {
     cells
 }
 
-/// The models of ../shared/scenes/gltf and ply, as they open by themselves; some from another side too.
+/// Where the standard scenes are.
+fn scenes() -> PathBuf {
+    std::env::var_os("EOSPHOR_SCENES").map_or_else(|| PathBuf::from("../shared/scenes"), PathBuf::from)
+}
+
+/// All models, as they open by themselves.
 fn model_cells() -> Vec<Cell> {
     let mut files = Vec::new();
-    for kind in ["gltf", "ply"] {
-        collect_models(&Path::new("../shared/scenes").join(kind), &mut files);
-    }
+    collect_models(&scenes(), &mut files);
     if files.is_empty() {
-        println!("SKIPPED: there are no models in ../shared/scenes");
+        println!("SKIPPED: there are no models in {}", scenes().display());
     }
     files.sort();
     let cell = |file: PathBuf| {
         let label = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        (label, vec![file.to_string_lossy().into_owned(), "--samples".into(), "16".into()])
+        (label, vec![file.to_string_lossy().into_owned(), "--samples".into(), "4".into()])
     };
     files.into_iter().map(cell).collect()
 }
@@ -116,7 +131,10 @@ fn collect_models(folder: &Path, files: &mut Vec<PathBuf>) {
         let path = folder.join(entry.file_name());
         if entry.path().is_dir() {
             collect_models(&path, files);
-        } else if path.extension().is_some_and(|e| e == "gltf" || e == "glb" || e == "ply") {
+        } else if path
+            .extension()
+            .is_some_and(|e| ["gltf", "glb", "ply", "obj"].iter().any(|name| e == *name))
+        {
             files.push(path);
         }
     }
@@ -124,8 +142,8 @@ fn collect_models(folder: &Path, files: &mut Vec<PathBuf>) {
 
 /// Standard scenes, where ../shared holds them.
 fn real_scenes(add: &mut impl FnMut(&str, &str, &str)) {
-    let scenes = "../shared/scenes";
-    if !root().join(scenes).is_dir() {
+    let scenes = scenes().to_string_lossy().into_owned();
+    if !root().join(&scenes).is_dir() {
         println!("SKIPPED: the standard scenes: there is no {scenes}");
         return;
     }

@@ -77,12 +77,13 @@ pub use eosphor_render::{
 pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
     Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, DeviceKind,
-    DeviceSettings, Image, Instance, Interpolation, Law, Lens, Light, LightKey, LightMotion, LightUnits,
-    LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind, MaterialTextures, Mesh, Moment, Moments,
-    Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr, PixelSampling, Place, Places, Preset,
-    Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError, SceneRequests, Snippet, Solid,
-    Sphere, Structure, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform, TreeBuilder,
-    Triangle, UnknownPreset, UnknownSolid, Warning, load, scene_reference, scene_requests, scene_schema,
+    DeviceSettings, Image, Instance, Interpolation, Law, LeftOut, Lens, Light, LightKey, LightMotion,
+    LightUnits, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind, MaterialTextures, Mesh, Moment,
+    Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr, PixelSampling, Place,
+    Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError, SceneRequests,
+    Snippet, Solid, Sphere, Structure, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform,
+    TreeBuilder, Triangle, UnknownPreset, UnknownSolid, View, Warning, load, scene_reference, scene_requests,
+    scene_schema,
 };
 
 /// Animations as numbered files.

@@ -31,7 +31,7 @@ pub use files::{
     FramePattern, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, SceneRequests, WrongPattern,
     load, load_from_memory, scene_reference, scene_requests, scene_schema,
 };
-pub use flatten::{Moment, Moments, Note, Places, SceneData};
+pub use flatten::{LeftOut, Moment, Moments, Note, Places, SceneData, View};
 pub use model::*;
 pub use presets::{Preset, UnknownPreset, course_settings};
 pub use snippet::Snippet;

@@ -18,7 +18,9 @@ use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
 use eosphor::still::{Checkpoint, SampleShare, checkpoint_path, sample_share_path};
-use eosphor::{Animation, CameraMotion, Move, Scene, SceneData, Transform, check_writable, load, scene_hash};
+use eosphor::{
+    Animation, CameraMotion, Move, Note, Scene, SceneData, Transform, check_writable, load, scene_hash,
+};
 use eosphor::{Backend, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
 use std::sync::Arc;
 use std::time::Instant;
@@ -162,10 +164,15 @@ pub(super) fn apply(
     scene.validate().map_err(Failure::usage)
 }
 
-/// The camera that flattening gives a scene without one; its field of view is the default.
+/// The camera that flattening gives a scene without one.
 pub(super) fn framed_camera(scene: &Scene) -> Result<Camera, Failure> {
-    let (data, _) = SceneData::flatten(scene)?;
-    Ok(Camera { position: data.camera.eye, direction: data.camera.forward, ..Camera::default() })
+    let (_, notes) = SceneData::flatten(scene)?;
+    let camera = |note: Note| match note {
+        Note::FramedCamera { camera, .. } => Some(camera),
+        _ => None,
+    };
+    // Where there is nothing, any camera sees it.
+    Ok(notes.into_iter().find_map(camera).unwrap_or_default())
 }
 
 /// A turntable about nothing in particular goes around the middle of the scene.
@@ -178,8 +185,9 @@ fn settle_orbit(scene: &mut Scene) -> Result<(), Failure> {
     let Some(mut animation) = scene.animation.take_if(|animation| is_open(animation)) else { return Ok(()) };
     let (data, _) = SceneData::flatten(scene)?;
     let middle = data.world_bounds().center();
-    let framed = || Camera { position: data.camera.eye, look_at: Some(middle), ..Camera::default() };
-    scene.camera.get_or_insert_with(framed);
+    if scene.camera.is_none() {
+        scene.camera = Some(Camera { look_at: Some(middle), ..framed_camera(scene)? });
+    }
     if let Some(CameraMotion::Orbit { around, .. }) = &mut animation.camera {
         *around = Some(middle);
     }

@@ -5,6 +5,7 @@
 
 mod camera;
 mod check;
+mod framing;
 mod geometry;
 mod lights;
 mod materials;
@@ -26,6 +27,7 @@ use eosphor_core::texture::Texture;
 use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3, settings::Settings};
 use serde::{Deserialize, Serialize};
 
+pub use framing::{LeftOut, View};
 pub use moment::{Moment, Moments, Places};
 pub use note::Note;
 
@@ -94,7 +96,14 @@ impl SceneData {
         let textures = textures::build(scene)?;
 
         let world = places::world_bounds(&geometry.bounds, &geometry.instances);
-        let (camera, headlight) = camera::build(scene, &world, &mut notes)?;
+        let surfaces = framing::Surfaces {
+            triangles: &geometry.triangles,
+            spheres: &geometry.spheres,
+            geometries: &geometry.geometries,
+            instances: &geometry.instances,
+            bounds: &geometry.bounds,
+        };
+        let (camera, headlight) = camera::build(scene, &surfaces, &world, &mut notes)?;
         let settings = settings::build(&scene.settings, &camera, &world);
         let mut data = SceneData {
             triangles: geometry.triangles,

@@ -1,5 +1,7 @@
 //! What flattening has to say.
 
+use super::framing::{LeftOut, View};
+use crate::model::Camera;
 use std::fmt;
 
 /// Something that the scene left open, and what was done about it.
@@ -10,6 +12,12 @@ pub enum Note {
     FramedCamera {
         /// Where it was put, in coordinates of the file.
         position: [f64; 3],
+        /// The camera, as a scene would state it.
+        camera: Camera,
+        /// What it shows.
+        view: View,
+        /// What it does not frame.
+        left_out: LeftOut,
     },
     /// The scene lies far from 0.
     FarOrigin {
@@ -40,8 +48,8 @@ pub enum Note {
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Note::FramedCamera { position: [x, y, z] } => {
-                write!(f, "no camera: framing the whole scene from ({x:.4}, {y:.4}, {z:.4})")
+            Note::FramedCamera { position: [x, y, z], view, left_out, .. } => {
+                write!(f, "no camera: {view}, at ({x:.4}, {y:.4}, {z:.4}){left_out}")
             }
             Note::FarOrigin { origin: [x, y, z] } => {
                 write!(
