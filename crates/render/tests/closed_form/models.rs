@@ -120,7 +120,7 @@ fn a_single_sided_pane_that_cannot_be_seen_from_below_casts_no_shadow_there() {
             rectangle(&mut scene, vec3(0.1, 1.0, 0.0), u, v, pane);
             // From beside the pane, so that it is not looked through.
             let got = probe(&scene, vec3(0.6, 0.5, 0.05), vec3(0.2, 0.0, 0.1));
-            let filtered = 0.5 * transparency;
+            let filtered = f64::from(0.5 * transparency);
             assert_grey(got, if faces_up { expected } else { filtered }, 1e-5);
         }
     }

@@ -319,11 +319,11 @@ fn composition_table() {
 #[test]
 fn mirrors_with_roughness_stay_mirrors() {
     let of = |mtl| compose(&material(MaterialKind::Mtl(mtl)), Composition::Native);
-    let (Kd, Ks) = (vec3(0.1, 0.2, 0.3), vec3(0.6, 0.7, 0.8));
+    let (diffuse, reflection) = (vec3(0.1, 0.2, 0.3), vec3(0.6, 0.7, 0.8));
     for illum in [3, 5, 8] {
-        let sharp = Mtl { Kd, Ks, illum, ..Mtl::default() };
+        let sharp = Mtl { Kd: diffuse, Ks: reflection, illum, ..Mtl::default() };
         let rough = of(Mtl { Pr: Some(0.5), ..sharp });
-        assert_eq!((rough.model, rough.diffuse, rough.reflection), (of(sharp).model, Kd, Ks));
+        assert_eq!((rough.model, rough.diffuse, rough.reflection), (of(sharp).model, diffuse, reflection));
         // alpha = 0.25: (2 / 0.0625 - 2) / 4.
         assert_eq!((rough.glossy_rays, rough.glossy_exponent), (1, 7.5));
         assert_eq!(of(Mtl { Pr: Some(0.0), ..sharp }), of(sharp));
