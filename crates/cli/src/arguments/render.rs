@@ -182,7 +182,7 @@ impl ReportFlags {
     /// Fails where the work that is to be counted is not done by who counts.
     pub(crate) fn check(&self, device: &DeviceFlags, show: Option<Show>) -> Result<(), Failure> {
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
-        let is_cuda = matches!(device.backend, BackendChoice::Cuda(_));
+        let is_cuda = matches!(device.backend, Some(BackendChoice::Cuda(_)));
         let about_cpus = "a GPU, not --stats, which is of the CPU";
         let cpu = "the CPU, whose searches it counts and times, not --backend cuda";
         let traversal = device.gpu_traversal != Traversal::default();
