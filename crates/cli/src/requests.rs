@@ -16,7 +16,7 @@ pub(crate) fn obey_for_picture(flags: &mut RenderFlags) -> Result<(), Failure> {
         flags.output =
             output.map(PathBuf::from).filter(|output| !output.as_os_str().is_empty()).ok_or_else(|| {
                 Failure::Usage(
-                    "the picture has no name: give one, as in -o picture.png (or \"output\" in the scene)"
+                    "the picture has no name: give one by --output, as in -o picture.png (or \"output\" in the scene)"
                         .into(),
                 )
             })?;
