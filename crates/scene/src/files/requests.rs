@@ -1,6 +1,7 @@
 //! What scene files ask for besides the picture: devices, hierarchies, and the file to write.
 
 use super::pg1;
+use super::source::Source;
 use crate::model::DeviceSettings;
 use serde::Deserialize;
 use std::path::Path;
@@ -24,7 +25,7 @@ pub fn scene_requests(path: &Path) -> SceneRequests {
     if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
         return SceneRequests::default();
     }
-    let bytes = std::fs::read(path).unwrap_or_default();
+    let bytes = Source::Disk.read(path).unwrap_or_default();
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     match pg1::is_config(bytes) {
         true => pg1::requests(bytes),
