@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// On what, and through which hierarchy, a scene asks to be rendered. None of it changes a pixel; flags of the command line win.
+/// On what, and through which hierarchy, a scene asks to be rendered. It changes no pixel; flags of the command line win.
 /// Limits of a hierarchy hold with the `accel` beside them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
