@@ -24,16 +24,35 @@ const RANKS: u32 = 2;
 /// What a still takes at least, in seconds: more samples are rendered otherwise.
 const LONG_ENOUGH: f64 = 3.0;
 
-/// Stills, and their samples a pixel: a large one of one band, a small one of 65,536 samples, and one with layers.
-const STILLS: [(&[&str], u32); 3] = [
-    (&["builtin:cornell", "--size", "1600x1200", "-o", "large.png"], 2),
-    (&["builtin:cornell", "--size", "16x12", "--light-samples", "1", "-o", "small.png"], 65_536),
-    (&["builtin:cornell", "--size", "400x300", "--layers", "all", "-o", "layers.exr"], 30),
+/// The most samples a pixel that the program takes.
+const MOST_SAMPLES: u32 = 65_536;
+
+/// What a command renders.
+#[derive(Clone, Copy)]
+struct Work {
+    flags: &'static [&'static str],
+    size: (u32, u32),
+    samples: u32,
+}
+
+/// A large still of one band, a small one of 65,536 samples, and one with layers.
+const STILLS: [Work; 3] = [
+    Work { flags: &["builtin:cornell", "-o", "large.png"], size: (1600, 1200), samples: 2 },
+    Work {
+        flags: &["builtin:cornell", "--light-samples", "1", "-o", "small.png"],
+        size: (16, 12),
+        samples: MOST_SAMPLES,
+    },
+    Work {
+        flags: &["builtin:cornell", "--layers", "all", "-o", "layers.exr"],
+        size: (400, 300),
+        samples: 30,
+    },
 ];
 
 /// Frames of a sequence.
 const FRAMES: u32 = 24;
-const SEQUENCE: (&[&str], u32) = (&["builtin:cornell", "--size", "200x150", "--orbit", "24"], 12);
+const SEQUENCE: Work = Work { flags: &["builtin:cornell", "--orbit", "24"], size: (200, 150), samples: 12 };
 
 struct Options {
     stills: u32,
@@ -111,8 +130,7 @@ impl Soak {
         (self.random >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Renders what takes so many samples a pixel.
-    fn command(&self, ranks: u32, (flags, samples): (&[&str], u32), more: &[&str]) -> Command {
+    fn command(&self, ranks: u32, work: Work, more: &[&str]) -> Command {
         let program = &self.options.program;
         let mut command = match ranks {
             0 => Command::new(program),
@@ -125,24 +143,28 @@ impl Soak {
                 command
             }
         };
-        let samples = samples.to_string();
-        command.arg("render").args(flags).args(["--samples", &samples]).args(more);
+        let (size, samples) = (format!("{}x{}", work.size.0, work.size.1), work.samples.to_string());
+        command.arg("render").args(work.flags).args(["--size", &size, "--samples", &samples]).args(more);
         command.args(["--backend", &self.options.backend, "--no-metadata"]);
         command.current_dir(&self.folder).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     }
 
     /// Kills a still so many times.
-    fn still(&mut self, still: (&[&str], u32), ranks: u32, kills: u32) -> Result<()> {
+    fn still(&mut self, mut still: Work, ranks: u32, kills: u32) -> Result<()> {
         if kills == 0 {
             return Ok(());
         }
-        let name = *still.0.last().context("the name of the file")?;
+        let name = *still.flags.last().context("the name of the file")?;
         let path = self.folder.join(name);
-        let (mut still, mut seconds) = (still, 0.0);
+        let mut seconds = self.follow(self.command(ranks, still, &[]), f64::INFINITY, ranks)?.seconds;
         while seconds < LONG_ENOUGH {
             // Fast machines get more to do.
-            still.1 = if seconds > 0.0 { still.1.saturating_mul(4) } else { still.1 };
+            if still.samples <= MOST_SAMPLES / 4 {
+                still.samples *= 4;
+            } else {
+                still.size = (2 * still.size.0, 2 * still.size.1);
+            }
             seconds = self.follow(self.command(ranks, still, &[]), f64::INFINITY, ranks)?.seconds;
         }
         let whole = fs::read(&path)?;
@@ -165,6 +187,7 @@ impl Soak {
             // What was killed may have been done before.
             let (is_done, is_kept) = (path.exists(), path.with_file_name(format!("{name}.part")).exists());
             killed += u32::from(!ended.by_itself);
+            ensure!(ends < 10 + 3 * kills, "{name}: it ends before it can be killed: see {place}");
             if is_done {
                 ensure!(fs::read(&path)? == whole, "{name} differs: see {place}");
                 fs::remove_file(&path)?;
@@ -178,9 +201,9 @@ impl Soak {
         }
         let of_ranks = if ranks > 0 { format!(" by {ranks} ranks") } else { String::new() };
         println!(
-            "{name}{of_ranks}: {} samples, {seconds:.1} s undisturbed; killed {killed} times, {ends} times at its end, the same bytes; \
+            "{name}{of_ranks}: {}x{}, {} samples, {seconds:.1} s undisturbed; killed {killed} times, {ends} times at its end, the same bytes; \
              {worst:.2} s of work were lost at most, and none that was kept",
-            still.1
+            still.size.0, still.size.1, still.samples
         );
         Ok(())
     }
@@ -216,8 +239,7 @@ impl Soak {
                 ensure!(status.success(), "it failed: {}", said.join("\n"));
                 return Ok(Ended { by_itself: true, found, kept, seconds, lost: 0.0 });
             }
-            if seconds >= limit {
-                self.kill(&mut child, ranks)?;
+            if seconds >= limit && self.kill(&mut child, ranks)? {
                 child.wait()?;
                 return Ok(Ended { by_itself: false, found, kept, seconds, lost });
             }
@@ -225,10 +247,11 @@ impl Soak {
         }
     }
 
-    /// Kills a process, or any of the ranks that it launched.
-    fn kill(&mut self, child: &mut Child, ranks: u32) -> Result<()> {
+    /// Kills a process, or any of the ranks that it launched. False: these are done, and what launched them is about to end.
+    fn kill(&mut self, child: &mut Child, ranks: u32) -> Result<bool> {
         if ranks == 0 {
-            return Ok(child.kill()?);
+            child.kill()?;
+            return Ok(true);
         }
         let all = descendants(child.id());
         let name = self.options.program.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -236,10 +259,11 @@ impl Soak {
             fs::read_to_string(format!("/proc/{pid}/comm")).is_ok_and(|comm| comm.trim() == name)
         };
         let all: Vec<u32> = all.iter().filter(is_rank).copied().collect();
-        ensure!(!all.is_empty(), "there are no ranks");
+        if all.is_empty() {
+            return Ok(false);
+        }
         let one = all[(self.random() * all.len() as f64) as usize];
-        Command::new("kill").args(["-9", &one.to_string()]).status()?;
-        Ok(())
+        Ok(Command::new("kill").args(["-9", &one.to_string()]).status()?.success())
     }
 
     /// Several processes at one sequence, killed at random moments.

@@ -6,6 +6,7 @@ mod kills;
 mod ptx;
 mod sheet;
 mod structures;
+mod tour;
 
 use anyhow::Context;
 use std::path::PathBuf;
@@ -37,6 +38,7 @@ const COMMANDS: &[Command] = &[
         "measure every structure and builder, and write the tables of crates/accel/README.md [--quick] [SCENES_DIR]",
         structures::run,
     ),
+    ("tour", "run the commands that README.md shows, as they stand there [DOCUMENT...]", tour::run),
 ];
 
 fn main() -> ExitCode {

@@ -2,11 +2,20 @@
 
 #[cfg(not(unix))]
 use std::fs::canonicalize as identity_of;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Whether both names lead to one file that is there: through links of either kind or by different ways.
 pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     identity_of(a).is_ok_and(|a| identity_of(b).is_ok_and(|b| a == b))
+}
+
+/// Whether both are names of one file, which need not be there yet.
+pub(crate) fn same_place(a: &Path, b: &Path) -> bool {
+    let folder = |path: &Path| match path.parent() {
+        Some(folder) if folder != Path::new("") => folder.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    same_file(a, b) || (a.file_name() == b.file_name() && same_file(&folder(a), &folder(b)))
 }
 
 #[cfg(unix)]
@@ -35,5 +44,7 @@ mod tests {
             assert!(!same_file(&path("a"), &path(name)), "{name}");
         }
         assert!(!same_file(&path("none"), &path("none")));
+        assert!(same_place(&path("none"), &path("./none")) && same_place(&path("a"), &path("hard")));
+        assert!(!same_place(&path("a"), &path("b")) && !same_place(&path("none"), &path("nowhere/none")));
     }
 }

@@ -24,8 +24,8 @@ static FIRST: AtomicU8 = AtomicU8::new(0);
 /// The number of Ctrl-C, on every system.
 const CTRL_C: u8 = 2;
 
-/// A file in the making, which the second Ctrl-C removes.
-static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
+/// Files in the making, which the second Ctrl-C removes.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Watches for signals from now on.
 #[cfg(unix)]
@@ -60,7 +60,7 @@ fn asked_to_end(signal: u8, verbosity: Verbosity) {
         if signal != CTRL_C {
             return;
         }
-        if let Ok(Some(file)) = UNFINISHED.lock().as_deref() {
+        for file in UNFINISHED.lock().iter().flat_map(|files| files.iter()) {
             // It may have got its final name just now.
             let _ = std::fs::remove_file(file);
         }
@@ -94,9 +94,9 @@ pub(crate) fn exit_code() -> ExitCode {
     ExitCode::from(128 + FIRST.load(Ordering::SeqCst))
 }
 
-/// Names the file in the making.
+/// Names a file in the making.
 pub(crate) fn note_unfinished(file: &Path) {
-    *UNFINISHED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(file.to_owned());
+    UNFINISHED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file.to_owned());
 }
 
 /// Raised by the first signal: nothing more is to be begun.

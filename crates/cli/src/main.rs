@@ -19,6 +19,7 @@ mod progress;
 mod report;
 mod requests;
 mod streams;
+mod target;
 mod text;
 
 use arguments::{Arguments, Bench, Command};

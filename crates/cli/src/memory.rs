@@ -91,7 +91,7 @@ mod tests {
     fn the_largest_picture_takes_no_more_than_others() {
         for layers in [false, true] {
             let bands = bands([65_535, 65_535], layers, None).unwrap();
-            let bytes = 65_535 * bands.rows() as u64 * if layers { 66 + 44 } else { 66 };
+            let bytes = 65_535 * bands.rows() as u64 * if layers { 66 + 56 } else { 66 };
             assert!((1 << 27..360 << 20).contains(&bytes), "{bytes}");
         }
         assert_eq!(bands([1920, 1080], true, None).unwrap().count(), 1);

@@ -6,13 +6,14 @@ use crate::interrupt;
 use crate::progress::ProgressView;
 use crate::report::{Seconds, timed};
 use crate::streams::Verbosity;
+use crate::target::Target;
 use crate::text::ratio;
 use cpu_time::ProcessTime;
 use eosphor::still::{Checkpoint, Strip, StripPlan};
 use eosphor::{FeaturePass, FeatureRows, PictureWriter, PreparedScene, Progress, RayStatistics};
 use eosphor::{RenderControl, Sampled, SaveOptions, partial_path};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -27,8 +28,8 @@ pub(crate) struct PictureJob<'a> {
     pub(crate) prepared: &'a dyn PreparedScene,
     /// Where the file has layers.
     pub(crate) features: Option<FeaturePass>,
-    pub(crate) output: &'a Path,
-    pub(crate) options: SaveOptions,
+    /// Where it goes, and how each is saved.
+    pub(crate) outputs: &'a [(Target, SaveOptions)],
     /// Count nodes and tests.
     pub(crate) count_work: bool,
     /// Rows that are in memory at a time.
@@ -51,8 +52,8 @@ pub(crate) struct Done {
     pub(crate) resumed: f64,
     /// Where it is not complete: the file that keeps what is done.
     pub(crate) kept: Option<PathBuf>,
-    /// What was written: the output, or a partial picture beside it.
-    pub(crate) written: PathBuf,
+    /// The files that were written: the outputs, or partial pictures beside them; standard output is not among them.
+    pub(crate) written: Vec<PathBuf>,
     /// Of this run.
     pub(crate) statistics: RayStatistics,
 }
@@ -88,7 +89,7 @@ impl PictureJob<'_> {
             view,
             statistics: RayStatistics::default(),
         };
-        let (mut writer, mut row) = (None, 0);
+        let (mut writers, mut row) = (Vec::new(), 0);
         let complete = loop {
             if row == height {
                 break true;
@@ -102,11 +103,11 @@ impl PictureJob<'_> {
             let complete = complete.map_err(|failure| still_there(failure, &state.checkpoint))?;
             if strip.samples > 0 && !self.is_share {
                 timed(&mut seconds.write, || {
-                    let writer = match &mut writer {
-                        Some(writer) => writer,
-                        none => none.insert(self.open(width, height)?),
-                    };
-                    writer.write_rows(&strip.film(), features.as_ref())
+                    if writers.is_empty() {
+                        writers = self.open(width, height)?;
+                    }
+                    let film = strip.film();
+                    writers.iter_mut().try_for_each(|(_, writer)| writer.write_rows(&film, features.as_ref()))
                 })?;
             }
             row = strip.rows.end;
@@ -118,15 +119,21 @@ impl PictureJob<'_> {
         };
         let share = |samples: u64| samples as f64 / samples_total.max(1) as f64;
         state.view.finish();
+        let files = || self.outputs.iter().filter_map(|(target, _)| target.file());
+        let partials: Vec<PathBuf> = files().map(partial_path).collect();
         let written = match self.is_share {
-            true => state.checkpoint.path().to_owned(),
-            false if complete => self.output.to_owned(),
-            false => partial_path(self.output),
+            true => vec![state.checkpoint.path().to_owned()],
+            false if complete => files().map(PathBuf::from).collect(),
+            false => partials.clone(),
         };
-        if let Some(writer) = writer {
-            timed(&mut seconds.write, || match complete {
-                true => writer.finish(),
-                false => writer.finish_partial(&written),
+        // Files first: whoever reads a stream may have closed it.
+        writers.sort_by_key(|(target, _)| target.file().is_none());
+        for (target, writer) in writers {
+            timed(&mut seconds.write, || match target.file() {
+                _ if complete => writer.finish(),
+                Some(file) => writer.finish_partial(&partial_path(file)),
+                // Whoever reads a stream wants whole pictures.
+                None => Ok(()),
             })?;
         }
         let mut kept = None;
@@ -135,8 +142,8 @@ impl PictureJob<'_> {
         } else if self.is_share {
             timed(&mut seconds.write, || state.checkpoint.complete()).map_err(Failure::because)?;
         } else if state.checkpoint.remove() {
-            // It showed the beginning of this picture.
-            let _ = std::fs::remove_file(partial_path(self.output));
+            // They showed the beginning of this picture.
+            partials.iter().for_each(|partial| drop(std::fs::remove_file(partial)));
         }
         let (share, resumed, statistics) = (share(state.samples_done), share(before), state.statistics);
         Ok(Done { complete, share, resumed, kept, written, statistics })
@@ -224,10 +231,12 @@ impl PictureJob<'_> {
         Ok(sampled)
     }
 
-    fn open(&self, width: u32, height: u32) -> Result<PictureWriter, eosphor::OutputError> {
-        let writer = PictureWriter::open(self.output, (width, height), &self.options)?;
-        interrupt::note_unfinished(writer.temporary_path());
-        Ok(writer)
+    fn open(&self, width: u32, height: u32) -> Result<Vec<(&Target, PictureWriter)>, eosphor::OutputError> {
+        let mut writers = Vec::with_capacity(self.outputs.len());
+        for (target, options) in self.outputs {
+            writers.push((target, target.open((width, height), options)?));
+        }
+        Ok(writers)
     }
 
     fn keep_if_due(&self, in_work: Option<&Strip>, state: &mut State) {

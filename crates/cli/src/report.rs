@@ -9,7 +9,9 @@ use std::time::Instant;
 /// What a render did.
 #[derive(Serialize)]
 pub(crate) struct Report {
+    /// The first of the outputs.
     pub(crate) output: String,
+    pub(crate) outputs: Vec<String>,
     pub(crate) width: u32,
     pub(crate) height: u32,
     /// False after Ctrl-C.
@@ -167,7 +169,14 @@ impl Report {
     /// A table of about 20 lines.
     pub(crate) fn table(&self) -> String {
         let mut text = String::new();
-        let _ = writeln!(text, "{}: {} x {} on {}", self.output, self.width, self.height, self.backend);
+        let _ = writeln!(
+            text,
+            "{}: {} x {} on {}",
+            self.outputs.join(", "),
+            self.width,
+            self.height,
+            self.backend
+        );
         let pixels = self.width as f64 * self.height as f64 * (1.0 - self.resumed);
         ray_table(&mut text, &self.rays, pixels);
         if let Some(work) = &self.work {

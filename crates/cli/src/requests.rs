@@ -12,14 +12,12 @@ use std::path::{Path, PathBuf};
 /// Fills in what is missing of a render's flags.
 pub(crate) fn obey_for_picture(flags: &mut RenderFlags) -> Result<(), Failure> {
     let SceneRequests { output, .. } = obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)?;
-    if flags.output.as_os_str().is_empty() {
-        flags.output =
-            output.map(PathBuf::from).filter(|output| !output.as_os_str().is_empty()).ok_or_else(|| {
-                Failure::Usage(
-                    "the picture has no name: give one by --output, as in -o picture.png (or \"output\" in the scene)"
-                        .into(),
-                )
-            })?;
+    if flags.outputs.iter().all(|output| output.as_os_str().is_empty()) {
+        // (Standard output is for the command line to name.)
+        let file = |name: String| if name == "-" { PathBuf::from("./-") } else { PathBuf::from(name) };
+        let named = output.map(file).filter(|output| !output.as_os_str().is_empty());
+        let without_name = "the picture has no name: give one by --output, as in -o picture.png (or \"output\" in the scene)";
+        flags.outputs = vec![named.ok_or_else(|| Failure::Usage(without_name.into()))?];
     }
     Ok(())
 }

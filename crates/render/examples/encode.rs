@@ -40,7 +40,7 @@ fn picture(number: u32) -> Developed {
             rgb.extend_from_slice(&[(r + noise) as u8, (g + noise) as u8, (b + noise) as u8]);
         }
     }
-    Developed { width, height, rgb }
+    Developed { width, height, rgb, alpha: Vec::new() }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

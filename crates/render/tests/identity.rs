@@ -461,8 +461,8 @@ fn features_are_the_same_bits_everywhere() {
     }
 }
 
-fn feature_bits(features: &PixelFeatures) -> [u32; 9] {
-    let PixelFeatures { albedo, normal, depth, object, material } = *features;
-    let ([r, g, b], [x, y, z]) = (bits(albedo), bits(normal));
-    [r, g, b, x, y, z, depth.to_bits(), object, material]
+fn feature_bits(features: &PixelFeatures) -> [u32; 12] {
+    let PixelFeatures { albedo, normal, depth, object, material, background } = *features;
+    let ([r, g, b], [x, y, z], [u, v, w]) = (bits(albedo), bits(normal), bits(background));
+    [r, g, b, x, y, z, depth.to_bits(), object, material, u, v, w]
 }

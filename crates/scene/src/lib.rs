@@ -19,6 +19,7 @@ mod double;
 mod error;
 mod files;
 mod flatten;
+mod hare;
 mod model;
 mod positions;
 mod presets;

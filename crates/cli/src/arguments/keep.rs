@@ -28,10 +28,21 @@ impl KeepFlags {
         file: &FileFlags,
         show: Option<Show>,
         report: &ReportFlags,
+        has_file: bool,
     ) -> Result<(), Failure> {
         let is_picture = file.tiles.is_none() && show.is_none();
         let is_still = output == OutputKind::Still && is_picture;
+        let of_file = |flag, is_given| Need {
+            flag,
+            is_given,
+            is_met: has_file,
+            needs: "an output that is a file, beside which it keeps or finds one, not -o -",
+        };
         check(&[
+            of_file("--tiles", file.tiles.is_some()),
+            of_file("--sample-range", file.sample_range.is_some()),
+            of_file("--resume", self.resume),
+            of_file("--checkpoint-every", self.checkpoint_every.is_some()),
             Need {
                 flag: "--sample-range",
                 is_given: file.sample_range.is_some(),

@@ -7,6 +7,7 @@ mod course;
 mod device;
 mod frames;
 mod keep;
+mod lights;
 mod needs;
 mod render;
 mod settings;
@@ -19,6 +20,7 @@ pub(crate) use course::CourseFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use frames::{FrameFlags, OutputKind};
 pub(crate) use keep::KeepFlags;
+pub(crate) use lights::LightFlags;
 pub(crate) use needs::{Need, check, would_do_nothing};
 pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, SampleRange, Share, Show};
 pub(crate) use settings::SettingsFlags;
@@ -27,7 +29,7 @@ use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
 /// A ray tracer that gives the same picture on every device, bit for bit
-// A flag that is given twice counts the second time, so that scripts can add to a common line.
+// A flag that is given twice counts the second time, so that scripts can add to a common line; but each -o is a file more.
 #[derive(Debug, Parser)]
 #[command(name = "eosphor", version, max_term_width = 110, args_override_self = true)]
 pub(crate) struct Arguments {

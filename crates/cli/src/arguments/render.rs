@@ -3,23 +3,26 @@
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::place;
-use super::{BackendChoice, ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, Need, SCENE_HELP, check};
+use super::{
+    BackendChoice, ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, SCENE_HELP, check,
+};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Args, value_parser};
-use eosphor::{Accel, Format, Layer, Preset, Traversal};
+use eosphor::{Accel, Format, Layer, Preset, Region, Traversal};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderFlags {
     #[arg(help = SCENE_HELP)]
     pub(crate) scene: String,
-    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; frames of an animation as in frame_%04d.png, or .mp4. Where
-    /// it is not given: what the scene's file names
-    #[arg(short, long, value_name = "OUT", default_value = "", hide_default_value = true, value_parser = path())]
-    pub(crate) output: PathBuf,
+    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; - is standard output; frames of an animation as in
+    /// frame_%04d.png, or .mp4. Given several times, one picture goes to all of them. Where it is not given: what the scene's
+    /// file names
+    #[arg(short, long = "output", value_name = "OUT", value_parser = path())]
+    pub(crate) outputs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) picture: PictureFlags,
     /// Another picture of the scene. cost: the nodes and primitive tests of each pixel's camera rays, from dark to bright
@@ -46,6 +49,13 @@ pub(crate) struct RenderFlags {
     pub(crate) report: ReportFlags,
 }
 
+impl RenderFlags {
+    /// The output; of several ones the first.
+    pub(crate) fn output(&self) -> &Path {
+        self.outputs.first().map_or(Path::new(""), PathBuf::as_path)
+    }
+}
+
 /// What `render` and `bench render` share besides the larger groups.
 #[derive(Debug, Args)]
 pub(crate) struct PictureFlags {
@@ -58,6 +68,8 @@ pub(crate) struct PictureFlags {
     /// The hierarchy over the primitives; changes no pixel. Otherwise bvh8 on the CPU, bvh on GPUs, which have all but bvh8
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
+    #[command(flatten)]
+    pub(crate) lights: LightFlags,
 }
 
 /// A path, which may be empty: then the scene's file has to name one.
@@ -76,10 +88,17 @@ pub(crate) enum Show {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "File")]
 pub(crate) struct FileFlags {
+    /// The format of a picture that goes to standard output (-o -): png otherwise
+    #[arg(long, value_name = "NAME", value_parser = super::values::named(Format::ALL.map(|format| (format.extensions()[0], format))))]
+    pub(crate) format: Option<Format>,
     /// Layers of an .exr besides the colours, of what each pixel shows first: albedo, normal, depth, object, material,
     /// cost, or all
     #[arg(long, value_name = "LIST", value_parser = layers)]
     layers: Option<Layers>,
+    /// Leave the background out of a .png or .exr, and say by an alpha channel how much of a pixel is covered. What is seen of the
+    /// background in mirrors and through glass stays
+    #[arg(long, conflicts_with_all = ["show", "sample_range"])]
+    pub(crate) alpha: bool,
     /// An .exr of 16-bit floats; depth and numbers keep 32 bits
     #[arg(long)]
     pub(crate) exr_half: bool,
@@ -97,6 +116,10 @@ pub(crate) struct FileFlags {
     /// eosphor merge makes the picture of all
     #[arg(long, value_name = "A..B", value_parser = sample_range, conflicts_with_all = ["tiles", "layers", "show"])]
     pub(crate) sample_range: Option<SampleRange>,
+    /// Render a part of the picture only: W x H pixels, whose upper left one is pixel X,Y of the whole. They are the whole's, bit
+    /// for bit; the file has the size of the part, and an .exr says where it lies
+    #[arg(long, value_name = "X,Y,WxH", value_parser = super::values::region, conflicts_with = "show")]
+    pub(crate) region: Option<Region>,
     /// Rows that are rendered before any is written; changes no pixel
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_535), hide = true)]
     pub(crate) band_rows: Option<u32>,
@@ -147,14 +170,26 @@ impl FileFlags {
         self.layers.as_ref().map_or(&[], |layers| &layers.0)
     }
 
-    /// Whether the flags are for this format.
-    pub(crate) fn check(&self, format: Format) -> Result<(), Failure> {
+    /// Whether each flag is for one of these formats, of which a video has none.
+    pub(crate) fn check(&self, formats: &[Format], to_stdout: bool) -> Result<(), Failure> {
+        check(&[Need {
+            flag: "--format",
+            is_given: self.format.is_some(),
+            is_met: to_stdout,
+            needs: "standard output (-o -), as names of files say their format",
+        }])?;
         let wrong =
             |flag, ending| Err(Failure::Usage(format!("{flag} is for pictures that end in {ending}")));
+        let has = |format| formats.contains(&format);
         match () {
-            _ if !self.layers().is_empty() && !format.has_layers() => wrong("--layers", ".exr"),
-            _ if self.exr_half && format != Format::Exr => wrong("--exr-half", ".exr"),
-            _ if self.jpeg_quality.is_some() && format != Format::Jpeg => wrong("--jpeg-quality", ".jpg"),
+            _ if !self.layers().is_empty() && !formats.iter().any(|format| format.has_layers()) => {
+                wrong("--layers", ".exr")
+            }
+            _ if self.alpha && !formats.iter().any(|format| format.has_alpha()) => {
+                wrong("--alpha", ".png or .exr")
+            }
+            _ if self.exr_half && !has(Format::Exr) => wrong("--exr-half", ".exr"),
+            _ if self.jpeg_quality.is_some() && !has(Format::Jpeg) => wrong("--jpeg-quality", ".jpg"),
             _ => Ok(()),
         }
     }
@@ -180,13 +215,19 @@ pub(crate) struct ReportFlags {
 
 impl ReportFlags {
     /// Fails where the work that is to be counted is not done by who counts.
-    pub(crate) fn check(&self, device: &DeviceFlags, show: Option<Show>) -> Result<(), Failure> {
+    pub(crate) fn check(
+        &self,
+        device: &DeviceFlags,
+        show: Option<Show>,
+        to_stdout: bool,
+    ) -> Result<(), Failure> {
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
         let is_cuda = matches!(device.backend(), BackendChoice::Cuda(_));
         let about_cpus = "a GPU, not --stats, which is of the CPU";
         let cpu = "the CPU, whose searches it counts and times, not --backend cuda";
         let traversal = device.gpu_traversal != Traversal::default();
         check(&[
+            need("--json", self.json, !to_stdout, "standard output for itself, not -o -"),
             need("--stats", self.stats, !is_cuda, cpu),
             need("--stats", self.stats, show.is_none(), "a picture of the scene, not --show"),
             need("--block-size", device.block_size.is_some(), !self.stats, about_cpus),

@@ -70,7 +70,7 @@ pub(crate) struct SettingsFlags {
     /// They do not
     #[arg(long, overrides_with = "light_falloff")]
     no_light_falloff: bool,
-    /// Whether a scene without any light has one at the camera, and a glTF file without lights grey surroundings
+    /// Whether a scene without any light has one at the camera, and a model without lights grey surroundings
     #[arg(long, value_name = "ON", value_parser = named([("on", true), ("off", false)]))]
     headlight: Option<bool>,
     /// Radiance of the surroundings that surfaces are lit by, times their diffuse colour
@@ -113,10 +113,10 @@ impl SettingsFlags {
         }])
     }
 
-    /// How a file is read; `camera` is the one to take.
-    pub(crate) fn load_options(&self, camera: Option<String>) -> LoadOptions {
+    /// How a file is read; `camera` is the one to take. Where flags bring light, files without any need none.
+    pub(crate) fn load_options(&self, camera: Option<String>, are_lit: bool) -> LoadOptions {
         let mut options = LoadOptions::default();
-        (options.camera, options.headlight) = (camera, self.headlight.unwrap_or(true));
+        (options.camera, options.headlight) = (camera, self.headlight.unwrap_or(!are_lit));
         options
     }
 

@@ -1,6 +1,7 @@
 //! Values of flags.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use eosphor::Region;
 use eosphor::math::Vec3;
 
 /// One of a few names; `--help` and completions list them.
@@ -23,6 +24,16 @@ pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
         sane.ok_or_else(|| format!("each side must be a whole number from 1 to {}", eosphor::MAX_SIDE))
     };
     Ok([side(width)?, side(height)?])
+}
+
+/// `100,50,320x240`.
+pub(super) fn region(text: &str) -> Result<Region, String> {
+    let wrong = || "it must be X,Y,WIDTHxHEIGHT, as 100,50,320x240".to_owned();
+    let mut words = text.splitn(3, ',');
+    let mut place = || words.next().and_then(|word| word.parse().ok()).ok_or_else(wrong);
+    let (x, y) = (place()?, place()?);
+    let [width, height] = size(words.next().ok_or_else(wrong)?)?;
+    Ok(Region { x, y, width, height })
 }
 
 /// `1,-2.5,3`.
@@ -57,6 +68,15 @@ mod tests {
         assert_eq!(size("1X65535"), Ok([1, 65_535]));
         for bad in ["", "x", "800", "0x5", "5x0", "99999x99999", "-1x5", "1.5x2", "5x5x5", "99999999999x1"] {
             assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn regions() {
+        assert_eq!(region("100,50,320x240"), Ok(Region { x: 100, y: 50, width: 320, height: 240 }));
+        for bad in ["", "1,2", "1,2,3", "-1,2,3x4", "1,2,0x4", "1,2,3x4,5", "1,2,3x4x5", "x,2,3x4", "1,,3x4"]
+        {
+            assert!(region(bad).is_err(), "{bad}");
         }
     }
 

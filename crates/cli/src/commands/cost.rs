@@ -6,9 +6,8 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::report::hierarchy_rows;
 use crate::streams::{self, Verbosity};
-use eosphor::{
-    Bands, CostMap, CpuOptions, DevelopSettings, HierarchyStatistics, SaveOptions, SceneData, save,
-};
+use crate::target::{Target, names};
+use eosphor::{Bands, CostMap, CpuOptions, DevelopSettings, HierarchyStatistics, SaveOptions, SceneData};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -26,7 +25,7 @@ pub(super) fn show_cost(
     flags: &RenderFlags,
     data: Arc<SceneData>,
     bands: Bands,
-    options: SaveOptions,
+    outputs: &[(Target, SaveOptions)],
 ) -> Result<(), Failure> {
     let width = data.settings.width;
     let pass = feature_pass(&flags.device, flags.picture.accel, data, None)?;
@@ -36,22 +35,26 @@ pub(super) fn show_cost(
         interrupt::check()?;
     }
     let map = CostMap::new(&work, width, flags.show_max);
-    // The colours are meant as they are: neither the scene's exposure nor its curve is for them.
-    let options = SaveOptions { develop: DevelopSettings::default(), layers: Vec::new(), ..options };
-    save(&map.film, &flags.output, &options)?;
+    for (target, options) in outputs {
+        // The colours are meant as they are: neither the scene's exposure nor its curve is for them.
+        let options = SaveOptions { develop: DevelopSettings::default(), ..options.clone() };
+        let mut writer = target.open((map.film.width, map.film.height), &options)?;
+        writer.write_rows(&map.film, None)?;
+        writer.finish()?;
+    }
     let hierarchy = pass.hierarchy_statistics();
     if flags.report.json {
         let CostMap { brightest, mean, largest, .. } = map;
         streams::json(&CostReport { brightest, mean, largest, hierarchy: &hierarchy })?;
     }
     let verbosity = flags.report.verbosity();
-    let output = flags.output.display();
     let accel = flags.picture.accel.unwrap_or(CpuOptions::default().accel);
     let CostMap { brightest, mean, largest, .. } = map;
+    let written = names(outputs.iter().map(|(target, _)| target));
     verbosity.say(
         Verbosity::Normal,
         &format!(
-            "{output}: nodes and tests of the camera rays of each pixel, hierarchy {accel}: the brightest stands \
+            "{written}: nodes and tests of the camera rays of each pixel, hierarchy {accel}: the brightest stands \
              for {brightest}; {mean:.2} on average, {largest} at most"
         ),
     );

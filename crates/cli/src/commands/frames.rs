@@ -16,7 +16,7 @@ use eosphor::{
 use serde::Serialize;
 use std::collections::HashMap;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -38,13 +38,14 @@ struct Report {
 
 /// Whether several pictures are asked for.
 pub(super) fn are_asked_for(flags: &RenderFlags) -> bool {
-    flags.animation.frames.is_some() || FramePattern::is_one(&flags.output) || is_video(&flags.output)
+    let is_one = |output: &PathBuf| FramePattern::is_one(output) || is_video(output);
+    flags.animation.frames.is_some() || flags.outputs.iter().any(is_one)
 }
 
 /// What is asked for.
 pub(super) fn output_kind(flags: &RenderFlags) -> OutputKind {
     match are_asked_for(flags) {
-        _ if is_video(&flags.output) => OutputKind::Video,
+        _ if flags.outputs.iter().any(|output| is_video(output)) => OutputKind::Video,
         true => OutputKind::Frames,
         false => OutputKind::Still,
     }
@@ -86,7 +87,7 @@ pub(super) fn render_frames(
 ) -> Result<(), Failure> {
     let range = range(flags, scene)?;
     let sequence = Sequence { flags, scene, data, options, range };
-    match is_video(&flags.output) {
+    match is_video(flags.output()) {
         #[cfg(feature = "video")]
         true => super::video::render_video(&sequence, backend),
         _ => render_files(&sequence, backend),
@@ -95,9 +96,10 @@ pub(super) fn render_frames(
 
 fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failure> {
     let Sequence { flags, options, .. } = *sequence;
-    let pattern = FramePattern::new(&flags.output).map_err(Failure::usage)?;
-    let format = Format::of(&flags.output)?;
-    let SaveOptions { develop: _, jpeg_quality, exr_half, layers: _, metadata } = options;
+    let pattern = FramePattern::new(flags.output()).map_err(Failure::usage)?;
+    let format = Format::of(flags.output())?;
+    let SaveOptions { develop: _, jpeg_quality, exr_half, layers: _, alpha: _, metadata, window: _ } =
+        options;
     let identity = sequence.identity("", &format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}"));
     let range = sequence.range.clone();
     let wanted = match flags.animation.share {
@@ -195,7 +197,7 @@ impl Sequence<'_> {
         if done.count + done.left < missing.len() {
             return Err(Failure::Interrupted(format!(
                 "interrupted: {}: {} of {all} frames are done: the same with --resume goes on",
-                self.flags.output.display(),
+                self.flags.output().display(),
                 kept + done.count
             )));
         }
@@ -213,7 +215,7 @@ impl Outcome {
             .filter(|_| flags.report.stats)
             .map(|hierarchy| FramesWork::new(&frames, done.statistics, hierarchy));
         let report = Report {
-            output: flags.output.display().to_string(),
+            output: flags.output().display().to_string(),
             frames: done.count,
             kept,
             backend: backend.describe(),
@@ -265,7 +267,7 @@ fn range(flags: &RenderFlags, scene: &Scene) -> Result<Range<u32>, Failure> {
     let Some(animation) = &scene.animation else {
         let message = format!(
             "nothing moves in this scene: {} needs an animation: give the scene one, or --orbit with a number of frames",
-            flags.output.display()
+            flags.output().display()
         );
         return Err(Failure::Usage(message));
     };

@@ -13,15 +13,18 @@ use crate::picture::{Done, PictureJob};
 use crate::progress::ProgressView;
 use crate::report::{Report, Seconds, Speed, Work, timed};
 use crate::streams::{self, Verbosity};
+use crate::target::{Target, is_stdout, names, targets};
 use crate::text::ratio;
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
 use eosphor::still::{Checkpoint, SampleShare, checkpoint_path, sample_share_path};
+use eosphor::{Animation, CameraMotion, Move, Note, Scene, SceneData, Transform, load, scene_hash};
 use eosphor::{
-    Animation, CameraMotion, Move, Note, Scene, SceneData, Transform, check_writable, load, scene_hash,
+    Backend, Camera, FeaturePass, Format, HierarchyStatistics, Metadata, PreparedRegion, PreparedScene,
+    Region, SaveOptions, Window,
 };
-use eosphor::{Backend, Camera, Format, HierarchyStatistics, Metadata, SaveOptions};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -33,15 +36,25 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     // What can be known to fail does so before minutes of rendering.
     let kind = frames::output_kind(flags);
     flags.animation.check(kind)?;
-    flags.keep.check(kind, &flags.file, flags.show, &flags.report)?;
-    flags.report.check(&flags.device, flags.show)?;
+    let to_stdout = flags.outputs.iter().any(|output| is_stdout(output));
+    let has_file = flags.outputs.iter().any(|output| !is_stdout(output));
+    flags.keep.check(kind, &flags.file, flags.show, &flags.report, has_file)?;
+    flags.report.check(&flags.device, flags.show, to_stdout)?;
     let sequence = kind != OutputKind::Still;
-    if !frames::is_video(&flags.output) {
-        flags.file.check(Format::of(&flags.output)?)?;
+    let is_share = flags.file.tiles.is_some() || flags.file.sample_range.is_some();
+    if flags.outputs.len() > 1 && (sequence || is_share) {
+        let message = "several outputs (-o) are for whole single pictures: name one";
+        return Err(Failure::Usage(message.into()));
     }
+    let targets = match kind {
+        OutputKind::Video => Vec::new(),
+        _ => targets(&flags.outputs, flags.file.format)?,
+    };
+    let formats: Vec<Format> = targets.iter().map(Target::format).collect();
+    flags.file.check(&formats, to_stdout)?;
     match sequence {
-        true => frames::check_output(&flags.output)?,
-        false => check_writable(&flags.output)?,
+        true => frames::check_output(flags.output())?,
+        false => targets.iter().try_for_each(Target::check)?,
     }
     let verbosity = flags.report.verbosity();
     let backend = ranks_or_own(ranks, &flags.device, flags.picture.accel, flags.report.stats, verbosity)?;
@@ -52,17 +65,27 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     let mut notes = Vec::new();
     let scene = timed(&mut seconds.load, || load_scene(flags, &mut notes))?;
     flags.animation.check_fps(kind, &scene)?;
-    let bands = memory::bands(scene.settings.size, !flags.file.layers().is_empty(), flags.file.band_rows)?;
+    let size = size_of_file(flags, scene.settings.size)?;
+    let bands =
+        memory::bands(size, !flags.file.layers().is_empty() || flags.file.alpha, flags.file.band_rows)?;
     let data = timed(&mut seconds.flatten, || flatten(&scene, &mut notes))?;
     show_notes(&notes, verbosity);
-    let options = save_options(flags, &scene, &data, &mut seconds);
+    let options = save_options(flags, &formats, &scene, &data, &mut seconds);
     if sequence {
-        if flags.show.is_some() || flags.file.tiles.is_some() || !options.layers.is_empty() {
-            let message = "--show, --tiles and --layers are for single pictures: leave them out";
+        let file = &flags.file;
+        let is_part = file.tiles.is_some() || file.region.is_some();
+        if flags.show.is_some() || is_part || options.needs_features() {
+            let message =
+                "--show, --tiles, --region, --layers and --alpha are for single pictures: leave them out";
             return Err(Failure::Usage(message.into()));
         }
         return frames::render_frames(flags, &*backend, &scene, &data, &options);
     }
+    let of_format = |target: Target| {
+        let options = options_of(&options, target.format());
+        (target, options)
+    };
+    let outputs: Vec<(Target, SaveOptions)> = targets.into_iter().map(of_format).collect();
     if let Some(Share(share)) = flags.file.tiles {
         if flags.show.is_some() || flags.report.stats || flags.report.json {
             return Err(Failure::Usage("--show, --stats and --json are not for shares of a picture".into()));
@@ -76,11 +99,15 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
         return Err(Failure::Usage(format!("--sample-range {first}..{end}: a pixel has {all} samples")));
     }
     if flags.show == Some(Show::Cost) {
-        return show_cost(flags, data, bands, options);
+        return show_cost(flags, data, bands, &outputs);
     }
-    let (done, hierarchy) = trace(flags, &*backend, data, bands.rows(), options, &mut seconds)?;
+    let (done, hierarchy) = trace(flags, &*backend, data, bands.rows(), &outputs, &mut seconds)?;
+    let targets = names(outputs.iter().map(|(target, _)| target));
     if done.share == 0.0 && !done.complete {
-        let output = if flags.file.sample_range.is_some() { &done.written } else { &flags.output }.display();
+        let output = match flags.file.sample_range.is_some() {
+            true => names(done.written.iter().map(|path| path.display())),
+            false => targets,
+        };
         return Err(Failure::Interrupted(format!(
             "interrupted: {output}: nothing was rendered, nothing written"
         )));
@@ -93,46 +120,64 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     }
     let cpu = ProcessTime::try_now().ok().filter(|_| ranks.is_none());
     seconds.total_cpu = cpu.map(|time| time.as_duration().as_secs_f64());
-    let report = report(flags, scene.settings.size, &done, hierarchy, backend.describe(), seconds, notes);
+    let report = report((flags, &outputs), size, &done, hierarchy, backend.describe(), seconds, notes);
     verbosity.say(Verbosity::Normal, &report.table());
     if flags.report.json {
         streams::json(&report)?;
     }
     match done.complete {
         true => Ok(()),
-        false => Err(Failure::Interrupted(interruption(flags, &done))),
+        false => Err(Failure::Interrupted(interruption(flags, &targets, &done))),
+    }
+}
+
+/// Width and height of what is rendered: the picture, or a part of it.
+fn size_of_file(flags: &RenderFlags, [width, height]: [u32; 2]) -> Result<[u32; 2], Failure> {
+    match flags.file.region {
+        None => Ok([width, height]),
+        Some(region) if region.is_in((width, height)) => Ok([region.width, region.height]),
+        Some(Region { x, y, width: w, height: h }) => Err(Failure::Usage(format!(
+            "--region {x},{y},{w}x{h}: the picture has {width} x {height} pixels, the upper left one is 0,0"
+        ))),
     }
 }
 
 /// What there is after a signal.
-fn interruption(flags: &RenderFlags, done: &Done) -> String {
-    let (output, partial, percent) =
-        (flags.output.display(), done.written.display(), (done.share * 100.0).floor());
+fn interruption(flags: &RenderFlags, targets: &str, done: &Done) -> String {
+    let percent = (done.share * 100.0).floor();
+    let written = names(done.written.iter().map(|path| path.display()));
     if flags.file.sample_range.is_some() {
         return format!(
-            "interrupted: {partial} has {percent:.0} % of its samples: the same with --resume goes on"
+            "interrupted: {written} has {percent:.0} % of its samples: the same with --resume goes on"
         );
     }
     let goes_on = match &done.kept {
         Some(_) => "; the same with --resume goes on",
         None => "",
     };
+    let were = if flags.outputs.len() > 1 { "were" } else { "was" };
+    let partial = match done.written.len() {
+        0 => String::new(),
+        1 => format!("; {written} is the partial picture"),
+        _ => format!("; {written} are the partial picture"),
+    };
     format!(
-        "interrupted: {output} was not written: {percent:.0} % of its samples are done; {partial} is the partial \
-         picture{goes_on}"
+        "interrupted: {targets} {were} not written: {percent:.0} % of its samples are done{partial}{goes_on}"
     )
 }
 
 /// The scene with everything that the flags change.
 fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Failure> {
-    let loaded = load(&flags.scene, &flags.settings.load_options(flags.camera.choice()))?;
+    let options = flags.settings.load_options(flags.camera.choice(), flags.picture.lights.is_given());
+    let loaded = load(&flags.scene, &options)?;
     notes.extend(loaded.warnings.iter().map(ToString::to_string));
     let mut scene = loaded.scene;
+    let files = || flags.outputs.iter().filter(|output| !is_stdout(output));
     for path in &loaded.files_read {
-        if same_file(path, &flags.output) {
+        if let Some(output) = files().find(|output| same_file(path, output)) {
             return Err(Failure::Failed(format!(
                 "cannot write the picture: {}: this is {}, which the scene is read from: choose another name",
-                flags.output.display(),
+                output.display(),
                 path.display()
             )));
         }
@@ -159,6 +204,7 @@ pub(super) fn apply(
     if let Some(offset) = picture.translate {
         move_all(scene, offset);
     }
+    picture.lights.apply(scene)?;
     camera.apply(scene, framed_camera)?;
     // The file was valid by itself: what is out of range now came with a flag.
     scene.validate().map_err(Failure::usage)
@@ -238,17 +284,40 @@ fn show_notes(notes: &[String], verbosity: Verbosity) {
 }
 
 /// What the file is like and says of itself.
-fn save_options(flags: &RenderFlags, scene: &Scene, data: &SceneData, seconds: &mut Seconds) -> SaveOptions {
+fn save_options(
+    flags: &RenderFlags,
+    formats: &[Format],
+    scene: &Scene,
+    data: &SceneData,
+    seconds: &mut Seconds,
+) -> SaveOptions {
     let mut options = SaveOptions::from(&scene.settings);
     options.layers = flags.file.layers().to_vec();
+    options.alpha = flags.file.alpha.then_some(data.settings.background);
     options.exr_half = flags.file.exr_half;
+    options.window = flags.file.region.map(|region| Window { region, whole: scene.settings.size.into() });
     options.jpeg_quality = flags.file.jpeg_quality.unwrap_or(options.jpeg_quality);
-    if !flags.file.no_metadata && Format::of(&flags.output).is_ok_and(Format::has_metadata) {
+    if !flags.file.no_metadata && formats.iter().any(|format| format.has_metadata()) {
         options.metadata = Metadata {
             scene_hash: Some(timed(&mut seconds.write, || scene_hash(data, &options.develop))),
             // Frames are to be the same bytes however often it took to render them all.
             command_line: (!frames::are_asked_for(flags)).then(command_line),
         };
+    }
+    options
+}
+
+/// What is of use in a format.
+fn options_of(options: &SaveOptions, format: Format) -> SaveOptions {
+    let mut options = options.clone();
+    if !format.has_layers() {
+        options.layers.clear();
+    }
+    if !format.has_alpha() {
+        options.alpha = None;
+    }
+    if !format.has_metadata() {
+        options.metadata = Metadata::default();
     }
     options
 }
@@ -259,26 +328,28 @@ fn trace(
     backend: &dyn Backend,
     data: Arc<SceneData>,
     most_rows: u32,
-    options: SaveOptions,
+    outputs: &[(Target, SaveOptions)],
     seconds: &mut Seconds,
 ) -> Result<(Done, HierarchyStatistics), Failure> {
     interrupt::check()?;
-    let (output, verbosity) = (&*flags.output, flags.report.verbosity());
-    let checkpoint = open_checkpoint(flags, &data, &options)?;
-    let prepared = timed(&mut seconds.build, || backend.prepare(Arc::clone(&data)))?;
-    let features = match options.layers.is_empty() {
-        true => None,
-        false => {
-            let pass = || feature_pass(&flags.device, flags.picture.accel, data, prepared.hierarchy());
-            Some(timed(&mut seconds.build, pass)?)
-        }
+    let verbosity = flags.report.verbosity();
+    // Beside the first file.
+    let file = outputs.iter().find_map(|(target, options)| Some((target.file()?, options)));
+    let checkpoint = match file {
+        Some((output, options)) => open_checkpoint(flags, output, &data, options)?,
+        None => Checkpoint::nowhere(Arc::clone(&data)),
+    };
+    let prepare = || prepare(backend, Arc::clone(&data), flags.file.region);
+    let prepared = timed(&mut seconds.build, prepare)?;
+    let features = match outputs.iter().any(|(_, options)| options.needs_features()) {
+        false => None,
+        true => Some(timed(&mut seconds.build, || layers(flags, data, &*prepared))?),
     };
     interrupt::check()?;
     let job = PictureJob {
         prepared: &*prepared,
         features,
-        output,
-        options,
+        outputs,
         count_work: flags.report.stats,
         most_rows,
         checkpoint_interval: flags.keep.interval(),
@@ -290,9 +361,36 @@ fn trace(
     Ok((done, prepared.hierarchy_statistics()))
 }
 
+/// Builds the hierarchy for a picture, or a part of it.
+pub(super) fn prepare(
+    backend: &dyn Backend,
+    data: Arc<SceneData>,
+    region: Option<Region>,
+) -> Result<Box<dyn PreparedScene>, Failure> {
+    let whole = backend.prepare(data)?;
+    Ok(match region {
+        Some(region) => Box::new(PreparedRegion::new(whole, region)?),
+        None => whole,
+    })
+}
+
+/// What makes the layers and the alpha of what is rendered.
+pub(super) fn layers(
+    flags: &RenderFlags,
+    data: Arc<SceneData>,
+    prepared: &dyn PreparedScene,
+) -> Result<FeaturePass, Failure> {
+    let pass = feature_pass(&flags.device, flags.picture.accel, data, prepared.hierarchy())?;
+    match flags.file.region {
+        Some(region) => Ok(pass.of_region(region)?),
+        None => Ok(pass),
+    }
+}
+
 /// What an earlier run has done, where it is to be gone on with.
 fn open_checkpoint(
     flags: &RenderFlags,
+    output: &Path,
     data: &Arc<SceneData>,
     options: &SaveOptions,
 ) -> Result<Checkpoint, Failure> {
@@ -303,18 +401,18 @@ fn open_checkpoint(
         options: options.clone(),
     });
     let path = match &share {
-        Some(share) => sample_share_path(&flags.output, &share.samples),
-        None => checkpoint_path(&flags.output),
+        Some(share) => sample_share_path(output, &share.samples),
+        None => checkpoint_path(output),
     };
     let (resume, interval) = (flags.keep.resume, flags.keep.interval());
-    let checkpoint =
-        Checkpoint::open(&path, Arc::clone(data), share, interval, resume).map_err(Failure::because)?;
+    let checkpoint = Checkpoint::open(&path, (Arc::clone(data), flags.file.region), share, interval, resume)
+        .map_err(Failure::because)?;
     let name = path.display();
     let note = match resume {
         true if checkpoint.is_kept() => {
-            let settings = &data.settings;
-            let samples = checkpoint.samples().len() as u64;
-            let all = u64::from(settings.width) * u64::from(settings.height) * samples;
+            let whole = || Region::whole((data.settings.width, data.settings.height));
+            let pixels = flags.file.region.unwrap_or_else(whole).pixels();
+            let all = pixels * checkpoint.samples().len() as u64;
             let percent = (1000.0 * ratio(checkpoint.samples_done() as f64, all as f64)).floor() / 10.0;
             Some(format!("{percent} % of the samples are done already"))
         }
@@ -333,7 +431,7 @@ fn open_checkpoint(
 }
 
 fn report(
-    flags: &RenderFlags,
+    (flags, outputs): (&RenderFlags, &[(Target, SaveOptions)]),
     [width, height]: [u32; 2],
     done: &Done,
     hierarchy: HierarchyStatistics,
@@ -342,8 +440,14 @@ fn report(
     notes: Vec<String>,
 ) -> Report {
     let total_rays = done.statistics.total_rays();
+    // A partial picture, or a share, has another name.
+    let files: Vec<String> = match done.complete && flags.file.sample_range.is_none() {
+        true => outputs.iter().map(|(target, _)| target.to_string()).collect(),
+        false => done.written.iter().map(|path| path.display().to_string()).collect(),
+    };
     Report {
-        output: done.written.display().to_string(),
+        output: files.first().cloned().unwrap_or_default(),
+        outputs: files,
         width,
         height,
         complete: done.complete,

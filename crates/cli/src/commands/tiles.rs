@@ -1,7 +1,7 @@
 //! `eosphor render SCENE -o OUT --tiles K/N`: a share of a picture.
 
+use super::render::{layers, prepare};
 use crate::arguments::RenderFlags;
-use crate::backend::feature_pass;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::progress::ProgressView;
@@ -9,8 +9,8 @@ use crate::streams::Verbosity;
 use crate::text::grouped;
 use eosphor::shares::{ShareHeader, ShareWriter, share_path};
 use eosphor::{
-    Backend, BackendError, FeatureRows, PICTURE_VERSION, Progress, RenderControl, Rendered, SaveOptions,
-    SceneData, scene_hash,
+    Backend, BackendError, FeatureRows, PICTURE_VERSION, Progress, Region, RenderControl, Rendered,
+    SaveOptions, SceneData, scene_hash,
 };
 use std::ops::Range;
 use std::sync::Arc;
@@ -28,7 +28,8 @@ pub(super) fn render_share(
     share: (u32, u32),
 ) -> Result<(), Failure> {
     let start = Instant::now();
-    let (width, height) = (data.settings.width, data.settings.height);
+    let whole = || Region::whole((data.settings.width, data.settings.height));
+    let Region { width, height, .. } = flags.file.region.unwrap_or_else(whole);
     let header = ShareHeader {
         program: format!("Eosphor {}, pictures {PICTURE_VERSION}", env!("CARGO_PKG_VERSION")),
         size: (width, height),
@@ -36,13 +37,13 @@ pub(super) fn render_share(
         options,
         share,
     };
-    let path = share_path(&flags.output, share);
+    let path = share_path(flags.output(), share);
     let mut writer = ShareWriter::open(&path, &header)?;
     interrupt::note_unfinished(writer.temporary_path());
-    let prepared = backend.prepare(Arc::clone(&data))?;
-    let features = match header.options.layers.is_empty() {
-        true => None,
-        false => Some(feature_pass(&flags.device, flags.picture.accel, data, prepared.hierarchy())?),
+    let prepared = prepare(backend, Arc::clone(&data), flags.file.region)?;
+    let features = match header.options.needs_features() {
+        false => None,
+        true => Some(layers(flags, data, &*prepared)?),
     };
     let bands: Vec<Range<u32>> = header.bands().collect();
     let rows: u64 = bands.iter().map(|rows| rows.len() as u64).sum();

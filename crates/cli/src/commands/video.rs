@@ -15,7 +15,7 @@ use std::thread::available_parallelism;
 pub(super) fn render_video(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failure> {
     let Sequence { flags, scene, options, .. } = *sequence;
     let job = VideoJob {
-        output: &flags.output,
+        output: flags.output(),
         size: scene.settings.size.into(),
         fps: scene.animation.as_ref().map_or(24.0, |animation| animation.fps),
         quality: flags.animation.video_quality,

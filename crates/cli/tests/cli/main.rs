@@ -1,5 +1,6 @@
 //! The real program, from outside: exit codes, messages, files.
 
+mod alpha;
 mod animation;
 mod bench;
 mod cluster;
@@ -7,8 +8,11 @@ mod compare;
 mod course;
 #[cfg(unix)]
 mod inputs;
+mod lights;
 mod output;
+mod outputs;
 mod place;
+mod region;
 mod render;
 mod requests;
 #[cfg(unix)]

@@ -6,21 +6,17 @@ use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-const COMMON: [&str; 10] = [
-    "render",
-    "builtin:cornell",
-    "--size",
-    "96x64",
-    "--light-samples",
-    "1",
-    "--backend",
-    "cpu",
-    "-o",
-    "a.png",
-];
+const COMMON: [&str; 8] =
+    ["render", "builtin:cornell", "--size", "96x64", "--light-samples", "1", "--backend", "cpu"];
+
+/// The flags, with the output where they name none.
+fn with_output<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    let output: &[&str] = if more.contains(&"-o") { &[] } else { &["-o", "a.png"] };
+    [&COMMON[..], output, more].concat()
+}
 
 fn run(place: &Place, more: &[&str]) -> Run {
-    place.run(&[&COMMON[..], more].concat())
+    place.run(&with_output(more))
 }
 
 /// Starts a render and ends it by a signal, when `wait` says so; with so many samples that it does not come to its own end
@@ -28,7 +24,7 @@ fn run(place: &Place, more: &[&str]) -> Run {
 fn ended_by(place: &Place, signal: i32, more: &[&str], wait: &dyn Fn() -> bool) -> String {
     for samples in [100, 800, 6400, 51_200] {
         let samples = samples.to_string();
-        let arguments = [&COMMON[..], &["-v", "--samples", &samples], more].concat();
+        let arguments = with_output(&[&["-v", "--samples", &samples], more].concat());
         let mut child = place.command(&arguments).stderr(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
         assert!(lines.any(|line| line.starts_with("rendering")), "it never started");
@@ -103,6 +99,22 @@ fn a_killed_program_has_kept_what_was_done_until_then() {
     assert!(place.names().iter().all(|name| name == "b.exr" || name.starts_with(".eosphor-")));
 }
 
+/// What is kept lies beside the first file, and each has its partial picture.
+#[test]
+fn several_files_go_on_together() {
+    let place = Place::new();
+    let outputs = ["-o", "b.exr", "-o", "a.png", "--no-metadata"];
+    let samples = ended_by(&place, libc::SIGTERM, &outputs, &later);
+    assert_eq!(place.names(), ["a.partial.png", "b.exr.part", "b.partial.exr"]);
+    let flags = [&outputs[..], &["--samples", &samples]].concat();
+    assert!(resumed(run(&place, &[&flags[..], &["--resume", "--json"]].concat())) > 0.0);
+    assert_eq!(place.names(), ["a.png", "b.exr"], "nothing else is left");
+    let alone = |name| undisturbed(&["-o", name, "--no-metadata", "--samples", &samples], name);
+    for name in ["a.png", "b.exr"] {
+        assert!(fs::read(place.path(name)).unwrap() == alone(name), "{name}: byte for byte");
+    }
+}
+
 #[test]
 fn more_samples_go_on_from_fewer() {
     let place = Place::new();
@@ -110,6 +122,22 @@ fn more_samples_go_on_from_fewer() {
     let more = (samples.parse::<u32>().unwrap() + 50).to_string();
     let flags = ["--samples", &more, "--no-metadata"];
     assert!(resumed(run(&place, &[&flags[..], &["--resume", "--json"]].concat())) > 0.0);
+    assert!(fs::read(place.path("a.png")).unwrap() == undisturbed(&flags, "a.png"), "byte for byte");
+}
+
+/// A part of the picture is gone on with as that part.
+#[test]
+fn parts_of_pictures_go_on_too() {
+    let place = Place::new();
+    let region = ["--region", "11,7,60x50", "--no-metadata"];
+    let samples = ended_by(&place, libc::SIGTERM, &region, &later);
+    let flags = ["--samples", &samples, "--no-metadata"];
+    let other = [&flags[..], &["--region", "12,7,60x50", "--resume"]].concat();
+    run(&place, &other).failed_with(&["cannot resume: a.png.part", "another part of the picture"]);
+    run(&place, &[&flags[..], &["--resume"]].concat()).failed_with(&["cannot resume", "60 x 50 pixels"]);
+    let flags = [&region[..], &["--samples", &samples]].concat();
+    assert!(resumed(run(&place, &[&flags[..], &["--resume", "--json"]].concat())) > 0.0);
+    assert_eq!(place.names(), ["a.png"], "nothing else is left");
     assert!(fs::read(place.path("a.png")).unwrap() == undisturbed(&flags, "a.png"), "byte for byte");
 }
 
@@ -139,7 +167,7 @@ fn what_cannot_be_gone_on_with_is_said() {
 #[test]
 fn two_renders_of_one_picture_do_not_disturb_each_other() {
     let place = Place::new();
-    let arguments = [&COMMON[..], &["--samples", "60000", "--checkpoint-every", "1", "-q"]].concat();
+    let arguments = with_output(&["--samples", "60000", "--checkpoint-every", "1", "-q"]);
     let mut first = place.command(&arguments).spawn().unwrap();
     let start = Instant::now();
     while !fs::metadata(place.path("a.png.part")).is_ok_and(|data| data.len() > 1000) {

@@ -210,3 +210,79 @@ fn the_second_ctrl_c_ends_at_once() {
     assert!(start.elapsed() < Duration::from_secs(5));
     nothing_is_half_written(&place);
 }
+
+/// What a run of the program leads into a pipe, and what it says.
+fn piped(place: &Place, flags: &[&str]) -> std::process::Output {
+    let tiny =
+        ["render", "builtin:cornell", "-o", "-", "--size", "16x12", "--samples", "1", "--light-samples", "1"];
+    place.command(&[&tiny[..], flags].concat()).output().unwrap()
+}
+
+#[test]
+fn standard_output_gets_the_bytes_of_the_file() {
+    let place = Place::new();
+    for format in ["png", "ppm", "jpg", "hdr", "exr", "data"] {
+        let name = format!("a.{format}");
+        let layers: &[&str] = if format == "exr" { &["--layers", "depth"] } else { &[] };
+        place.render(&name, &[&["--no-metadata"], layers].concat()).succeeded();
+        let output = piped(&place, &[&["--no-metadata", "--format", format], layers].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stdout == std::fs::read(place.path(&name)).unwrap(), "{format}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("standard output: 16 x 12"));
+        std::fs::remove_file(place.path(&name)).unwrap();
+    }
+    assert!(piped(&place, &[]).stdout.starts_with(b"\x89PNG"), "where nothing is said");
+    assert!(piped(&place, &["--show", "cost", "--format", "ppm"]).stdout.starts_with(b"P6\n"));
+    assert!(place.names().is_empty(), "no file beside it");
+}
+
+#[test]
+fn what_standard_output_cannot_take_is_wrong_usage() {
+    let place = Place::new();
+    for (flags, words) in [
+        (&["--resume"][..], ["--resume", "not -o -"]),
+        (&["--checkpoint-every", "5"], ["--checkpoint-every", "not -o -"]),
+        (&["--tiles", "1/2"], ["--tiles", "not -o -"]),
+        (&["--sample-range", "0..1"], ["--sample-range", "not -o -"]),
+        (&["--json"], ["--json", "not -o -"]),
+        (&["--frames", "0..1"], ["-: ", "frame_%04d.png"]),
+        (&["--layers", "depth"], ["--layers", ".exr"]),
+        (&["--format", "mp4"], ["--format", "[possible values"]),
+    ] {
+        let output = piped(&place, flags);
+        assert!(output.stdout.is_empty());
+        crate::place::Run::from(output).is_wrong_usage(&words);
+    }
+    place.render("a.png", &["--format", "png"]).is_wrong_usage(&["--format", "-o -"]);
+    place.render("a.mp4", &["--format", "png"]).is_wrong_usage(&["--format", "-o -"]);
+    place.render("a.mp4", &["--exr-half"]).is_wrong_usage(&["--exr-half", ".exr"]);
+}
+
+#[test]
+fn a_picture_for_nobody_is_one_line() {
+    let place = Place::new();
+    let flags = ["render", "builtin:cornell", "-q", "-o", "-", "--size", "16x12", "--samples", "1"];
+    let mut child = place.command(&flags).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    crate::place::Run::from(child.wait_with_output().unwrap())
+        .failed_with(&["cannot write the picture: standard output: ", "closed the pipe"]);
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let child = place.command(&flags).stdout(full).stderr(Stdio::piped()).spawn().unwrap();
+    crate::place::Run::from(child.wait_with_output().unwrap())
+        .failed_with(&["standard output: no space left"]);
+}
+
+#[test]
+fn after_a_signal_nothing_is_led_into_a_pipe() {
+    let place = Place::new();
+    let flags = ["render", "builtin:cornell", "-v", "-o", "-", "--size", "320x256", "--samples", "60000"];
+    let mut child = place.command(&flags).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.starts_with("rendering")), "it never started");
+    interrupt(&child);
+    let last = lines.last().unwrap();
+    assert!(last.starts_with("eosphor: interrupted: standard output"), "{last}");
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert!(output.stdout.is_empty() && place.names().is_empty());
+}

@@ -1,7 +1,7 @@
 //! What the camera rays of a pixel find first, unlit: for denoisers, compositing and tests.
 
-use super::arrival::{MAX_HOLES, through_hole};
-use super::camera_ray;
+use super::arrival::{MAX_HOLES, ray_behind, weight_at};
+use super::{ExactSum, PathRay, camera_ray};
 use crate::hierarchy::{Tracer, item};
 use crate::material::NONE;
 use crate::math::Vec3;
@@ -27,6 +27,9 @@ pub struct PixelFeatures {
     pub object: u32,
     /// Number of the material that the first sample hits; `u32::MAX` where it hits nothing.
     pub material: u32,
+    /// The weight with which the background is seen past all surfaces, through holes and surfaces that are there in part, but
+    /// not in glass or mirrors: mean over all samples, of an exact sum. 1 where nothing is before it, 0 where something hides it.
+    pub background: Vec3,
 }
 
 impl PixelFeatures {
@@ -37,6 +40,7 @@ impl PixelFeatures {
         depth: f32::INFINITY,
         object: NONE,
         material: NONE,
+        background: Vec3::ONE,
     };
 }
 
@@ -47,32 +51,41 @@ pub fn pixel_features<T: Tracer>(view: &SceneView, tracer: &T, x: u32, y: u32) -
     let mut features = PixelFeatures::NOTHING;
     let (mut albedo, mut normal) = (Sum::default(), Sum::default());
     let (mut depth, mut hits) = (0.0, 0u32);
+    let mut background = ExactSum::default();
     let mut sample = 0;
     while sample < view.settings.samples {
         let mut path_ray = camera_ray(view, x, y, sample);
+        let mut is_found = false;
         loop {
             let ray = path_ray.ray();
             let hit = tracer.closest_hit(&ray, &path_ray.filter(view.settings));
             if hit.is_miss() {
+                background.add(path_ray.weight);
                 break;
             }
             let point = SurfacePoint::new(view, &ray, &hit);
-            if point.seen <= 0.0 && path_ray.holes < MAX_HOLES {
-                path_ray = through_hole(&point, &path_ray, Vec3::ONE, hit.t);
-                continue;
+            let is_there = point.seen > 0.0 || path_ray.holes >= MAX_HOLES;
+            if is_there && !is_found {
+                is_found = true;
+                albedo.add(point.look.diffuse + point.look.metal_color);
+                normal.add(point.normal);
+                depth += (path_ray.travelled + hit.t) as f64;
+                hits += 1;
+                if sample == 0 {
+                    features.object = object_number(view, hit.id);
+                    features.material = point.material;
+                }
             }
-            albedo.add(point.look.diffuse + point.look.metal_color);
-            normal.add(point.normal);
-            depth += (path_ray.travelled + hit.t) as f64;
-            hits += 1;
-            if sample == 0 {
-                features.object = object_number(view, hit.id);
-                features.material = point.material;
+            // As the picture's own rays go on.
+            let arrived = PathRay { weight: weight_at(view, &point, &path_ray, hit.t), ..path_ray };
+            match ray_behind(view, &point, &arrived, hit.t) {
+                Some(behind) => path_ray = behind,
+                None => break,
             }
-            break;
         }
         sample += 1;
     }
+    features.background = background.mean(view.settings.samples);
     if hits > 0 {
         features.albedo = albedo.over(view.settings.samples);
         features.normal = normal.over(view.settings.samples);

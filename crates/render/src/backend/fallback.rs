@@ -1,7 +1,7 @@
 //! A backend with another one in reserve.
 
 use super::{Backend, BackendError, PreparedScene, RenderControl, Rendered, Sampled};
-use crate::{Hierarchy, HierarchyStatistics};
+use crate::{Hierarchy, HierarchyStatistics, Region};
 use eosphor_scene::SceneData;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -155,6 +155,15 @@ impl PreparedScene for PreparedFallback {
         control: &RenderControl,
     ) -> Result<Sampled, BackendError> {
         self.with_reserve(|prepared| prepared.sample_rows(rows.clone(), samples.clone(), control))
+    }
+
+    fn sample_region(
+        &self,
+        region: &Region,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError> {
+        self.with_reserve(|prepared| prepared.sample_region(region, samples.clone(), control))
     }
 }
 

@@ -5,6 +5,7 @@ mod fallback;
 
 pub use fallback::Fallback;
 
+use crate::region::{Region, sample_whole_rows};
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
 use eosphor_scene::{Moment, SceneData};
 use std::ops::Range;
@@ -69,6 +70,21 @@ pub trait PreparedScene: Send + Sync {
         samples: Range<u32>,
         control: &RenderControl,
     ) -> Result<Sampled, BackendError>;
+
+    /// As [`PreparedScene::sample_rows`], of a part of the picture. Devices that know rows only take samples of all pixels of
+    /// its rows.
+    ///
+    /// # Errors
+    ///
+    /// As of [`PreparedScene::sample_rows`].
+    fn sample_region(
+        &self,
+        region: &Region,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError> {
+        sample_whole_rows(self, region, samples, control)
+    }
 
     /// Renders the whole picture, as [`PreparedScene::render_rows`] does.
     fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {

@@ -96,7 +96,7 @@ pub fn difference_image(a: &Picture, b: &Picture) -> Result<(Developed, f64), Co
         |y| (0..width as usize).flat_map(move |x| pixels.differences(x, y)).map(byte).collect::<Vec<_>>();
     let rgb = rows.flat_map_iter(row).collect();
     let scale = if let Picture::Linear(_) = a { factor / 255.0 } else { factor };
-    Ok((Developed { width, height, rgb }, scale))
+    Ok((Developed { width, height, rgb, alpha: Vec::new() }, scale))
 }
 
 fn finite_max(max: f64, x: f64) -> f64 {

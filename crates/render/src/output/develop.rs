@@ -38,6 +38,8 @@ pub struct Developed {
     pub height: u32,
     /// `width * height * 3` bytes.
     pub rgb: Vec<u8>,
+    /// `width * height` bytes, from 0 for what is not there to 255; none where the picture has no alpha channel.
+    pub alpha: Vec<u8>,
 }
 
 impl Developed {
@@ -51,7 +53,7 @@ impl Developed {
             let rows = rgb.par_chunks_mut(width * 3).zip(film.pixels.par_chunks(width));
             rows.for_each(|(bytes, colours)| develop_row(bytes, colours, gain, settings.transfer));
         }
-        Developed { width: film.width, height: film.height, rgb }
+        Developed { width: film.width, height: film.height, rgb, alpha: Vec::new() }
     }
 
     /// The bytes of one row, from the left.

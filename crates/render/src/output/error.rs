@@ -91,6 +91,7 @@ fn explain(error: &Error) -> String {
         ErrorKind::StorageFull => "no space left on the device; free some, or choose another folder",
         ErrorKind::QuotaExceeded => "your disk quota is used up; free some space, or choose another folder",
         ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
+        ErrorKind::BrokenPipe => "whoever was to read it has closed the pipe",
         ErrorKind::IsADirectory => "this is a folder; add a file name",
         ErrorKind::InvalidFilename => "the file system does not take this file name; choose a shorter one",
         _ => return error.to_string(),

@@ -55,6 +55,11 @@ impl Format {
         self == Format::Exr
     }
 
+    /// Whether files can say how much of a pixel is covered.
+    pub fn has_alpha(self) -> bool {
+        matches!(self, Format::Png | Format::Exr)
+    }
+
     /// Whether files say what they are made of: [`super::Metadata`].
     pub fn has_metadata(self) -> bool {
         matches!(self, Format::Png | Format::Exr)

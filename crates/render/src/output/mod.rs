@@ -1,6 +1,7 @@
 //! Pictures in and out: developing a film to bytes, writing files row by row that are whole or not there, reading them
 //! back.
 
+mod alpha;
 mod atomic;
 mod data;
 mod destination;
@@ -17,6 +18,7 @@ mod png;
 mod ppm;
 mod save;
 mod share;
+mod stream;
 #[cfg(feature = "video")]
 mod video;
 mod writer;
@@ -31,8 +33,9 @@ pub use exr::Layer;
 pub use format::Format;
 pub use metadata::{Metadata, PICTURE_VERSION};
 pub use picture::{ByteImage, Picture};
-pub use save::{SaveOptions, check_writable, save, save_developed, save_within};
+pub use save::{SaveOptions, Window, check_writable, save, save_developed, save_within};
 pub use share::{BAND_ROWS, ShareError, ShareHeader, ShareReader, ShareWriter, merge, share_path};
+pub use stream::Stream;
 #[cfg(feature = "video")]
 pub use video::{
     FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,

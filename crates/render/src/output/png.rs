@@ -16,17 +16,18 @@ const IEND: [u8; 12] = [0, 0, 0, 0, b'I', b'E', b'N', b'D', 0xae, 0x42, 0x60, 0x
 pub(super) struct PngEncoder {
     rows: png::StreamWriter<'static, Destination>,
     file: Destination,
+    has_alpha: bool,
 }
 
 impl PngEncoder {
     pub(super) fn new(
         file: Destination,
-        width: u32,
-        height: u32,
+        (width, height): (u32, u32),
+        has_alpha: bool,
         metadata: &Metadata,
     ) -> Result<PngEncoder, Error> {
         let mut encoder = png::Encoder::new(file.clone(), width, height);
-        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_color(if has_alpha { png::ColorType::Rgba } else { png::ColorType::Rgb });
         encoder.set_depth(png::BitDepth::Eight);
         // Balanced takes 39 times as long for 10 % fewer bytes.
         encoder.set_compression(png::Compression::Fast);
@@ -41,17 +42,22 @@ impl PngEncoder {
                 false => encoder.add_itxt_chunk(keyword.into(), text)?,
             }
         }
-        Ok(PngEncoder { rows: encoder.write_header()?.into_stream_writer()?, file })
+        Ok(PngEncoder { rows: encoder.write_header()?.into_stream_writer()?, file, has_alpha })
     }
 }
 
 impl ByteEncoder for PngEncoder {
     fn rows(&mut self, rows: &Developed) -> Result<(), Error> {
-        self.rows.write_all(&rows.rgb)
+        if !self.has_alpha {
+            return self.rows.write_all(&rows.rgb);
+        }
+        let pixels = rows.rgb.as_chunks::<3>().0.iter().zip(&rows.alpha);
+        let rgba: Vec<u8> = pixels.flat_map(|(&[r, g, b], &alpha)| [r, g, b, alpha]).collect();
+        self.rows.write_all(&rgba)
     }
 
     fn finish(self: Box<Self>, complete: bool) -> Result<(), Error> {
-        let PngEncoder { rows, mut file } = *self;
+        let PngEncoder { rows, mut file, .. } = *self;
         rows.finish()?;
         if !complete {
             file.seek(SeekFrom::End(-(IEND.len() as i64)))?;

@@ -1,7 +1,8 @@
 //! Saving a film under a name.
 
 use super::{DevelopSettings, Developed, Format, Layer, Metadata, OutputError, PictureWriter, atomic};
-use crate::Film;
+use crate::{Film, Region};
+use eosphor_core::math::Vec3;
 use eosphor_scene::RenderSettings;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -17,8 +18,30 @@ pub struct SaveOptions {
     pub exr_half: bool,
     /// Layers besides the colours; EXR files only.
     pub layers: Vec<Layer>,
+    /// Leaves out the background, which has this radiance: pixels have an alpha channel instead. PNG and EXR files only.
+    #[serde(default)]
+    pub alpha: Option<Vec3>,
     /// What PNG and EXR files say of themselves.
     pub metadata: Metadata,
+    /// Where the picture is a part of a larger one. The file has the size of the part; EXR files say where it lies.
+    #[serde(default)]
+    pub window: Option<Window>,
+}
+
+/// Where a picture lies in a larger one that it is a part of, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Window {
+    /// The part.
+    pub region: Region,
+    /// Width and height of the whole.
+    pub whole: (u32, u32),
+}
+
+impl SaveOptions {
+    /// Whether rows are written with what their camera rays find: for layers, and for alpha.
+    pub fn needs_features(&self) -> bool {
+        !self.layers.is_empty() || self.alpha.is_some()
+    }
 }
 
 impl Default for SaveOptions {
@@ -28,7 +51,9 @@ impl Default for SaveOptions {
             jpeg_quality: 90,
             exr_half: false,
             layers: Vec::new(),
+            alpha: None,
             metadata: Metadata::default(),
+            window: None,
         }
     }
 }
@@ -40,7 +65,7 @@ impl From<&RenderSettings> for SaveOptions {
 }
 
 /// Saves a film in the format of the file name's ending. The file is whole or not there: it is written beside its
-/// final name, flushed to the disk, then renamed. For layers, partial pictures and those that do not fit in memory there
+/// final name, flushed to the disk, then renamed. For layers, alpha, partial pictures and those that do not fit in memory there
 /// is [`PictureWriter`].
 pub fn save(film: &Film, path: &Path, options: &SaveOptions) -> Result<(), OutputError> {
     let mut writer = PictureWriter::open(path, (film.width, film.height), options)?;

@@ -1,16 +1,20 @@
 //! Writing a picture row by row.
 
+use super::alpha;
 use super::atomic::TemporaryFile;
 use super::data::DataEncoder;
 use super::destination::Destination;
 use super::encoder::Encoder;
-use super::exr::ExrEncoder;
+use super::exr::{Channel, ExrEncoder, Layout};
 use super::hdr::HdrEncoder;
 use super::jpeg::JpegEncoder;
 use super::png::PngEncoder;
 use super::ppm::PpmEncoder;
-use super::{DevelopSettings, Developed, Format, MAX_SIDE, OutputError, SaveOptions};
+use super::stream::{Spool, Stream};
+use super::{DevelopSettings, Developed, Format, MAX_SIDE, OutputError, SaveOptions, Window};
 use crate::{FeatureRows, Film};
+use eosphor_core::math::Vec3;
+use std::fs::File;
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -35,16 +39,35 @@ const BLACK_PIXELS: u32 = 1 << 20;
 /// ```
 pub struct PictureWriter {
     path: PathBuf,
-    file: TemporaryFile,
+    target: Target,
     destination: Destination,
     encoder: Encoder,
     develop: DevelopSettings,
     width: u32,
     height: u32,
     rows_written: u32,
-    has_layers: bool,
+    /// The radiance of the background that is left out.
+    alpha: Option<Vec3>,
+    needs_features: bool,
     /// An encoder failed: how much of the file there is nobody knows.
     broken: bool,
+}
+
+/// Where rows go until the picture is whole.
+enum Target {
+    /// A file that gets its name then.
+    File(TemporaryFile),
+    /// A file without a name, which is copied to a stream then.
+    Stream(Spool),
+}
+
+impl Target {
+    fn handle(&self) -> Result<File, Error> {
+        match self {
+            Target::File(file) => file.handle(),
+            Target::Stream(spool) => spool.handle(),
+        }
+    }
 }
 
 impl PictureWriter {
@@ -59,9 +82,32 @@ impl PictureWriter {
         if !options.layers.is_empty() && !format.has_layers() {
             return Err(OutputError::NoLayers { path: path.to_owned() });
         }
-        let file = || TemporaryFile::beside(path);
-        PictureWriter::begin(path, format, size, options, file)
+        let target = || TemporaryFile::beside(path).map(Target::File);
+        PictureWriter::begin(path, format, size, options, target)
             .map_err(|error| OutputError::write(path, error))
+    }
+
+    /// Begins a picture that goes to a stream, as standard output, when it is whole; until then it is in a file without a
+    /// name in the system's folder for temporary files. `name` is what errors call the stream.
+    ///
+    /// # Errors
+    ///
+    /// As of [`PictureWriter::open`].
+    pub fn open_stream(
+        stream: Stream,
+        name: &Path,
+        format: Format,
+        size: (u32, u32),
+        options: &SaveOptions,
+    ) -> Result<PictureWriter, OutputError> {
+        if !options.layers.is_empty() && !format.has_layers() {
+            return Err(OutputError::NoLayers { path: name.to_owned() });
+        }
+        // What can go wrong until it is copied goes wrong there.
+        let folder = std::env::temp_dir();
+        let target = || Spool::new(stream, name).map(Target::Stream);
+        PictureWriter::begin(&folder, format, size, options, target)
+            .map_err(|error| OutputError::write(&folder, error))
     }
 
     /// As [`PictureWriter::open`], with the file in another folder of the same file system until it is whole.
@@ -71,8 +117,8 @@ impl PictureWriter {
         size: (u32, u32),
         options: &SaveOptions,
     ) -> Result<PictureWriter, OutputError> {
-        let (format, file) = (Format::of(path)?, || TemporaryFile::within(folder, path));
-        PictureWriter::begin(path, format, size, options, file)
+        let (format, target) = (Format::of(path)?, || TemporaryFile::within(folder, path).map(Target::File));
+        PictureWriter::begin(path, format, size, options, target)
             .map_err(|error| OutputError::write(path, error))
     }
 
@@ -81,19 +127,29 @@ impl PictureWriter {
         format: Format,
         (width, height): (u32, u32),
         options: &SaveOptions,
-        file: impl FnOnce() -> Result<TemporaryFile, Error>,
+        target: impl FnOnce() -> Result<Target, Error>,
     ) -> Result<PictureWriter, Error> {
         if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
             return Err(misuse(format!("{width} x {height} pixels: sides must be 1 to {MAX_SIDE}")));
         }
+        if let Some(Window { region, whole }) = options.window
+            && ((region.width, region.height) != (width, height) || !region.is_in(whole))
+        {
+            return Err(misuse(format!(
+                "{width} x {height} pixels are not the part of a picture that they should be"
+            )));
+        }
         if !(1..=100).contains(&options.jpeg_quality) {
             return Err(misuse(format!("JPEG quality {}: it must be 1 to 100", options.jpeg_quality)));
         }
-        let file = file()?;
-        let destination = Destination::new(file.handle()?);
+        let target = target()?;
+        let destination = Destination::new(target.handle()?);
         let to = destination.clone();
         let encoder = match format {
-            Format::Png => Encoder::Bytes(Box::new(PngEncoder::new(to, width, height, &options.metadata)?)),
+            Format::Png => {
+                let has_alpha = options.alpha.is_some();
+                Encoder::Bytes(Box::new(PngEncoder::new(to, (width, height), has_alpha, &options.metadata)?))
+            }
             Format::Ppm => Encoder::Bytes(Box::new(PpmEncoder::new(to, width, height)?)),
             Format::Jpeg => {
                 Encoder::Bytes(Box::new(JpegEncoder::new(to, width, height, options.jpeg_quality)))
@@ -101,27 +157,32 @@ impl PictureWriter {
             Format::Data => Encoder::Bytes(Box::new(DataEncoder::new(to, width, height)?)),
             Format::Hdr => Encoder::Linear(Box::new(HdrEncoder::new(to, width, height)?)),
             Format::Exr => {
-                let channels = (&options.layers[..], options.exr_half);
-                Encoder::Linear(Box::new(ExrEncoder::new(to, (width, height), channels, &options.metadata)?))
+                let channels = Channel::all(&options.layers, options.alpha.is_some(), options.exr_half);
+                let layout = Layout { size: (width, height), window: options.window };
+                Encoder::Linear(Box::new(ExrEncoder::new(to, layout, channels, &options.metadata)?))
             }
         };
         Ok(PictureWriter {
             path: path.to_owned(),
-            file,
+            target,
             destination,
             encoder,
             develop: options.develop,
             width,
             height,
             rows_written: 0,
-            has_layers: !options.layers.is_empty(),
+            alpha: options.alpha,
+            needs_features: options.needs_features(),
             broken: false,
         })
     }
 
-    /// The file that is being written. A program that ends without dropping the writer should remove it.
-    pub fn temporary_path(&self) -> &Path {
-        self.file.path()
+    /// The file that is being written, if it has a name. A program that ends without dropping the writer should remove it.
+    pub fn temporary_path(&self) -> Option<&Path> {
+        match &self.target {
+            Target::File(file) => Some(file.path()),
+            Target::Stream(_) => None,
+        }
     }
 
     /// Rows that are still to be written.
@@ -129,17 +190,32 @@ impl PictureWriter {
         self.height - self.rows_written
     }
 
-    /// Writes the next rows, as many as the film has; with their features where the file has layers.
+    /// Writes the next rows, as many as the film has; with their features where the file has layers or alpha.
     ///
     /// # Errors
     ///
     /// [`OutputError::Write`], also where the rows are too many, of another width, or lack their features.
     pub fn write_rows(&mut self, film: &Film, features: Option<&FeatureRows>) -> Result<(), OutputError> {
-        if let Encoder::Bytes(_) = self.encoder {
-            return self.write_developed(&Developed::new(film, &self.develop));
-        }
         let sizes =
             features.map_or([film.pixels.len(); 3], |f| [film.pixels.len(), f.pixels.len(), f.work.len()]);
+        let is_linear = matches!(self.encoder, Encoder::Linear(_));
+        // (Whether there are as many features as colours is looked at below.)
+        let without_background;
+        let film = match (self.alpha, features) {
+            (None, _) if is_linear => film,
+            (None, _) => return self.write_developed(&Developed::new(film, &self.develop)),
+            (Some(background), Some(features)) if is_linear => {
+                without_background = alpha::premultiplied(film, features, background);
+                &without_background
+            }
+            (Some(background), Some(features)) => {
+                return self.write_developed(&alpha::developed(film, features, background, &self.develop));
+            }
+            (Some(_), None) => {
+                let error = misuse("alpha is asked for without features");
+                return Err(OutputError::write(&self.path, error));
+            }
+        };
         self.write((film.width, film.height), &sizes, |encoder| match encoder {
             Encoder::Linear(encoder) => encoder.rows(film, features),
             Encoder::Bytes(_) => Ok(()),
@@ -156,7 +232,8 @@ impl PictureWriter {
             let error = misuse("this format takes linear pictures; use .png");
             return Err(OutputError::write(&self.path, error));
         }
-        self.write((rows.width, rows.height), &[rows.rgb.len() / 3], |encoder| match encoder {
+        let alpha = if self.alpha.is_some() { rows.alpha.len() } else { rows.rgb.len() / 3 };
+        self.write((rows.width, rows.height), &[rows.rgb.len() / 3, alpha], |encoder| match encoder {
             Encoder::Bytes(encoder) => encoder.rows(rows),
             Encoder::Linear(_) => Ok(()),
         })
@@ -202,20 +279,24 @@ impl PictureWriter {
     ///
     /// # Errors
     ///
-    /// [`OutputError::Write`].
+    /// [`OutputError::Write`], also for streams, which have no other name.
     pub fn finish_partial(mut self, path: &Path) -> Result<(), OutputError> {
-        self.file.rename(path).map_err(|error| OutputError::write(path, error))?;
+        let renamed = match &mut self.target {
+            Target::File(file) => file.rename(path),
+            Target::Stream(_) => Err(misuse("a stream takes whole pictures only")),
+        };
+        renamed.map_err(|error| OutputError::write(path, error))?;
         self.path = path.to_owned();
         while self.rows_left() > 0 {
             let rows = (BLACK_PIXELS / self.width).clamp(1, self.rows_left());
-            let features = self.has_layers.then(|| FeatureRows::new(self.width, rows));
+            let features = self.needs_features.then(|| FeatureRows::new(self.width, rows));
             self.write_rows(&Film::new(self.width, rows), features.as_ref())?;
         }
         self.end(false)
     }
 
     fn end(self, complete: bool) -> Result<(), OutputError> {
-        let PictureWriter { path, file, destination, encoder, broken, .. } = self;
+        let PictureWriter { path, target, destination, encoder, broken, .. } = self;
         if broken {
             return Err(OutputError::write(&path, misuse("some of its rows could not be written")));
         }
@@ -223,8 +304,12 @@ impl PictureWriter {
             Encoder::Bytes(encoder) => encoder.finish(complete),
             Encoder::Linear(encoder) => encoder.finish(complete),
         };
-        let kept = ended.and_then(|()| destination.finish()).and_then(|()| file.keep());
-        kept.map_err(|error| OutputError::write(&path, error))
+        let failed = |error| OutputError::write(&path, error);
+        ended.and_then(|()| destination.finish()).map_err(failed)?;
+        match target {
+            Target::File(file) => file.keep().map_err(failed),
+            Target::Stream(spool) => spool.send(),
+        }
     }
 }
 

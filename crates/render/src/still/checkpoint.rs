@@ -3,6 +3,7 @@
 use super::Strip;
 use super::identity::{SampleShare, SumsHeader};
 use super::sums_file::{Found, SUM_BYTES, SumsError, SumsFile, header_of};
+use crate::Region;
 use eosphor_scene::SceneData;
 use std::fs;
 use std::ops::Range;
@@ -41,7 +42,10 @@ struct InWork {
 /// What is done of a still, in memory for a while and in a file, which is made when there is something to be kept.
 pub struct Checkpoint {
     path: PathBuf,
+    /// Without, nothing is kept.
+    keeps: bool,
     scene: Arc<SceneData>,
+    region: Option<Region>,
     share: Option<SampleShare>,
     /// Hashing a large scene takes a while, and many stills are done before it is needed.
     header: OnceLock<SumsHeader>,
@@ -61,8 +65,8 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// For a picture, or a share of its samples, kept at `path` and written every `interval` at most. To `resume`, with what is
-    /// in the file, if there is one.
+    /// For a picture, or a part of it, or a share of its samples, kept at `path` and written every `interval` at most. To
+    /// `resume`, with what is in the file, if there is one.
     ///
     /// # Errors
     ///
@@ -70,25 +74,18 @@ impl Checkpoint {
     /// [`SumsError::InUse`] where another process has it, also where nothing is to be resumed.
     pub fn open(
         path: &Path,
-        scene: Arc<SceneData>,
+        (scene, region): (Arc<SceneData>, Option<Region>),
         share: Option<SampleShare>,
         interval: Duration,
         resume: bool,
     ) -> Result<Checkpoint, SumsError> {
-        let now = Instant::now();
         let mut checkpoint = Checkpoint {
             path: path.to_owned(),
-            scene,
+            keeps: true,
+            region,
             share,
-            header: OnceLock::new(),
             interval,
-            written: now,
-            file: None,
-            has_other: false,
-            in_work: InWork::default(),
-            waiting: Vec::new(),
-            waiting_since: now,
-            failed: None,
+            ..Checkpoint::nowhere(scene)
         };
         match SumsFile::open(path) {
             Ok(Found::Nothing) => {}
@@ -98,6 +95,27 @@ impl Checkpoint {
             Err(error) => return Err(error),
         }
         Ok(checkpoint)
+    }
+
+    /// For a picture of which nothing is to be kept.
+    pub fn nowhere(scene: Arc<SceneData>) -> Checkpoint {
+        let now = Instant::now();
+        Checkpoint {
+            path: PathBuf::new(),
+            keeps: false,
+            scene,
+            region: None,
+            share: None,
+            header: OnceLock::new(),
+            interval: Duration::MAX,
+            written: now,
+            file: None,
+            has_other: false,
+            in_work: InWork::default(),
+            waiting: Vec::new(),
+            waiting_since: now,
+            failed: None,
+        }
     }
 
     fn go_on(&mut self, mut file: SumsFile) -> Result<(), SumsError> {
@@ -132,7 +150,7 @@ impl Checkpoint {
         self.has_other
     }
 
-    /// The file.
+    /// The file; of a picture of which nothing is kept it has no name.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -155,19 +173,22 @@ impl Checkpoint {
     pub fn strip(&mut self, rows: Range<u32>) -> Result<Strip, SumsError> {
         match &mut self.file {
             Some(file) => file.strip(rows),
-            None => Ok(Strip::new(self.scene.settings.width, rows)),
+            None => {
+                let width = self.region.map_or(self.scene.settings.width, |region| region.width);
+                Ok(Strip::new(width, rows))
+            }
         }
     }
 
     /// Whether it is time to write, where the next piece of work takes so long.
     pub fn is_due(&self, next: Duration) -> bool {
-        self.written.elapsed() + next >= self.interval
+        self.keeps && self.written.elapsed() + next >= self.interval
     }
 
     /// Takes a strip that is whole, to be written with the next ones. Of a picture it is not written at all where it took
     /// little time and such strips would fill the memory.
     pub fn take(&mut self, strip: Strip) {
-        if self.file.as_ref().is_some_and(|file| file.has(&strip.rows, strip.samples)) {
+        if !self.keeps || self.file.as_ref().is_some_and(|file| file.has(&strip.rows, strip.samples)) {
             return;
         }
         self.waiting.push(strip);
@@ -189,7 +210,7 @@ impl Checkpoint {
     /// the reason.
     pub fn write(&mut self, in_work: Option<&Strip>) {
         let in_work = in_work.filter(|strip| strip.samples > 0);
-        if !self.waiting.is_empty() || in_work.is_some() {
+        if self.keeps && (!self.waiting.is_empty() || in_work.is_some()) {
             self.failed = self.write_all(in_work).err();
         }
         self.forget();
@@ -223,7 +244,7 @@ impl Checkpoint {
     }
 
     fn header(&self) -> &SumsHeader {
-        self.header.get_or_init(|| SumsHeader::of(&self.scene, self.share.clone()))
+        self.header.get_or_init(|| SumsHeader::of(&self.scene, self.region, self.share.clone()))
     }
 
     fn write_all(&mut self, in_work: Option<&Strip>) -> Result<(), SumsError> {
@@ -274,7 +295,7 @@ mod tests {
     }
 
     fn open(path: &Path, samples: u32, resume: bool) -> Result<Checkpoint, SumsError> {
-        Checkpoint::open(path, scene(samples, 1), None, Duration::ZERO, resume)
+        Checkpoint::open(path, (scene(samples, 1), None), None, Duration::ZERO, resume)
     }
 
     /// Sums that say which rows and samples they are of.
@@ -331,12 +352,25 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_kept_where_nothing_is_to_be_kept() {
+        let mut checkpoint = Checkpoint::nowhere(scene(64, 1));
+        assert!(!checkpoint.is_due(Duration::ZERO) && checkpoint.samples() == (0..64));
+        checkpoint.take(strip(0..3, 64));
+        checkpoint.write(Some(&strip(3..5, 7)));
+        assert!(checkpoint.failure().is_none() && !checkpoint.is_kept());
+        assert_eq!(checkpoint.rows_from(0), Err(None));
+        assert!(!checkpoint.remove());
+    }
+
+    #[test]
     fn a_whole_picture_leaves_nothing_of_an_earlier_render_of_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png.part");
         open(&path, 16, false).unwrap().write(Some(&strip(0..9, 2)));
         // Of another picture.
-        assert!(!Checkpoint::open(&path, scene(16, 2), None, Duration::ZERO, false).unwrap().remove());
+        assert!(
+            !Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, false).unwrap().remove()
+        );
         assert!(path.exists());
         assert!(open(&path, 32, false).unwrap().remove() && !path.exists());
         assert!(!open(&path, 32, false).unwrap().remove());
@@ -355,14 +389,14 @@ mod tests {
         assert!(reason(open(&path, 8, true)).contains("with 16 samples a pixel, more than the 8"));
         // A single sample is elsewhere in its pixel.
         assert!(reason(open(&path, 1, true)).contains("another scene, or with other settings"));
-        let other = Checkpoint::open(&path, scene(16, 2), None, Duration::ZERO, true);
+        let other = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, true);
         assert!(reason(other).contains("another scene, or with other settings"));
         // Anew, which replaces it when there is something to be kept.
-        let mut anew = Checkpoint::open(&path, scene(16, 2), None, Duration::ZERO, false).unwrap();
+        let mut anew = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, false).unwrap();
         assert!(!anew.is_kept() && anew.has_other());
         anew.write(Some(&strip(0..1, 3)));
         drop(anew);
-        let again = Checkpoint::open(&path, scene(16, 2), None, Duration::ZERO, true).unwrap();
+        let again = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, true).unwrap();
         assert_eq!(again.samples_done(), 15);
         drop(again);
         fs::write(

@@ -1,5 +1,6 @@
 //! What sums of samples are of.
 
+use crate::Region;
 use crate::output::{DevelopSettings, PICTURE_VERSION, SaveOptions};
 use crate::scene_hash::hash_with;
 use eosphor_core::settings::PixelSampling;
@@ -16,6 +17,9 @@ pub(super) struct SumsHeader {
     /// Width and height in pixels.
     pub(super) size: (u32, u32),
     pub(super) scene: String,
+    /// Where they are of a part of the picture, which then has the size above.
+    #[serde(default)]
+    pub(super) region: Option<Region>,
     /// Where they are some samples of a picture, to be merged with others.
     pub(super) share: Option<SampleShare>,
 }
@@ -50,7 +54,7 @@ impl SampleShare {
 
 impl SumsHeader {
     /// Of a scene.
-    pub(super) fn of(scene: &SceneData, share: Option<SampleShare>) -> SumsHeader {
+    pub(super) fn of(scene: &SceneData, region: Option<Region>, share: Option<SampleShare>) -> SumsHeader {
         let mut settings = scene.settings;
         match settings.pixel_sampling {
             // One random sample is in the middle of its pixel.
@@ -59,13 +63,13 @@ impl SumsHeader {
             PixelSampling::Grid => {}
         }
         let hash = hash_with(scene, &settings, &DevelopSettings::default());
-        let size = (settings.width, settings.height);
-        SumsHeader { picture: PICTURE_VERSION, size, scene: hash, share }
+        let size = region.map_or((settings.width, settings.height), |region| (region.width, region.height));
+        SumsHeader { picture: PICTURE_VERSION, size, scene: hash, region, share }
     }
 
     /// In what another one differs, where its sums cannot be gone on with.
     pub(super) fn difference(&self, other: &SumsHeader) -> Option<String> {
-        let SumsHeader { picture, size, scene, share } = other;
+        let SumsHeader { picture, size, scene, region, share } = other;
         let is_same_share = match (&self.share, share) {
             (Some(own), Some(share)) => own.samples == share.samples && own.is_beside(share),
             (own, share) => own.is_none() && share.is_none(),
@@ -75,6 +79,7 @@ impl SumsHeader {
                 Some("by a version of the program with other pictures".to_owned())
             }
             _ if *size != self.size => Some(format!("of {} x {} pixels", size.0, size.1)),
+            _ if *region != self.region => Some("of another part of the picture".to_owned()),
             _ if *scene != self.scene => Some("of another scene, or with other settings".to_owned()),
             _ if !is_same_share => Some("of other samples, or with other settings of the file".to_owned()),
             _ => None,

@@ -3,6 +3,7 @@
 use super::source::Source;
 use super::{LoadOptions, LoadedScene, load_from};
 use crate::error::{Place, SceneError};
+use crate::hare::hare;
 use crate::model::{Camera, MaterialKind, MaterialTextures, PixelSampling, RenderSettings, Scene};
 use crate::presets::{Preset, pg1_camera};
 use crate::solids::gallery;
@@ -32,6 +33,11 @@ pub const BUILTINS: &[Builtin] = &[
         description: "the Cornell box of PG1 with its camera and settings: a higher room, three walls of half mirrors (CC BY 3.0, as above)",
     },
     Builtin {
+        name: "glass",
+        description: "five balls on a table under a square lamp: mirror, glass, water, brushed metal and plastic",
+    },
+    Builtin { name: "hare", description: "an animal of 30,000 triangles, made from code, in daylight" },
+    Builtin {
         name: "solids",
         description: "a flight around three Platonic solids of mirrors, lit from within by diodes along their edges",
     },
@@ -41,7 +47,9 @@ pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, Sce
     match name {
         "cornell" => cornell(options),
         "cornell-pg1" => cornell_pg1(options),
-        "solids" => solids(options),
+        "glass" => glass(options),
+        "hare" => made("hare", hare(), options),
+        "solids" => made("solids", gallery()?, options),
         _ => {
             let known = BUILTINS.iter().map(|b| b.name).collect::<Vec<_>>().join(", ");
             Err(SceneError::UnknownBuiltin { name: name.to_string(), known })
@@ -85,13 +93,19 @@ fn load_cornell(
     load_from(Source::Memory(files), &model, options)
 }
 
-/// Three Platonic solids of PLATO's kind over a parquet.
-fn solids(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
+/// A scene of ours.
+fn glass(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
+    let path = PathBuf::from("builtin:glass/glass.json");
+    let file = include_bytes!("../../builtin/glass.json");
+    load_from(Source::Memory(vec![(path.clone(), Cow::Borrowed(file))]), &path, options)
+}
+
+/// A scene that is made from code.
+fn made(name: &str, mut scene: Scene, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     if options.camera.is_some() {
         let message = "it has one camera; leave the choice out";
-        return Err(SceneError::invalid(Place::file(Path::new("builtin:solids")), message));
+        return Err(SceneError::invalid(Place::file(Path::new(&format!("builtin:{name}"))), message));
     }
-    let mut scene = gallery()?;
     if !options.textures {
         scene.materials.iter_mut().for_each(|m| m.textures = MaterialTextures::NONE);
     }

@@ -13,6 +13,7 @@ mod ply;
 mod polygon;
 mod requests;
 mod source;
+mod surroundings;
 mod warnings;
 mod winding;
 
@@ -49,8 +50,8 @@ pub struct LoadOptions {
     /// Name or number (from 0, in the order of the nodes) of the camera to take, of files that may have several
     /// (glTF); `None`: the first.
     pub camera: Option<String>,
-    /// What [`crate::RenderSettings::headlight`] is where the file does not say it; without, files without lights get no
-    /// surroundings either.
+    /// What [`crate::RenderSettings::headlight`] is where the file does not say it; without, models without lights get no
+    /// grey surroundings either.
     pub headlight: bool,
 }
 
@@ -116,6 +117,8 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
             let instances = read_model(&mut loader, path)?;
             loader.scene.instances.extend(instances);
             loader.scene.settle_origin();
+            let is_lit = surroundings::has_lamps(&loader.scene);
+            surroundings::add(&mut loader.scene, is_lit);
         }
     }
     loader.finish(path)

@@ -6,7 +6,8 @@ use super::super::{BackendError, check_rows};
 use super::queries::{AnyTracer, Queries};
 use super::tile::{Tile, Tiling};
 use super::{SimdLevel, Watch, top_of};
-use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics};
+use crate::region::check_region;
+use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics, Region};
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{PixelFeatures, pixel_features};
 use eosphor_scene::{Moment, SceneData};
@@ -22,6 +23,7 @@ pub struct FeaturePass {
     pub(super) simd: SimdLevel,
     pub(super) tile: Option<u32>,
     pub(super) pool: Arc<rayon::ThreadPool>,
+    pub(super) region: Region,
 }
 
 impl FeaturePass {
@@ -30,8 +32,18 @@ impl FeaturePass {
         self.hierarchy.statistics()
     }
 
-    /// Features of some rows of the picture, at a moment or as the scene was prepared. All but the work is the same bits whatever the threads, tiles, SIMD level
-    /// and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not reached show nothing.
+    /// The same for a part of the picture, whose rows are counted from its first one.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Failed`] where it has no pixels, or some that the picture lacks.
+    pub fn of_region(self, region: Region) -> Result<FeaturePass, BackendError> {
+        check_region(&region, (self.scene.settings.width, self.scene.settings.height))?;
+        Ok(FeaturePass { region, ..self })
+    }
+
+    /// Features of some rows of the picture, at a moment or as the scene was prepared. All but the work is the same bits
+    /// whatever the threads, tiles, SIMD level and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not reached show nothing.
     ///
     /// # Errors
     ///
@@ -42,13 +54,13 @@ impl FeaturePass {
         moment: Option<&Moment>,
         cancel: &AtomicBool,
     ) -> Result<FeatureRows, BackendError> {
-        let width = self.scene.settings.width;
-        check_rows(&rows, self.scene.settings.height)?;
+        check_rows(&rows, self.region.height)?;
+        let region = self.region.rows(&rows);
         let view = self.scene.view_at(moment);
         let top = top_of(&self.hierarchy, moment, &self.pool);
         let top = top.as_ref().unwrap_or(&self.hierarchy);
-        let tiling = Tiling::for_threads(width, rows.clone(), self.tile, self.pool.current_num_threads());
-        let features = Mutex::new(FeatureRows::new(width, rows.end - rows.start));
+        let tiling = Tiling::for_threads(region, self.tile, self.pool.current_num_threads());
+        let features = Mutex::new(FeatureRows::new(region.width, region.height));
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
                 let tile = tiling.tile(number);
@@ -57,8 +69,8 @@ impl FeaturePass {
                     return;
                 };
                 let mut features = features.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                tile.copy_to(&pixels, &mut features.pixels, width, rows.start);
-                tile.copy_to(&work, &mut features.work, width, rows.start);
+                tile.copy_to(&pixels, &mut features.pixels, &region);
+                tile.copy_to(&work, &mut features.work, &region);
             });
         });
         Ok(features.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))

@@ -3,7 +3,7 @@
 use super::batched::CameraRays;
 use super::tile::Tiling;
 use super::{CpuBackend, Watch};
-use crate::Hierarchy;
+use crate::{Hierarchy, Region};
 use eosphor_accel::{Coherence, Filters};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::sampling::{cosine_lobe, orthonormal_basis, point_2d};
@@ -37,7 +37,7 @@ impl CpuBackend {
     pub fn camera_speed(&self, scene: &SceneData, hierarchy: &Hierarchy, time: Duration) -> CameraSpeed {
         let view = scene.view();
         let settings = view.settings;
-        let tiling = Tiling::new(settings.width, 0..settings.height, TILE);
+        let tiling = Tiling::new(Region::whole((settings.width, settings.height)), TILE);
         let start = Instant::now();
         let (count, mut camera, mut diffuse) = (Watch::default(), Clock::default(), Clock::default());
         let mut paths = Vec::new();

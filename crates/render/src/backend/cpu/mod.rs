@@ -22,7 +22,8 @@ use super::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, Sampled, check_rows,
     check_samples, check_scene,
 };
-use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
+use crate::region::check_region;
+use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, Region, SampleSums};
 use batched::Workspace;
 use dispatch::TileJob;
 use eosphor_core::whitted::{ExactSum, pixel_color};
@@ -88,7 +89,8 @@ impl CpuBackend {
         let build = || Arc::new(self.build(&scene));
         let hierarchy = hierarchy.unwrap_or_else(build);
         let (simd, tile, pool) = (self.simd, self.options.tile, Arc::clone(&self.pool));
-        Ok(FeaturePass { scene, hierarchy, simd, tile, pool })
+        let region = Region::whole((scene.settings.width, scene.settings.height));
+        Ok(FeaturePass { scene, hierarchy, simd, tile, pool, region })
     }
 
     fn build(&self, scene: &SceneData) -> Hierarchy {
@@ -159,15 +161,15 @@ impl PreparedScene for PreparedCpu {
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
         let (width, height) = self.size();
         check_rows(&rows, height)?;
-        let film = Mutex::new(Film::new(width, rows.end - rows.start));
+        let region = Region::whole((width, height)).rows(&rows);
+        let film = Mutex::new(Film::new(width, region.height));
         let samples = 0..self.samples();
         let view = self.scene.view_at(control.moment);
         let color = |sum: &ExactSum| pixel_color(&view, sum);
-        let first_row = rows.start;
-        let (complete, statistics) = self.trace_tiles(rows, samples, control, &|tile, sums| {
+        let (complete, statistics) = self.trace_tiles(region, samples, control, &|tile, sums| {
             // A tile is done or not: nothing panics between here and the end.
             let mut film = film.lock().unwrap_or_else(PoisonError::into_inner);
-            tile.put_to(sums, &mut film.pixels, width, first_row, color);
+            tile.put_to(sums, &mut film.pixels, &region, color);
         });
         let film = film.into_inner().unwrap_or_else(PoisonError::into_inner);
         Ok(Rendered { film, complete, statistics })
@@ -179,14 +181,22 @@ impl PreparedScene for PreparedCpu {
         samples: Range<u32>,
         control: &RenderControl,
     ) -> Result<Sampled, BackendError> {
-        let (width, height) = self.size();
-        check_rows(&rows, height)?;
+        check_rows(&rows, self.size().1)?;
+        self.sample_region(&Region::whole(self.size()).rows(&rows), samples, control)
+    }
+
+    fn sample_region(
+        &self,
+        region: &Region,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError> {
+        check_region(region, self.size())?;
         check_samples(&samples, self.samples())?;
-        let sums = Mutex::new(SampleSums::new(width, rows.end - rows.start));
-        let first_row = rows.start;
-        let (complete, statistics) = self.trace_tiles(rows, samples, control, &|tile, of_tile| {
+        let sums = Mutex::new(SampleSums::new(region.width, region.height));
+        let (complete, statistics) = self.trace_tiles(*region, samples, control, &|tile, of_tile| {
             let mut sums = sums.lock().unwrap_or_else(PoisonError::into_inner);
-            tile.copy_to(of_tile, &mut sums.sums, width, first_row);
+            tile.copy_to(of_tile, &mut sums.sums, region);
         });
         let sums = sums.into_inner().unwrap_or_else(PoisonError::into_inner);
         Ok(Sampled { sums, complete, statistics })
@@ -194,20 +204,19 @@ impl PreparedScene for PreparedCpu {
 }
 
 impl PreparedCpu {
-    /// Takes samples of rows, tile by tile. `store` is told the sums of each tile, row after row. Whether all tiles were done.
+    /// Takes samples of a region, tile by tile. `store` is told the sums of each tile, row after row. Whether all tiles were done.
     fn trace_tiles(
         &self,
-        rows: Range<u32>,
+        region: Region,
         samples: Range<u32>,
         control: &RenderControl,
         store: &(dyn Fn(Tile, &[ExactSum]) + Sync),
     ) -> (bool, RayStatistics) {
-        let width = self.scene.settings.width;
         let view = self.scene.view_at(control.moment);
         let top = top_of(&self.hierarchy, control.moment, &self.pool);
         let hierarchies = (&*self.hierarchy, top.as_ref().unwrap_or(&self.hierarchy));
-        let pixels_total = u64::from(width) * rows.len() as u64;
-        let tiling = Tiling::for_threads(width, rows, self.tile, self.pool.current_num_threads());
+        let pixels_total = region.pixels();
+        let tiling = Tiling::for_threads(region, self.tile, self.pool.current_num_threads());
         let all = Mutex::new(RayStatistics::default());
         let (pixels_done, rays) = (AtomicU64::new(0), AtomicU64::new(0));
         // A tile takes one and gives it back: there are as many as tiles in work at one time.

@@ -1,13 +1,11 @@
 //! Tiles: the pieces of a picture that threads take.
 
-use std::ops::Range;
+use crate::Region;
 
-/// Rows of a picture cut into tiles of at most `side` by `side` pixels, counted row after row.
+/// A part of a picture cut into tiles of at most `side` by `side` pixels, counted row after row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tiling {
-    width: u32,
-    first_row: u32,
-    height: u32,
+    region: Region,
     side: u32,
 }
 
@@ -19,15 +17,15 @@ const TILES_A_THREAD: u32 = 8;
 
 impl Tiling {
     /// With tiles of `side`, or else of a side that gives each thread enough of them.
-    pub(super) fn for_threads(width: u32, rows: Range<u32>, side: Option<u32>, threads: usize) -> Tiling {
+    pub(super) fn for_threads(region: Region, side: Option<u32>, threads: usize) -> Tiling {
         let enough = TILES_A_THREAD.saturating_mul(threads as u32);
-        let gives_enough = |side: &u32| Tiling::new(width, rows.clone(), *side).len() >= enough;
+        let gives_enough = |side: &u32| Tiling::new(region, *side).len() >= enough;
         let chosen = || SIDES.into_iter().find(gives_enough).unwrap_or(SIDES[SIDES.len() - 1]);
-        Tiling::new(width, rows.clone(), side.unwrap_or_else(chosen))
+        Tiling::new(region, side.unwrap_or_else(chosen))
     }
 
-    pub(super) fn new(width: u32, rows: Range<u32>, side: u32) -> Tiling {
-        Tiling { width, first_row: rows.start, height: rows.end - rows.start, side }
+    pub(super) fn new(region: Region, side: u32) -> Tiling {
+        Tiling { region, side }
     }
 
     /// Pixels of which threads have enough tiles, and not of the smallest.
@@ -36,20 +34,21 @@ impl Tiling {
     }
 
     fn columns(&self) -> u32 {
-        self.width.div_ceil(self.side)
+        self.region.width.div_ceil(self.side)
     }
 
     /// How many tiles there are. Sides of at most 65,535 pixels keep it below 2^32 even for tiles of one pixel.
     pub(super) fn len(&self) -> u32 {
-        self.columns() * self.height.div_ceil(self.side)
+        self.columns() * self.region.height.div_ceil(self.side)
     }
 
     /// One of them.
     pub(super) fn tile(&self, number: u32) -> Tile {
         let x = (number % self.columns()) * self.side;
         let y = (number / self.columns()) * self.side;
-        let (width, height) = (self.side.min(self.width - x), self.side.min(self.height - y));
-        Tile { x, y: self.first_row + y, width, height }
+        let Region { x: left, y: top, width, height } = self.region;
+        let (width, height) = (self.side.min(width - x), self.side.min(height - y));
+        Tile { x: left + x, y: top + y, width, height }
     }
 }
 
@@ -80,23 +79,23 @@ impl Tile {
         (0..tile.height).flat_map(move |dy| (0..tile.width).map(move |dx| (tile.x + dx, tile.y + dy)))
     }
 
-    /// Puts its pixels, row after row, into rows of a picture that begin with `first_row`.
-    pub(super) fn copy_to<T: Copy>(&self, pixels: &[T], rows: &mut [T], width: u32, first_row: u32) {
-        self.put_to(pixels, rows, width, first_row, |pixel| *pixel);
+    /// Puts its pixels, row after row, into those of a region that it is part of.
+    pub(super) fn copy_to<T: Copy>(&self, pixels: &[T], places: &mut [T], region: &Region) {
+        self.put_to(pixels, places, region, |pixel| *pixel);
     }
 
     /// The same with what each pixel is turned into.
     pub(super) fn put_to<T, U>(
         &self,
         pixels: &[T],
-        rows: &mut [U],
-        width: u32,
-        first_row: u32,
+        places: &mut [U],
+        region: &Region,
         turn: impl Fn(&T) -> U,
     ) {
         for (dy, row) in pixels.chunks_exact(self.width as usize).enumerate() {
-            let start = ((self.y - first_row) as usize + dy) * width as usize + self.x as usize;
-            let places = &mut rows[start..start + row.len()];
+            let (x, y) = ((self.x - region.x) as usize, (self.y - region.y) as usize + dy);
+            let start = y * region.width as usize + x;
+            let places = &mut places[start..start + row.len()];
             places.iter_mut().zip(row).for_each(|(place, pixel)| *place = turn(pixel));
         }
     }
@@ -108,7 +107,9 @@ mod tests {
 
     #[test]
     fn sides_by_threads() {
-        let side = |width, height, side, threads| Tiling::for_threads(width, 0..height, side, threads).side;
+        let side = |width, height, side, threads| {
+            Tiling::for_threads(Region::whole((width, height)), side, threads).side
+        };
         assert_eq!(side(1920, 1080, None, 2), 32);
         assert_eq!(side(800, 800, None, 128), 16);
         assert_eq!(side(100, 100, None, 64), 8);
@@ -119,8 +120,12 @@ mod tests {
     fn tiles_cover_every_pixel_once() {
         for (width, height, side) in [(1, 1u32, 16), (17, 5, 4), (64, 64, 64), (100, 33, 7), (5, 300, 1)] {
             let mut seen = vec![0; (width * height) as usize];
-            for rows in [0..height.div_ceil(3), height.div_ceil(3)..height] {
-                let tiling = Tiling::new(width, rows, side);
+            let (all, left) = (Region::whole((width, height)), width.div_ceil(3));
+            let columns = [(0, left), (left, width - left)].into_iter().filter(|(_, width)| *width > 0);
+            let columns = columns.map(|(x, width)| Region { x, width, ..all });
+            let rows = [0..height.div_ceil(3), height.div_ceil(3)..height];
+            for region in columns.flat_map(|columns| rows.clone().map(|rows| columns.rows(&rows))) {
+                let tiling = Tiling::new(region, side);
                 for (x, y) in (0..tiling.len()).map(|n| tiling.tile(n)).flat_map(|t| t.places()) {
                     seen[(y * width + x) as usize] += 1;
                 }

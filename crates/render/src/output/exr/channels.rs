@@ -1,6 +1,7 @@
 //! The channels of a file, and what each takes from a pixel.
 
 use crate::CameraWork;
+use crate::output::alpha::coverage;
 use eosphor_core::math::Vec3;
 use eosphor_core::whitted::PixelFeatures;
 use exr::meta::attribute::SampleType;
@@ -83,6 +84,7 @@ type Component = fn(&Vec3) -> f32;
 #[derive(Clone, Copy)]
 enum Source {
     Color(Component),
+    Alpha,
     Albedo(Component),
     Normal(Component),
     Depth,
@@ -100,31 +102,41 @@ pub(super) struct Row<'a> {
 }
 
 /// A channel of a file.
-pub(super) struct Channel {
+pub(in crate::output) struct Channel {
     pub(super) name: &'static str,
     pub(super) samples: SampleType,
     source: Source,
 }
 
 impl Channel {
-    /// The colours and these layers, in the order that the format asks for: by name. With `half`, all but distances and
-    /// numbers have 16 bits.
-    pub(super) fn all(layers: &[Layer], half: bool) -> Vec<Channel> {
+    /// The colours, alpha where it is wanted, and these layers, in the order that the format asks for: by name. With `half`, all
+    /// but distances and numbers have 16 bits.
+    pub(in crate::output) fn all(layers: &[Layer], alpha: bool, half: bool) -> Vec<Channel> {
         let colors =
             [("R", Source::Color(|c| c.x)), ("G", Source::Color(|c| c.y)), ("B", Source::Color(|c| c.z))];
+        let alpha = alpha.then_some(("A", Source::Alpha));
         let layers = layers.iter().flat_map(|layer| layer.channels().iter().copied());
         let channel = |(name, source)| {
             let samples = match source {
-                Source::Color(_) | Source::Albedo(_) | Source::Normal(_) if half => SampleType::F16,
-                Source::Color(_) | Source::Albedo(_) | Source::Normal(_) | Source::Depth => SampleType::F32,
+                Source::Color(_) | Source::Alpha | Source::Albedo(_) | Source::Normal(_) if half => {
+                    SampleType::F16
+                }
+                Source::Color(_) | Source::Alpha | Source::Albedo(_) | Source::Normal(_) | Source::Depth => {
+                    SampleType::F32
+                }
                 Source::Object | Source::Material | Source::Nodes | Source::Tests => SampleType::U32,
             };
             Channel { name, samples, source }
         };
-        let mut channels: Vec<Channel> = colors.into_iter().chain(layers).map(channel).collect();
+        let mut channels: Vec<Channel> = colors.into_iter().chain(alpha).chain(layers).map(channel).collect();
         channels.sort_by_key(|channel| channel.name);
         channels.dedup_by_key(|channel| channel.name);
         channels
+    }
+
+    /// Whether it is of a layer or alpha, and not of the colours.
+    pub(super) fn is_of_features(&self) -> bool {
+        !matches!(self.source, Source::Color(_))
     }
 
     /// Appends the values of a row.
@@ -140,6 +152,7 @@ impl Channel {
             Source::Nodes => row.work.iter().for_each(|work| number(work.nodes)),
             Source::Tests => row.work.iter().for_each(|work| number(work.tests)),
             Source::Color(component) => row.colors.iter().for_each(|c| float(component(c), bytes)),
+            Source::Alpha => row.features.iter().for_each(|pixel| float(coverage(pixel), bytes)),
             Source::Albedo(component) => {
                 row.features.iter().for_each(|pixel| float(component(&pixel.albedo), bytes))
             }
@@ -178,7 +191,7 @@ mod tests {
 
     #[test]
     fn channels_are_sorted_and_single() {
-        let names = |layers| Channel::all(layers, false).iter().map(|c| c.name).collect::<Vec<_>>();
+        let names = |layers| Channel::all(layers, false, false).iter().map(|c| c.name).collect::<Vec<_>>();
         assert_eq!(names(&[]), ["B", "G", "R"]);
         assert_eq!(
             names(&[Layer::Depth, Layer::Cost, Layer::Depth]),

@@ -8,14 +8,14 @@ use super::channels::{Channel, Row};
 use crate::output::destination::Destination;
 use crate::output::encoder::LinearEncoder;
 use crate::output::metadata::SOFTWARE;
-use crate::output::{Layer, Metadata, PICTURE_VERSION};
+use crate::output::{Metadata, PICTURE_VERSION, Window};
 use crate::{FeatureRows, Film};
 use exr::block::chunk::Chunk;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::meta::attribute::{self, AttributeValue, ChannelDescription, LineOrder, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::meta::{BlockDescription, MetaData, magic_number};
-use exr::prelude::{Compression, Vec2};
+use exr::prelude::{Compression, IntegerBounds, Vec2};
 use rayon::prelude::*;
 use std::io::{Error, ErrorKind, Result, Seek, Write};
 
@@ -24,6 +24,14 @@ const BYTES_AT_ONCE: usize = 1 << 24;
 
 /// Says whether the picture is complete; its value, the last bytes of the header's attributes, is written over.
 const INCOMPLETE: &str = "incomplete";
+
+/// Where the pixels of a file lie.
+pub(in crate::output) struct Layout {
+    /// Width and height in pixels: the data window.
+    pub(in crate::output) size: (u32, u32),
+    /// The picture that they are a part of: the display window.
+    pub(in crate::output) window: Option<Window>,
+}
 
 /// Compresses lines as they come.
 pub(in crate::output) struct ExrEncoder {
@@ -41,18 +49,22 @@ pub(in crate::output) struct ExrEncoder {
 impl ExrEncoder {
     pub(in crate::output) fn new(
         mut file: Destination,
-        (width, height): (u32, u32),
-        (layers, half): (&[Layer], bool),
+        Layout { size: (width, height), window }: Layout,
+        channels: Vec<Channel>,
         metadata: &Metadata,
     ) -> Result<ExrEncoder> {
-        let channels = Channel::all(layers, half);
         let described =
             channels.iter().map(|c| ChannelDescription::named(Text::from(c.name), c.samples)).collect();
         let size = Vec2(width as usize, height as usize);
         // Run lengths take an eighth of the time of the other methods, and noise does not shrink anyway.
-        let header = Header::new(Text::default(), size, described)
+        let mut header = Header::new(Text::default(), size, described)
             .with_encoding(Compression::RLE, BlockDescription::ScanLines, LineOrder::Increasing)
             .with_attributes(LayerAttributes::default());
+        if let Some(Window { region, whole }) = window {
+            header.own_attributes.layer_position = Vec2(region.x as i32, region.y as i32);
+            header.shared_attributes.display_window =
+                IntegerBounds::from_dimensions((whole.0 as usize, whole.1 as usize));
+        }
         let headers = [header];
         let attributes = header_bytes(&headers, metadata).map_err(io_error)?;
         file.write_all(&attributes)?;
@@ -61,8 +73,8 @@ impl ExrEncoder {
         std::io::copy(&mut std::io::Read::take(std::io::repeat(0), table), &mut file)?;
         Ok(ExrEncoder {
             file,
+            wants_features: channels.iter().any(Channel::is_of_features),
             channels,
-            wants_features: !layers.is_empty(),
             headers,
             // The last value and the byte that ends the header.
             incomplete_at: attributes.len() as u64 - 5,
@@ -90,7 +102,10 @@ impl LinearEncoder for ExrEncoder {
         let width = film.width as usize;
         let features = match features {
             None if self.wants_features => {
-                return Err(Error::new(ErrorKind::InvalidInput, "layers are asked for without features"));
+                return Err(Error::new(
+                    ErrorKind::InvalidInput,
+                    "layers or alpha are asked for without features",
+                ));
             }
             features => features.filter(|_| self.wants_features),
         };

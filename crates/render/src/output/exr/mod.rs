@@ -4,6 +4,7 @@ mod channels;
 mod encoder;
 mod read;
 
+pub(super) use channels::Channel;
 pub use channels::Layer;
-pub(super) use encoder::ExrEncoder;
+pub(super) use encoder::{ExrEncoder, Layout};
 pub(super) use read::read;

@@ -3,9 +3,9 @@
 //!
 //! | part | bytes |
 //! |---|---|
-//! | beginning | `EOSSHARE`, the length of the header |
+//! | beginning | `EOSSHAR2`, the length of the header |
 //! | header | [`ShareHeader`] as JSON |
-//! | bands, from the top | three floats a pixel, row after row; then, with layers, eleven words of features a pixel |
+//! | bands, from the top | three floats a pixel, row after row; then, with layers or alpha, fourteen words of features a pixel |
 //! | end | CRC-32 of all before it |
 //!
 //! Numbers are 32 bits, lowest byte first.
@@ -23,11 +23,11 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-const MAGIC: [u8; 8] = *b"EOSSHARE";
+const MAGIC: [u8; 8] = *b"EOSSHAR2";
 
 /// Floats of a colour, and words of a pixel's features.
 const COLOR_BYTES: u64 = 12;
-const FEATURE_BYTES: u64 = 44;
+const FEATURE_BYTES: u64 = 56;
 
 /// Rows of a band: few, so that all shares have about as much work.
 pub const BAND_ROWS: u32 = 8;
@@ -60,7 +60,7 @@ impl ShareHeader {
     }
 
     fn pixel_bytes(&self) -> u64 {
-        COLOR_BYTES + if self.options.layers.is_empty() { 0 } else { FEATURE_BYTES }
+        COLOR_BYTES + if self.options.needs_features() { FEATURE_BYTES } else { 0 }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Reading shares, and making the whole of them.
 
 use super::super::{MAX_SIDE, OutputError, PictureWriter, SaveOptions};
-use super::{MAGIC, ShareHeader};
+use super::{FEATURE_BYTES, MAGIC, ShareHeader};
 use crate::{CameraWork, FeatureRows, Film, PixelFeatures};
 use eosphor_core::math::Vec3;
 use std::fs::File;
@@ -83,7 +83,7 @@ impl ShareReader {
         Ok(ShareReader { path: path.to_owned(), from, header })
     }
 
-    /// The next band, with features where the picture has layers.
+    /// The next band, with features where the picture has layers or alpha.
     fn read_rows(&mut self, rows: &Range<u32>) -> Result<(Film, Option<FeatureRows>), ShareError> {
         let (width, height) = (self.header.size.0, rows.end - rows.start);
         let pixels = width as usize * height as usize;
@@ -100,17 +100,18 @@ impl ShareReader {
             return Ok((film, None));
         }
         let mut all = FeatureRows::new(width, height);
-        for (number, bytes) in features.as_chunks::<44>().0.iter().enumerate() {
+        for (number, bytes) in features.as_chunks::<{ FEATURE_BYTES as usize }>().0.iter().enumerate() {
             let words = bytes.as_chunks::<4>().0;
             let word = |k: usize| u32::from_le_bytes(words[k]);
             all.pixels[number] = PixelFeatures {
                 albedo: vector(&words[..3]),
                 normal: vector(&words[3..6]),
-                depth: f32::from_bits(word(6)),
-                object: word(7),
-                material: word(8),
+                background: vector(&words[6..9]),
+                depth: f32::from_bits(word(9)),
+                object: word(10),
+                material: word(11),
             };
-            all.work[number] = CameraWork { nodes: word(9), tests: word(10) };
+            all.work[number] = CameraWork { nodes: word(12), tests: word(13) };
         }
         Ok((film, Some(all)))
     }

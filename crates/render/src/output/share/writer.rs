@@ -17,7 +17,7 @@ pub struct ShareWriter {
     sum: crc32fast::Hasher,
     width: u32,
     rows_left: u64,
-    has_layers: bool,
+    has_features: bool,
 }
 
 impl ShareWriter {
@@ -42,7 +42,7 @@ impl ShareWriter {
             sum: crc32fast::Hasher::new(),
             width,
             rows_left: header.bands().map(|rows| rows.len() as u64).sum(),
-            has_layers: !header.options.layers.is_empty(),
+            has_features: header.options.needs_features(),
         };
         let header = serde_json::to_vec(header).map_err(|error| fail(Error::other(error)))?;
         let begin = [&MAGIC[..], &(header.len() as u32).to_le_bytes(), &header].concat();
@@ -55,7 +55,7 @@ impl ShareWriter {
         self.file.path()
     }
 
-    /// The next rows of the share's bands, with features where the picture has layers.
+    /// The next rows of the share's bands, with features where the picture has layers or alpha.
     ///
     /// # Errors
     ///
@@ -63,7 +63,7 @@ impl ShareWriter {
     pub fn write_rows(&mut self, film: &Film, features: Option<&FeatureRows>) -> Result<(), OutputError> {
         let fits = film.width == self.width
             && u64::from(film.height) <= self.rows_left
-            && features.is_some() == self.has_layers
+            && features.is_some() == self.has_features
             && features.is_none_or(|features| features.pixels.len() == film.pixels.len());
         let mut bytes = Vec::with_capacity(film.pixels.len() * 12);
         film.pixels.iter().for_each(|&color| put_vector(&mut bytes, color));
@@ -111,9 +111,10 @@ fn put_vector(bytes: &mut Vec<u8>, v: Vec3) {
 }
 
 fn put_features(bytes: &mut Vec<u8>, pixel: &PixelFeatures, work: &CameraWork) {
-    let &PixelFeatures { albedo, normal, depth, object, material } = pixel;
+    let &PixelFeatures { albedo, normal, depth, object, material, background } = pixel;
     put_vector(bytes, albedo);
     put_vector(bytes, normal);
+    put_vector(bytes, background);
     for word in [depth.to_bits(), object, material, work.nodes, work.tests] {
         bytes.extend_from_slice(&word.to_le_bytes());
     }

@@ -124,7 +124,7 @@ fn holds(bytes: &[u8], part: &[u8]) -> bool {
 
 #[test]
 fn data_is_the_format_of_the_course() {
-    let picture = Developed { width: 2, height: 1, rgb: vec![1, 2, 3, 4, 5, 6] };
+    let picture = Developed { width: 2, height: 1, rgb: vec![1, 2, 3, 4, 5, 6], alpha: Vec::new() };
     let (_folder, path) = in_folder("a.data");
     save_developed(&picture, &path, &SaveOptions::default()).unwrap();
     let expected = [2, 0, 0, 0, 1, 0, 0, 0, 1, 2, 3, 255, 4, 5, 6, 255];

@@ -34,6 +34,85 @@ fn rows_may_come_in_any_portions() {
     }
 }
 
+/// A stream that can be looked at, and closes after so many bytes.
+#[derive(Clone)]
+struct Pipe(std::sync::Arc<std::sync::Mutex<Vec<u8>>>, usize);
+
+impl std::io::Write for Pipe {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let mut taken = self.0.lock().unwrap();
+        match taken.len() + bytes.len() > self.1 {
+            true => Err(std::io::ErrorKind::BrokenPipe.into()),
+            false => {
+                taken.extend(bytes);
+                Ok(bytes.len())
+            }
+        }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn streams_get_the_bytes_of_files_or_nothing() {
+    let (film, options, name) = (gradient(21, 50), SaveOptions::default(), std::path::Path::new("the pipe"));
+    for format in Format::ALL {
+        let (_folder, path) = in_folder(&format!("a.{}", format.extensions()[0]));
+        save(&film, &path, &options).unwrap();
+        let begin = |pipe: &Pipe| {
+            let stream = Box::new(pipe.clone());
+            let mut writer = PictureWriter::open_stream(stream, name, format, (21, 50), &options).unwrap();
+            assert_eq!(writer.temporary_path(), None);
+            writer.write_rows(&rows_of(&film, 0..30), None).unwrap();
+            assert!(pipe.0.lock().unwrap().is_empty(), "not before it is whole");
+            writer
+        };
+        let pipe = Pipe(Default::default(), usize::MAX);
+        let mut writer = begin(&pipe);
+        writer.write_rows(&rows_of(&film, 30..50), None).unwrap();
+        writer.finish().unwrap();
+        assert!(*pipe.0.lock().unwrap() == fs::read(&path).unwrap(), "{format:?}");
+
+        let cut = Pipe(Default::default(), usize::MAX);
+        assert!(begin(&cut).finish_partial(&path).is_err());
+        drop(begin(&cut));
+        assert!(cut.0.lock().unwrap().is_empty());
+
+        let closed = Pipe(Default::default(), 10);
+        let mut writer = begin(&closed);
+        writer.write_rows(&rows_of(&film, 30..50), None).unwrap();
+        let reason = writer.finish().unwrap_err().to_string();
+        assert!(reason.contains("the pipe: ") && reason.contains("closed the pipe"), "{reason}");
+    }
+}
+
+#[test]
+fn parts_of_pictures_say_where_they_lie() {
+    use ::exr::prelude::{IntegerBounds, MetaData, Vec2};
+    let film = gradient(9, 20);
+    let region = crate::Region { x: 30, y: 50, width: 9, height: 20 };
+    for window in [None, Some(Window { region, whole: (640, 480) })] {
+        let (_folder, path) = in_folder("a.exr");
+        let options = SaveOptions { window, ..SaveOptions::default() };
+        save(&film, &path, &options).unwrap();
+        let Picture::Linear(read) = Picture::read(&path).unwrap() else { panic!("EXR is linear") };
+        assert_eq!(film_bits(&read), film_bits(&film));
+        let meta = MetaData::read_from_file(&path, true).unwrap();
+        let (data, display) = match window {
+            None => (Vec2(0, 0), (9, 20)),
+            Some(_) => (Vec2(30, 50), (640, 480)),
+        };
+        let header = &meta.headers[0];
+        assert_eq!(header.data_window(), IntegerBounds::new(data, (9, 20)));
+        assert_eq!(header.shared_attributes.display_window, IntegerBounds::from_dimensions(display));
+    }
+    let (_folder, path) = in_folder("a.png");
+    let wrong = Window { region, whole: (38, 480) };
+    assert!(save(&film, &path, &SaveOptions { window: Some(wrong), ..SaveOptions::default() }).is_err());
+}
+
 #[test]
 fn rows_that_were_not_written_are_black() {
     let film = gradient(9, 20);
@@ -64,7 +143,7 @@ fn a_writer_that_is_dropped_or_misused_leaves_nothing() {
     let (folder, path) = in_folder("a.png");
     let options = SaveOptions::default();
     let mut writer = PictureWriter::open(&path, (4, 4), &options).unwrap();
-    assert!(writer.temporary_path().exists());
+    assert!(writer.temporary_path().unwrap().exists());
     writer.write_rows(&Film::new(4, 2), None).unwrap();
     assert!(writer.write_rows(&Film::new(4, 3), None).is_err(), "too many");
     let lying = Film { pixels: Vec::new(), ..Film::new(4, 2) };
@@ -77,7 +156,11 @@ fn a_writer_that_is_dropped_or_misused_leaves_nothing() {
     let writer = PictureWriter::open(&path, (4, 4), &options).unwrap();
     assert!(writer.finish().unwrap_err().to_string().contains("4 of its rows are missing"));
     let mut writer = PictureWriter::open(&folder.path().join("a.hdr"), (4, 4), &options).unwrap();
-    assert!(writer.write_developed(&Developed { width: 4, height: 4, rgb: vec![0; 48] }).is_err());
+    assert!(
+        writer
+            .write_developed(&Developed { width: 4, height: 4, rgb: vec![0; 48], alpha: Vec::new() })
+            .is_err()
+    );
     drop(writer);
     for (size, quality) in [((0, 4), 90), ((4, 70_000), 90), ((4, 4), 0), ((4, 4), 101)] {
         let options = SaveOptions { jpeg_quality: quality, ..SaveOptions::default() };
@@ -174,13 +257,16 @@ fn a_full_disk_is_an_error() {
         let mut encoder = make(file.clone())?;
         encoder.rows(&film, None).and_then(|()| encoder.finish(true)).and_then(|()| file.finish())
     };
+    let layout = || exr::Layout { size: (8, 8), window: None };
     let results = [
-        bytes(&|to| Ok(Box::new(png::PngEncoder::new(to, 8, 8, &metadata)?))),
+        bytes(&|to| Ok(Box::new(png::PngEncoder::new(to, (8, 8), false, &metadata)?))),
         bytes(&|to| Ok(Box::new(ppm::PpmEncoder::new(to, 8, 8)?))),
         bytes(&|to| Ok(Box::new(jpeg::JpegEncoder::new(to, 8, 8, 90)))),
         bytes(&|to| Ok(Box::new(data::DataEncoder::new(to, 8, 8)?))),
         linear(&|to| Ok(Box::new(hdr::HdrEncoder::new(to, 8, 8)?))),
-        linear(&|to| Ok(Box::new(exr::ExrEncoder::new(to, (8, 8), (&[], false), &metadata)?))),
+        linear(&|to| {
+            Ok(Box::new(exr::ExrEncoder::new(to, layout(), exr::Channel::all(&[], false, false), &metadata)?))
+        }),
     ];
     for (number, result) in results.into_iter().enumerate() {
         assert_eq!(result.unwrap_err().kind(), std::io::ErrorKind::StorageFull, "{number}");

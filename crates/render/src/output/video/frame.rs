@@ -37,7 +37,7 @@ pub(super) fn read(path: &Path, (width, height): (u32, u32)) -> Result<Developed
     reader.next_frame(&mut rgb).map_err(explain)?;
     // What follows the pixels is part of a whole file.
     reader.finish().map_err(explain)?;
-    Ok(Developed { width, height, rgb })
+    Ok(Developed { width, height, rgb, alpha: Vec::new() })
 }
 
 fn explain(error: png::DecodingError) -> Error {
@@ -56,7 +56,8 @@ mod tests {
     fn any_damage_to_a_frame_is_noticed_or_harmless() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
-        let frame = Developed { width: 5, height: 3, rgb: (0..45).map(|i| i * 5).collect() };
+        let frame =
+            Developed { width: 5, height: 3, rgb: (0..45).map(|i| i * 5).collect(), alpha: Vec::new() };
         write(&path, &frame).unwrap();
         assert_eq!(read(&path, (5, 3)).unwrap(), frame);
         assert_eq!(read(&path, (3, 5)).unwrap_err().kind(), ErrorKind::InvalidData);

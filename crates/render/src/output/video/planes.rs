@@ -125,7 +125,7 @@ mod tests {
     fn planes_of(width: u32, height: u32, colour: [u8; 3]) -> Planes {
         let rgb = colour.repeat((width * height) as usize);
         let mut planes = Planes::new((width, height));
-        planes.convert(&Developed { width, height, rgb });
+        planes.convert(&Developed { width, height, rgb, alpha: Vec::new() });
         planes
     }
 
@@ -177,13 +177,13 @@ mod tests {
     #[test]
     fn odd_sides_repeat_their_last_pixels() {
         let rgb: Vec<u8> = (0..27).map(|i| i * 9).collect();
-        let odd = Developed { width: 3, height: 3, rgb };
+        let odd = Developed { width: 3, height: 3, rgb, alpha: Vec::new() };
         let mut even = Vec::new();
         for y in [0, 1, 2, 2] {
             even.extend_from_slice(odd.row(y));
             even.extend_from_slice(&odd.row(y)[6..]);
         }
-        let even = Developed { width: 4, height: 4, rgb: even };
+        let even = Developed { width: 4, height: 4, rgb: even, alpha: Vec::new() };
         let (mut a, mut b) = (Planes::new((3, 3)), Planes::new((4, 4)));
         a.convert(&odd);
         b.convert(&even);

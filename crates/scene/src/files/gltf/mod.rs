@@ -27,6 +27,7 @@ mod vertices;
 mod tests;
 
 use super::loader::Loader;
+use super::surroundings;
 use crate::error::{Place, SceneError};
 use crate::model::origin::is_apart;
 use crate::model::{AlphaMode, CameraMotion, Instance, Interpolation, LightMotion, Material, MaterialKind};
@@ -36,7 +37,6 @@ use animations::Animations;
 use buffers::Buffers;
 use cameras::NamedCamera;
 use container::Container;
-use eosphor_core::math::Vec3;
 use eosphor_core::settings::ShadowMode;
 use gltf::json::Root;
 use lights::PlacedLight;
@@ -44,9 +44,6 @@ use meshes::Meshes;
 use nodes::{ExactNode, Nodes};
 use std::fmt;
 use std::path::Path;
-
-/// Radiance of the surroundings of files that bring no light: metal shows nothing where there is nothing to reflect.
-const STUDIO: f32 = 0.25;
 
 /// Adds the meshes and materials of a file, placed and moved as it says; its cameras and lights are left out.
 pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneError> {
@@ -76,12 +73,8 @@ pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>)
     if used.iter().any(|m| lets_light_through(m)) {
         settings.shadows = ShadowMode::Coloured;
     }
-    // Triangles that shine through a texture are no lights.
-    let shines = |m: &Material| m.emission() != Vec3::ZERO && m.textures.emission.is_none();
-    if settings.headlight && loader.scene.lights.is_empty() && !used.iter().any(|m| shines(m)) {
-        settings.background = Vec3::splat(STUDIO);
-        settings.ambient = STUDIO;
-    }
+    let is_lit = used.iter().any(|material| surroundings::shines(material));
+    surroundings::add(&mut loader.scene, is_lit);
     Ok(())
 }
 

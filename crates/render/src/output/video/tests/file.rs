@@ -111,7 +111,7 @@ fn screen_bytes(planes: &impl YUVSource) -> Developed {
             rgb.extend([red, green, blue].map(|x| (x * 255.0 + 0.5) as u8));
         }
     }
-    Developed { width: width as u32, height: height as u32, rgb }
+    Developed { width: width as u32, height: height as u32, rgb, alpha: Vec::new() }
 }
 
 /// Root of the mean square, and mean, of the differences of the picture that both have.
@@ -155,7 +155,7 @@ fn colours_come_back() {
     let (_folder, path) = in_folder();
     let video = open(&path, (32, 32), colours.len() as u32, 1);
     for (number, colour) in (0..).zip(colours) {
-        let picture = Developed { width: 32, height: 32, rgb: colour.repeat(32 * 32) };
+        let picture = Developed { width: 32, height: 32, rgb: colour.repeat(32 * 32), alpha: Vec::new() };
         video.write_frame(number, &picture).unwrap();
     }
     video.finish().unwrap();

@@ -21,7 +21,7 @@ fn frame(number: u32, (width, height): (u32, u32)) -> Developed {
             rgb.extend_from_slice(&[wave(x + time), wave(y - 0.7 * time), wave(0.6 * x + y + 1.3 * time)]);
         }
     }
-    Developed { width, height, rgb }
+    Developed { width, height, rgb, alpha: Vec::new() }
 }
 
 fn options(threads: usize) -> VideoOptions {

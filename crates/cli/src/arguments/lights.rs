@@ -1,0 +1,117 @@
+//! Flags that add lights to the scene's own.
+
+use super::values::{number, place};
+use super::{Need, check};
+use crate::failure::Failure;
+use clap::Args;
+use eosphor::math::{Vec3, vec3};
+use eosphor::settings::LightingModel;
+use eosphor::{Light, Scene};
+
+/// Irradiance of a sun that states none.
+const SUN: f32 = 3.0;
+
+/// Intensity of a light that states none.
+const LIGHT: f32 = 10.0;
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Lights")]
+pub(crate) struct LightFlags {
+    /// Add a directional light, as "directional" of JSON scenes: the way that the light goes, as 0,-1,0 from above, and the
+    /// irradiance of a surface that faces it, in W/m² (0 to 1e6; 3 otherwise). May be given several times
+    #[arg(long, value_name = "X,Y,Z[,STRENGTH]", value_parser = sun, allow_hyphen_values = true)]
+    sun: Vec<Sun>,
+    /// Add a point light, as "point" of JSON scenes: its place and its radiant intensity in W/sr (0 to 1e6; 10 otherwise). May
+    /// be given several times
+    #[arg(long, value_name = "X,Y,Z[,POWER]", value_parser = light, allow_hyphen_values = true)]
+    light: Vec<PointLight>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sun {
+    direction: Vec3,
+    irradiance: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PointLight {
+    /// In coordinates of the file.
+    position: [f64; 3],
+    intensity: f32,
+}
+
+impl LightFlags {
+    pub(crate) fn is_given(&self) -> bool {
+        !self.sun.is_empty() || !self.light.is_empty()
+    }
+
+    /// Adds them after the scene's own: suns, then points.
+    pub(crate) fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
+        let is_lit = !matches!(scene.settings.lighting, LightingModel::Distance | LightingModel::Diffuse);
+        let needs = "a --lighting that lights count in: lambert, phong or blinn-phong";
+        let need = |flag, is_given| Need { flag, is_given, is_met: is_lit, needs };
+        check(&[need("--sun", !self.sun.is_empty()), need("--light", !self.light.is_empty())])?;
+        for &Sun { direction, irradiance } in &self.sun {
+            scene.lights.push(Light::Directional { direction, color: Vec3::splat(irradiance) });
+        }
+        for &PointLight { position, intensity } in &self.light {
+            let position = scene.point_of_file(position);
+            scene.lights.push(Light::Point { position, color: Vec3::splat(intensity) });
+        }
+        Ok(())
+    }
+}
+
+/// `0,-1,0` or `0,-1,0,2.5`.
+fn sun(text: &str) -> Result<Sun, String> {
+    let (direction, strength) = place_and_strength(text)?;
+    let [x, y, z] = direction.map(|x| x as f32);
+    let direction = vec3(x, y, z);
+    if direction.normalize_or(Vec3::ZERO) == Vec3::ZERO {
+        return Err("its direction has no length".into());
+    }
+    Ok(Sun { direction, irradiance: strength.unwrap_or(SUN) })
+}
+
+/// `1,2,3` or `1,2,3,50`.
+fn light(text: &str) -> Result<PointLight, String> {
+    let (position, strength) = place_and_strength(text)?;
+    Ok(PointLight { position, intensity: strength.unwrap_or(LIGHT) })
+}
+
+fn place_and_strength(text: &str) -> Result<([f64; 3], Option<f32>), String> {
+    match text.match_indices(',').nth(2) {
+        None => Ok((
+            place(text).map_err(|problem| match problem.starts_with("it must") {
+                true => "it must be three numbers, or four, as 1,0,-2.5 or 1,0,-2.5,4".to_owned(),
+                false => problem,
+            })?,
+            None,
+        )),
+        Some((comma, _)) => {
+            let strength = number(&text[comma + 1..])?;
+            match (0.0..=1e6).contains(&strength) {
+                true => Ok((place(&text[..comma])?, Some(strength))),
+                false => Err(format!("{strength} is out of range: how strong it is must be from 0 to 1e6")),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_have_three_numbers_or_four() {
+        assert_eq!(sun("0,-2,1"), Ok(Sun { direction: vec3(0.0, -2.0, 1.0), irradiance: SUN }));
+        assert_eq!(sun("0,-2,1,0.5").unwrap().irradiance, 0.5);
+        assert_eq!(light("1e6,-2,1,7"), Ok(PointLight { position: [1e6, -2.0, 1.0], intensity: 7.0 }));
+        for bad in
+            ["", "1", "1,2", "1,2,3,", "1,2,3,4,5", "1,2,3,-1", "1,2,3,2e6", "1,2,3,nan", "a,2,3", "1,,3"]
+        {
+            assert!(sun(bad).is_err() && light(bad).is_err(), "{bad}");
+        }
+        assert_eq!(sun("0,0,0").unwrap_err(), "its direction has no length");
+    }
+}
