@@ -73,6 +73,7 @@ impl Backend for CudaBackend {
         let kernel = kernel(self.accel, self.traversal, scene.instances.len() > 1)?;
         let band_bytes = largest_band(scene.settings.width, scene.settings.height) as u64;
         let view = scene.view();
+        let kernel = (kernel, self.block_size);
         let upload =
             |device: &Device| DeviceScene::upload(device, kernel, &view, &structure, moving, band_bytes);
         Ok(Box::new(PreparedCuda {

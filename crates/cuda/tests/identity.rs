@@ -122,7 +122,7 @@ fn every_block_size() {
     let mut scene = common::scene("glass", None).unwrap();
     // Neither a multiple of a warp's pixels nor of a block's.
     scene.settings.size = [93, 53];
-    for block_size in [32, 64, 96, 128] {
+    for block_size in [32, 64, 96, 128, 256, 512] {
         assert_identical_by(&scene, CudaOptions { block_size, ..CudaOptions::default() });
     }
 }

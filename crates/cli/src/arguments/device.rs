@@ -32,7 +32,7 @@ pub(crate) struct DeviceFlags {
     /// Instructions of the CPU; auto takes the widest there are
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
-    /// Threads of a block on GPUs: 32, 64, 96 or 128, which is usual
+    /// Threads of a block on GPUs: a multiple of 32, at most 512 [default: 128]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
     pub(crate) block_size: Option<u32>,
     /// How the threads of a warp walk through a bvh on GPUs: single, each for itself; vote, all where any has to; auto, by
