@@ -61,6 +61,10 @@ pub struct CudaOptions {
     pub block_size: u32,
     /// The way through a bounding volume hierarchy.
     pub traversal: Traversal,
+    /// Count what queries do and time it, by kernels that are made for that and take some times as long. They go through a
+    /// bounding volume hierarchy as one ray does on a CPU, so that counts are the same there. Needed where
+    /// [`eosphor_render::RenderControl::count_work`] is asked for.
+    pub count_work: bool,
 }
 
 impl Default for CudaOptions {
@@ -72,6 +76,7 @@ impl Default for CudaOptions {
             hierarchy: HierarchyOptions::default(),
             block_size: USUAL_THREADS,
             traversal: Traversal::Auto,
+            count_work: false,
         }
     }
 }
@@ -83,12 +88,18 @@ impl CudaOptions {
     ///
     /// [`BackendError::Failed`] with what to choose instead.
     pub fn check(&self) -> Result<(), BackendError> {
-        kernel(self.accel, self.traversal, false)?;
+        kernel(self.accel, self.traversal, false, self.count_work)?;
         if self.traversal != Traversal::Auto && self.accel != Accel::Bvh {
             return Err(BackendError::Failed(format!(
                 "{}: there are several ways through a bvh, one through {}: leave that out, or choose bvh",
                 self.traversal.name(),
                 self.accel
+            )));
+        }
+        if self.traversal != Traversal::Auto && self.count_work {
+            return Err(BackendError::Failed(format!(
+                "{}: what is counted is the way of one ray: leave that out, or do not count",
+                self.traversal.name()
             )));
         }
         if self.devices.is_empty() {

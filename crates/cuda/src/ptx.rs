@@ -41,15 +41,16 @@ mod tests {
     use eosphor_render::{Accel, Hierarchy, HierarchyOptions};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
-    /// The structures that have a kernel, and the ways through them.
-    fn kernels() -> Vec<(Accel, Traversal, &'static str)> {
-        let mut all = Vec::new();
-        for accel in Accel::ALL.iter().copied() {
-            for (traversal, placed) in Traversal::ALL.into_iter().flat_map(|t| [(t, false), (t, true)]) {
-                if let Ok(name) = kernel(accel, traversal, placed)
-                    && !all.iter().any(|&(_, _, other)| other == name)
+    /// The structures that have a kernel, the ways through them, and whether it counts.
+    fn kernels() -> Vec<(Accel, Traversal, bool, &'static str)> {
+        let mut all: Vec<(Accel, Traversal, bool, &'static str)> = Vec::new();
+        let ways = || Traversal::ALL.into_iter().flat_map(|t| [(t, false, false), (t, true, false)]);
+        for &accel in Accel::ALL {
+            for (traversal, placed, counts) in ways().chain([(Traversal::Auto, true, true)]) {
+                if let Ok(name) = kernel(accel, traversal, placed, counts)
+                    && !all.iter().any(|&(.., other)| other == name)
                 {
-                    all.push((accel, traversal, name));
+                    all.push((accel, traversal, counts, name));
                 }
             }
         }
@@ -89,9 +90,12 @@ mod tests {
         let numbers = [Kind::Number; 5];
         let pixels = [Kind::Array { align: 1 }; 2];
         let launch = [&numbers[..], &pixels, &[Kind::Array { align: align_of::<u64>() }]].concat();
-        for (accel, traversal, name) in kernels() {
+        for (accel, traversal, counts, name) in kernels() {
             let hierarchy = Hierarchy::build(accel, &HierarchyOptions::default(), &data);
-            let structure = Structure::new(&hierarchy, traversal, 0).unwrap();
+            let structure = match counts {
+                true => Structure::for_counting(&hierarchy),
+                false => Structure::new(&hierarchy, traversal, 0).unwrap(),
+            };
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
             assert_eq!(declared(name), [parameters.kinds(), &launch[..]].concat(), "{name}");
         }
@@ -122,7 +126,7 @@ mod tests {
         assert_eq!(entries(PTX).len(), kernels().len() + query_kernels().len());
         // Tables of constants stand before the kernels.
         let tables = |text: &str| text.lines().filter(|line| line.starts_with(".global")).count();
-        for (_, traversal, name) in kernels() {
+        for (_, traversal, _, name) in kernels() {
             let larger = text(&[name], MOST_THREADS);
             let text = text(&[name], USUAL_THREADS);
             assert_eq!(entries(&text), [name]);
