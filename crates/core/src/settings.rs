@@ -94,6 +94,10 @@ pub struct Settings {
     pub light_from_behind: bool,
     /// Point and spot lights fall off with the square of the distance.
     pub light_falloff: bool,
+    /// Points that are sampled on each triangle that is a light.
+    pub lamp_samples: u32,
+    /// A lamp's radiance over the colour of its light ([`crate::light::Light`]): pi where light is physical, else 1.
+    pub lamp_radiance: f32,
     /// Radiance of uniform surroundings that surfaces are lit by: the ambient term is this times the diffuse colour.
     pub ambient: f32,
     /// `D` of [`LightingModel::Distance`], in world units.
@@ -120,6 +124,8 @@ impl Default for Settings {
             cull_back_faces: false,
             light_from_behind: false,
             light_falloff: true,
+            lamp_samples: 1,
+            lamp_radiance: 1.0,
             ambient: 0.0,
             max_distance: 6.0,
             background: Vec3::ZERO,

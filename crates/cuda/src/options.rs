@@ -127,7 +127,12 @@ mod tests {
             assert!(check(block_size).is_ok());
         }
         for block_size in [0, 1, 100, 544, 1024, u32::MAX] {
-            assert!(check(block_size).unwrap_err().to_string().contains("a multiple of 32 threads (a warp), at most 512"));
+            assert!(
+                check(block_size)
+                    .unwrap_err()
+                    .to_string()
+                    .contains("a multiple of 32 threads (a warp), at most 512")
+            );
         }
     }
 

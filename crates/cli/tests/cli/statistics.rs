@@ -113,7 +113,10 @@ fn what_does_not_count_is_wrong_usage() {
     let bad: [(&[&str], &str); 3] = [
         (&["--show", "cost"], "--stats would do nothing here: it needs a picture of the scene"),
         (&["--backend", "cpu", "--block-size", "64"], "--block-size would do nothing here: it needs a GPU"),
-        (&["--gpu-traversal", "vote"], "--gpu-traversal would do nothing here: it needs a render without --stats"),
+        (
+            &["--gpu-traversal", "vote"],
+            "--gpu-traversal would do nothing here: it needs a render without --stats",
+        ),
     ];
     for (flags, words) in bad {
         let run = place.render("a.png", &[&["--stats"], flags].concat());

@@ -1,4 +1,4 @@
-//! Highlights.
+//! Highlights, and the density of glossy rays.
 
 use crate::math::elementary::pow;
 use crate::math::{Vec3, max};
@@ -19,4 +19,11 @@ pub fn specular_lobe(model: LightingModel, n: Vec3, v: Vec3, l: Vec3, exponent: 
         }
         _ => 0.0,
     }
+}
+
+/// The density of `cos^exponent` about a unit axis in a unit direction: `(n + 1) / (2 pi) cos^n`, per steradian.
+#[inline(always)]
+pub fn lobe_density(axis: Vec3, direction: Vec3, exponent: f32) -> f32 {
+    const OVER_HEMISPHERE: f32 = 0.5 * core::f32::consts::FRAC_1_PI;
+    (exponent + 1.0) * OVER_HEMISPHERE * pow(max(axis.dot(direction), 0.0), exponent)
 }

@@ -1,6 +1,7 @@
 //! Stage 2: what a ray does at the surface point that it found.
 
 use super::children::is_alive;
+use super::lobe_light::lamps_shine_through;
 use super::local::is_lit;
 use super::{MAX_DEPTH, PathRay, RayKind, branch_count};
 use crate::math::Vec3;
@@ -36,7 +37,8 @@ pub fn branches_at(point: &SurfacePoint, depth: u32, depth_limit: u32) -> u32 {
 pub fn ray_behind(view: &SceneView, point: &SurfacePoint, ray: &PathRay, t: f32) -> Option<PathRay> {
     let behind = ray.weight * (1.0 - point.seen);
     if point.seen < 1.0 && ray.holes < MAX_HOLES && is_alive(view, behind) {
-        Some(through_hole(point, ray, behind, t))
+        let lobe_density = if lamps_shine_through(view.settings) { ray.lobe_density } else { 0.0 };
+        Some(PathRay { lobe_density, ..through_hole(point, ray, behind, t) })
     } else {
         None
     }

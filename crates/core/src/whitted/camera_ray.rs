@@ -62,5 +62,6 @@ pub fn camera_ray(view: &SceneView, x: u32, y: u32, sample: u32) -> PathRay {
         inside: 0,
         holes: 0,
         travelled: 0.0,
+        lobe_density: 0.0,
     }
 }

@@ -1,12 +1,14 @@
 //! Stage 4: rays that go on from a surface point.
 
 use super::camera_ray::pixel_key;
-use super::{MAX_RADIANCE, PathRay, RayKind};
+use super::lobe_light::lamps_shine_through;
+use super::{LampLobe, MAX_RADIANCE, PathRay, RayKind, depth_limit};
 use crate::material::{FresnelUse, Refraction};
 use crate::math::{Vec3, max};
 use crate::sampling::{cosine_lobe, hash_pair, orthonormal_basis, point_2d};
+use crate::settings::Settings;
 use crate::shading::{
-    Appearance, Refracted, SurfacePoint, fresnel_factor, mirror_above, refract, through_surface,
+    Appearance, Refracted, SurfacePoint, fresnel_factor, lobe_density, mirror_above, refract, through_surface,
 };
 use crate::view::SceneView;
 
@@ -36,6 +38,47 @@ fn transmitted_rays(look: &Appearance, depth: u32) -> u32 {
     }
 }
 
+/// Where a surface point mirrors a ray to, and how much.
+pub(super) struct Mirror {
+    /// Unit vector.
+    pub(super) direction: Vec3,
+    /// Unit normal that it is mirrored at.
+    normal: Vec3,
+    /// Cosine of the angle between that and the ray.
+    cos: f32,
+    /// Index of refraction on this side over the index beyond.
+    eta: f32,
+    /// Fresnel's.
+    factor: f32,
+}
+
+impl Mirror {
+    /// For a ray of unit direction `d`.
+    #[inline(always)]
+    pub(super) fn new(settings: &Settings, point: &SurfacePoint, d: Vec3) -> Mirror {
+        let look = &point.look;
+        let (direction, normal) = mirror_above(d, point.normal, point.geometric_normal);
+        let eta = if point.front { 1.0 / look.ior } else { look.ior };
+        let cos = max(-d.dot(normal), 0.0);
+        let is_ignored = look.fresnel == FresnelUse::Ignore;
+        let factor = if is_ignored { 1.0 } else { fresnel_factor(settings.fresnel, cos, eta) };
+        Mirror { direction, normal, cos, eta, factor }
+    }
+}
+
+/// What is reflected.
+#[inline(always)]
+pub(super) fn reflected_share(look: &Appearance, mirror: &Mirror) -> Vec3 {
+    let mut kr = look.reflection * mirror.factor;
+    if look.metal > 0.0 {
+        // Schlick's approximation for metal, whose colour fades to white at grazing angles.
+        let m = 1.0 - mirror.cos;
+        let m2 = m * m;
+        kr += look.metal_color.along(Vec3::splat(look.metal) - look.metal_color, m2 * m2 * m);
+    }
+    kr
+}
+
 /// Ray number `branch` (below [`branch_count`]) from a surface point that `parent` found, for sample `sample` of pixel
 /// (x, y); `None` where it carries too little light or goes nowhere.
 #[inline(always)]
@@ -48,23 +91,14 @@ pub fn child_ray(
 ) -> Option<PathRay> {
     let (settings, look) = (view.settings, &point.look);
     let d = parent.direction;
-    let (mirror, n) = mirror_above(d, point.normal, point.geometric_normal);
-    // Index on this side over the index beyond.
-    let eta = if point.front { 1.0 / look.ior } else { look.ior };
-    let cos = max(-d.dot(n), 0.0);
-    let factor =
-        if look.fresnel == FresnelUse::Ignore { 1.0 } else { fresnel_factor(settings.fresnel, cos, eta) };
+    let at_mirror = Mirror::new(settings, point, d);
+    let Mirror { direction: mirror, normal: n, eta, factor, .. } = at_mirror;
     let reflected = reflected_rays(look, parent.depth);
     let key = |dimension: u32| hash_pair(hash_pair(pixel_key(settings.seed, x, y), parent.path), dimension);
     let mut spread = 1.0;
+    let (mut density, mut travelled) = (0.0, 0.0);
     let (direction, share, kind, inside) = if branch < reflected {
-        let mut kr = look.reflection * factor;
-        if look.metal > 0.0 {
-            // Schlick's approximation for metal, whose colour fades to white at grazing angles.
-            let m = 1.0 - cos;
-            let m2 = m * m;
-            kr += look.metal_color.along(Vec3::splat(look.metal) - look.metal_color, m2 * m2 * m);
-        }
+        let kr = reflected_share(look, &at_mirror);
         let rays = look.lobe_rays(parent.depth);
         if rays == 0 {
             (mirror, kr, RayKind::Reflected, parent.inside)
@@ -76,9 +110,16 @@ pub fn child_ray(
                 return None;
             }
             spread = 1.0 / rays as f32;
+            if LampLobe::new(view, point, parent, depth_limit(settings)).is_there() {
+                density = rays as f32 * lobe_density(mirror, direction, look.glossy_exponent);
+            }
             (direction, kr, RayKind::Glossy, parent.inside)
         }
     } else {
+        if (parent.lobe_density > 0.0) & lamps_shine_through(settings) {
+            density = parent.lobe_density;
+            travelled = parent.travelled + (point.position - parent.origin).length();
+        }
         let passed = if look.fresnel == FresnelUse::Both { 1.0 - factor } else { 1.0 };
         let kt = look.transmission * passed;
         let beyond =
@@ -121,7 +162,8 @@ pub fn child_ray(
         start: point.id,
         inside,
         holes: 0,
-        travelled: 0.0,
+        travelled,
+        lobe_density: density,
     })
 }
 

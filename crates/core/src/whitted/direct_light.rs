@@ -2,7 +2,7 @@
 
 use super::camera_ray::pixel_key;
 use super::light_lanes::LightLanes;
-use super::{Receiver, transmittance};
+use super::{LampLobe, Receiver, takes_light, transmittance};
 use crate::hierarchy::{Tracer, item};
 use crate::light::Light;
 use crate::math::Vec3;
@@ -24,7 +24,7 @@ const FIRST_LIGHT_DIMENSION: u32 = 0x100;
 pub fn direct_light<T: Tracer, const W: usize>(
     view: &SceneView,
     tracer: &T,
-    point: &SurfacePoint,
+    (point, lobe): (&SurfacePoint, &LampLobe),
     path: u32,
     (x, y, sample): (u32, u32, u32),
     shadow_rays: &mut u64,
@@ -33,21 +33,21 @@ pub fn direct_light<T: Tracer, const W: usize>(
     let look = &point.look;
     let sides = 1 + is_lit_from_behind(view.settings, look.transmission) as u32;
     let mut sum = Vec3::ZERO;
-    if !answers_light(look.diffuse, look.specular) {
+    if !takes_light(point, lobe) {
         return sum;
     }
     let mut number = 0;
     while number < view.lights.len() as u32 {
         let light = item(view.lights, number);
         let color = emitted(light);
-        let highlights = throws_highlight(light, look.specular, look.lamp_highlights);
+        let (specular, highlights) = highlight(light, look.specular, look.lamp_highlights, lobe);
         let mut side = 0;
         while side < sides {
             let samples = light.samples();
             let receiver = Receiver {
                 key: light_key(key, number, side),
                 first: sample.wrapping_mul(samples),
-                ..Receiver::new(point, side, highlights)
+                ..Receiver::new(point, side, highlights, lobe)
             };
             let filter = shadow_filter(light, point.id);
             let got = if W > 1 && samples > 1 {
@@ -55,7 +55,7 @@ pub fn direct_light<T: Tracer, const W: usize>(
             } else {
                 gather::<T, 1>(view, tracer, light, &receiver, &filter, shadow_rays)
             };
-            sum += answer(color, look.diffuse, look.specular, look.transmission, side, &got);
+            sum += answer(color, look.diffuse, specular, look.transmission, side, &got);
             side += 1;
         }
         number += 1;
@@ -76,10 +76,15 @@ pub fn is_lit_from_behind(settings: &Settings, transmission: Vec3) -> bool {
     settings.light_from_behind & (transmission.max_component() > 0.0)
 }
 
-/// Whether a light throws a highlight on a surface.
+/// The colour of a light's highlight on a surface, and whether there is one. Lamps are reflected by the lobe where there is one:
+/// its rays meet them, too, so that a highlight besides would count them twice.
 #[inline(always)]
-pub fn throws_highlight(light: &Light, specular: Vec3, lamp_highlights: bool) -> bool {
-    (specular.max_component() > 0.0) & (lamp_highlights | !matches!(light, Light::Triangle { .. }))
+pub fn highlight(light: &Light, specular: Vec3, lamp_highlights: bool, lobe: &LampLobe) -> (Vec3, bool) {
+    let is_lamp = matches!(light, Light::Triangle { .. });
+    if is_lamp & lobe.is_there() {
+        return (lobe.color, lobe.color.max_component() > 0.0);
+    }
+    (specular, (specular.max_component() > 0.0) & (lamp_highlights | !is_lamp))
 }
 
 /// The key of the random numbers of a surface point that was found at the end of `path`.
@@ -208,7 +213,7 @@ impl<T: Tracer> Gatherer<'_, T> {
         let mut active = [false; W];
         let mut any = 0;
         for lane in 0..W {
-            active[lane] = ((lane as u32) < left) & (lanes.diffuse[lane] > 0.0);
+            active[lane] = ((lane as u32) < left) & lanes.brings(lane);
             any += active[lane] as u32;
         }
         if any == 0 {

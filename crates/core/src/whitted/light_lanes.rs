@@ -55,7 +55,16 @@ impl<const W: usize> LightLanes<W> {
         let mut weight = [0.0; W];
         lanes.sample(settings, light, receivers, &mut weight);
         lanes.weigh(settings.lighting_model, receivers, &weight);
+        if matches!(light, Light::Triangle { .. }) & receivers.any_lobes() {
+            lanes.weigh_lobes(receivers, &weight);
+        }
         lanes
+    }
+
+    /// Whether the light brings anything in a lane, where nothing is in the way.
+    #[inline(always)]
+    pub fn brings(&self, lane: usize) -> bool {
+        (self.diffuse[lane] > 0.0) | (self.specular[lane] > 0.0)
     }
 
     /// The rays, where all lanes are of one point.
@@ -173,6 +182,19 @@ impl<const W: usize> LightLanes<W> {
             let lobe =
                 specular_lobe(model, normal, to_viewer, self.direction(lane), receivers.shininess(lane));
             self.specular[lane] = if receivers.highlights(lane) { lit[lane] * lobe } else { 0.0 };
+        }
+    }
+
+    /// What lobes reflect of a lamp, in place of highlights. Rays of a lobe ask for the surface's own normal alone.
+    #[inline(always)]
+    fn weigh_lobes<R: Receivers>(&mut self, receivers: &R, weight: &[f32; W]) {
+        for lane in 0..W {
+            let lobe = receivers.lobe(lane);
+            if lobe.is_there() {
+                let to_light = self.direction(lane);
+                let reached = receivers.highlights(lane) & (receivers.above(lane).dot(to_light) > 0.0);
+                self.specular[lane] = if reached { lobe.weigh(weight[lane], to_light) } else { 0.0 };
+            }
         }
     }
 

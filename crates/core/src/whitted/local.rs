@@ -1,21 +1,27 @@
 //! Stage 2: what a surface point gives by itself.
 
+use super::PathRay;
+use super::lobe_light::lamp_share;
 use crate::math::{Vec3, min};
 use crate::settings::LightingModel;
 use crate::shading::SurfacePoint;
 use crate::view::SceneView;
 
-/// Emission and ambient term; for the unlit models the whole colour. `t` is the distance along the ray.
+/// Emission and ambient term, for the ray that found the point at distance `t`; for the unlit models the whole colour.
 #[inline(always)]
-pub fn local_radiance(view: &SceneView, point: &SurfacePoint, t: f32) -> Vec3 {
+pub fn local_radiance(view: &SceneView, point: &SurfacePoint, ray: &PathRay, t: f32) -> Vec3 {
     let settings = view.settings;
+    let t = ray.travelled + t;
     match settings.lighting_model {
         LightingModel::Distance => {
             let reach = 1.5 * settings.max_distance;
             Vec3::splat(1.0 - min(t, reach) / reach)
         }
         LightingModel::Diffuse => point.look.diffuse,
-        _ => point.look.emission + point.look.diffuse * settings.ambient,
+        _ => {
+            let emission = point.look.emission * lamp_share(view, point, ray, t);
+            emission + point.look.diffuse * settings.ambient
+        }
     }
 }
 

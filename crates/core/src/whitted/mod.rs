@@ -11,6 +11,7 @@ mod direct_light;
 mod exact_sum;
 mod features;
 mod light_lanes;
+mod lobe_light;
 mod local;
 mod path_ray;
 mod radiance;
@@ -21,12 +22,11 @@ pub use arrival::{branches_at, depth_limit, ray_behind, weight_at};
 pub use camera_ray::camera_ray;
 pub use children::{branch_count, child_ray};
 pub use direct_light::{FEW, Gathered, direct_light, gather};
-pub use direct_light::{
-    answer, answers_light, is_lit_from_behind, light_key, point_key, shadow_filter, throws_highlight,
-};
+pub use direct_light::{answer, highlight, is_lit_from_behind, light_key, point_key, shadow_filter};
 pub use exact_sum::{ExactSum, MAX_RADIANCE, RESOLUTION};
 pub use features::{PixelFeatures, pixel_features};
 pub use light_lanes::LightLanes;
+pub use lobe_light::{LampLobe, takes_light};
 pub use local::{is_lit, local_radiance};
 pub use path_ray::{PathRay, RayKind};
 pub use radiance::{MAX_DEPTH, RayCounts, Samples, pixel_color, radiance, render_pixel, render_samples};

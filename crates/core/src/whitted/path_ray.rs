@@ -42,6 +42,8 @@ pub struct PathRay {
     pub holes: u32,
     /// How far it had come when it passed the last of them.
     pub travelled: f32,
+    /// Of a lobe that lamps are sampled by as well: how densely all its rays sample this direction, per steradian; else 0.
+    pub lobe_density: f32,
 }
 
 impl PathRay {

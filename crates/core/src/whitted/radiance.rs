@@ -1,7 +1,8 @@
 //! The reference scheduler: one loop with a fixed stack.
 
 use super::{
-    ExactSum, PathRay, RayKind, branches_at, camera_ray, child_ray, depth_limit, direct_light, is_lit,
+    ExactSum, LampLobe, PathRay, RayKind, branches_at, camera_ray, child_ray, depth_limit, direct_light,
+    is_lit,
 };
 use super::{local_radiance, ray_behind, weight_at};
 use crate::hierarchy::{Stack, Tracer};
@@ -88,10 +89,12 @@ pub fn radiance<T: Tracer, const W: usize>(
                 level.next_branch = 0;
                 level.ray.weight = weight_at(view, &point, &level.ray, level.hit.t);
                 if there > 0.0 {
-                    let mut found = local_radiance(view, &point, level.ray.travelled + level.hit.t);
+                    let mut found = local_radiance(view, &point, &level.ray, level.hit.t);
                     if is_lit(settings.lighting_model) {
+                        let lobe = LampLobe::new(view, &point, &level.ray, max_depth);
                         let (path, place) = (level.ray.path, (x, y, sample));
-                        found += direct_light::<T, W>(view, tracer, &point, path, place, &mut counts.shadow);
+                        let point = (&point, &lobe);
+                        found += direct_light::<T, W>(view, tracer, point, path, place, &mut counts.shadow);
                     }
                     sum.add(level.ray.weight * there * found);
                 }

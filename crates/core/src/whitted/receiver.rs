@@ -1,5 +1,6 @@
 //! What lights need to know of surface points.
 
+use super::LampLobe;
 use crate::math::Vec3;
 use crate::shading::SurfacePoint;
 
@@ -19,6 +20,10 @@ pub trait Receivers {
     fn highlights(&self, lane: usize) -> bool;
     /// Whether it throws one in any lane.
     fn any_highlights(&self) -> bool;
+    /// By what a lamp is reflected.
+    fn lobe(&self, lane: usize) -> &LampLobe;
+    /// Whether there is a lobe in any lane.
+    fn any_lobes(&self) -> bool;
     /// Key of the light's samples.
     fn key(&self, lane: usize) -> u32;
     /// Number of the sample.
@@ -40,6 +45,8 @@ pub struct Receiver {
     pub shininess: f32,
     /// The light throws a highlight.
     pub highlights: bool,
+    /// By what lamps are reflected.
+    pub lobe: LampLobe,
     /// Key of the light's samples.
     pub key: u32,
     /// Number of the first lane's sample.
@@ -49,7 +56,7 @@ pub struct Receiver {
 impl Receiver {
     /// The side of a point that its viewer sees (0) or the other (1), with key and first sample 0.
     #[inline(always)]
-    pub fn new(point: &SurfacePoint, side: u32, highlights: bool) -> Receiver {
+    pub fn new(point: &SurfacePoint, side: u32, highlights: bool, lobe: &LampLobe) -> Receiver {
         let sign = side_sign(side);
         let above = point.geometric_normal * sign;
         Receiver {
@@ -59,6 +66,7 @@ impl Receiver {
             to_viewer: point.to_viewer,
             shininess: point.look.shininess,
             highlights,
+            lobe: *lobe,
             key: 0,
             first: 0,
         }
@@ -105,6 +113,14 @@ impl Receivers for Receiver {
     #[inline(always)]
     fn any_highlights(&self) -> bool {
         self.highlights
+    }
+    #[inline(always)]
+    fn lobe(&self, _: usize) -> &LampLobe {
+        &self.lobe
+    }
+    #[inline(always)]
+    fn any_lobes(&self) -> bool {
+        self.lobe.is_there()
     }
     #[inline(always)]
     fn key(&self, _: usize) -> u32 {

@@ -2,6 +2,7 @@
 
 use crate::support::*;
 use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::settings::ShadowMode;
 use eosphor_scene::{MaterialKind, Scene};
 
 /// A glossy square at height 0, looked at straight from above unless said otherwise.
@@ -79,10 +80,67 @@ fn the_mean_of_a_lobe_does_not_depend_on_how_samples_and_rays_share_it() {
         let kind = MaterialKind::Glossy { reflectance: Vec3::ONE, exponent: 3.0, rays, color: Vec3::ZERO };
         scene.materials[0].kind = kind;
         scene.settings.samples = samples;
-        add_half_ceiling(&mut scene, 0.4);
+        // Half of a white world: what lamps give depends on how many rays there are of them.
+        let black = matte(&mut scene, Vec3::ZERO);
+        rectangle(&mut scene, vec3(20.4, 1.0, 0.0), vec3(20.0, 0.0, 0.0), vec3(0.0, 0.0, 20.0), black);
+        scene.settings.background = Vec3::ONE;
         probe(&scene, ABOVE, Vec3::ZERO).x
     };
     // The same 1024 points.
     assert_eq!(value(1, 1024), value(16, 64));
     assert_eq!(value(1024, 1), value(16, 64));
+}
+
+/// A square of sides 0.02 at height 1 that shines down, 0.5 aside: what a floor gives that is looked at from above.
+fn small_lamp(scene: &mut Scene, radiance: f32) {
+    let glow = emissive(scene, Vec3::splat(radiance));
+    rectangle(scene, vec3(0.5, 1.0, 0.0), vec3(0.01, 0.0, 0.0), vec3(0.0, 0.0, 0.01), glow);
+}
+
+#[test]
+fn a_small_bright_lamp_makes_no_bright_dots() {
+    // One ray of the lobe in some thousand meets the lamp, and would bring 8000.
+    let mut scene = glossy_floor(20.0, Vec3::ONE);
+    scene.materials[0].kind =
+        MaterialKind::Glossy { reflectance: Vec3::splat(0.8), exponent: 20.0, rays: 1, color: Vec3::ZERO };
+    small_lamp(&mut scene, 1e4);
+    scene.settings.size = [64, 64];
+    scene.settings.samples = 1;
+    scene.camera = Some(looking(ABOVE, Vec3::ZERO, 0.01));
+    let cos = 1.0 / 1.25f64.sqrt();
+    let expected = 0.8 * 1e4 * 21.0 / std::f64::consts::TAU * cos.powi(20) * 4e-4 * cos / 1.25;
+    let film = render(&scene);
+    let mean = film.pixels.iter().map(|p| p.x as f64).sum::<f64>() / 4096.0;
+    let most = film.pixels.iter().map(|p| p.x as f64).fold(0.0, f64::max);
+    println!("small lamp: mean {mean}, expected {expected}, most {most}");
+    assert!((mean / expected - 1.0).abs() < 3e-3, "{mean} instead of {expected}");
+    assert!(most < 2.5 * expected, "{most} is a bright dot");
+}
+
+/// Lamps are sampled through panes where these cast coloured shadows: nothing counts twice, and nothing is left out.
+#[test]
+fn lamps_behind_panes_count_once() {
+    let value = |shadows| {
+        let mut scene = glossy_floor(8.0, Vec3::splat(0.8));
+        let pane = material(
+            &mut scene,
+            MaterialKind::Transparent {
+                color: Vec3::ONE,
+                transparency: 0.7,
+                reflection: 0.0,
+                shininess: 1.0,
+                diffuse: 0.0,
+            },
+        );
+        rectangle(&mut scene, vec3(0.0, 0.8, 0.0), vec3(8.0, 0.0, 0.0), vec3(0.0, 0.0, 8.0), pane);
+        let glow = emissive(&mut scene, Vec3::splat(4.0));
+        rectangle(&mut scene, vec3(0.3, 1.0, 0.1), vec3(0.4, 0.0, 0.0), vec3(0.0, 0.0, 0.3), glow);
+        scene.settings.shadows = shadows;
+        scene.settings.samples = 256;
+        probe(&scene, ABOVE, Vec3::ZERO)
+    };
+    let (opaque, coloured) = (value(ShadowMode::Opaque), value(ShadowMode::Coloured));
+    println!("through a pane: {opaque:?} by rays alone, {coloured:?} both ways");
+    assert!(opaque.x > 0.1);
+    assert_near(coloured, double(opaque), 1e-2);
 }

@@ -1,6 +1,6 @@
 //! Render settings → the settings that reach a pixel.
 
-use crate::model::{PixelSampling, RenderSettings};
+use crate::model::{LightUnits, PixelSampling, RenderSettings};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::math::vec3;
@@ -31,6 +31,11 @@ pub(super) fn build(settings: &RenderSettings, camera: &Camera, world: &Bounds) 
         cull_back_faces: settings.cull_back_faces,
         light_from_behind: settings.light_from_behind,
         light_falloff: settings.light_falloff,
+        lamp_samples: settings.light_samples,
+        lamp_radiance: match settings.light_units {
+            LightUnits::Physical => std::f32::consts::PI,
+            LightUnits::Plain => 1.0,
+        },
         ambient: settings.ambient,
         max_distance: settings.max_distance.unwrap_or_else(|| default_max_distance(camera, world)),
         background: settings.background,

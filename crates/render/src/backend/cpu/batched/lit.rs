@@ -6,7 +6,7 @@ use eosphor_core::ray::PrimitiveId;
 use eosphor_core::settings::Settings;
 use eosphor_core::shading::SurfacePoint;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{ExactSum, Receiver, Receivers, answers_light, is_lit, point_key};
+use eosphor_core::whitted::{ExactSum, LampLobe, Receiver, Receivers, is_lit, point_key, takes_light};
 use eosphor_core::whitted::{shadow_origin, side_sign};
 
 /// Points in a block: as many lanes as AVX-512 has.
@@ -31,6 +31,8 @@ pub(super) struct Block {
     specular: Lanes3,
     transmission: Lanes3,
     lamp_highlights: [bool; LANES],
+    lobe: [LampLobe; LANES],
+    any_lobes: bool,
     pub(super) id: [PrimitiveId; LANES],
     /// What the points' random numbers depend on: where their paths ended, pixels and samples.
     path: [u32; LANES],
@@ -67,6 +69,8 @@ impl Block {
         specular: [[0.0; LANES]; 3],
         transmission: [[0.0; LANES]; 3],
         lamp_highlights: [false; LANES],
+        lobe: [LampLobe::NONE; LANES],
+        any_lobes: false,
         id: [PrimitiveId::NONE; LANES],
         path: [0; LANES],
         x: [0; LANES],
@@ -102,6 +106,11 @@ impl Block {
     #[inline(always)]
     pub(super) fn lamp_highlights(&self, lane: usize) -> bool {
         self.lamp_highlights[lane]
+    }
+
+    #[inline(always)]
+    pub(super) fn lobe(&self, lane: usize) -> &LampLobe {
+        &self.lobe[lane]
     }
 
     #[inline(always)]
@@ -150,6 +159,7 @@ impl<'a> Side<'a> {
             to_viewer: self.to_viewer(lane),
             shininess: self.shininess(lane),
             highlights: self.highlights[lane],
+            lobe: *self.block.lobe(lane),
             key: self.key[lane],
             first: self.index[lane],
         }
@@ -184,6 +194,14 @@ impl Receivers for Side<'_> {
     #[inline(always)]
     fn any_highlights(&self) -> bool {
         self.any_highlights
+    }
+    #[inline(always)]
+    fn lobe(&self, lane: usize) -> &LampLobe {
+        self.block.lobe(lane)
+    }
+    #[inline(always)]
+    fn any_lobes(&self) -> bool {
+        self.block.any_lobes
     }
     #[inline(always)]
     fn key(&self, lane: usize) -> u32 {
@@ -222,15 +240,20 @@ impl LitPoints {
 
     /// Whether lights change what the point gives.
     #[inline(always)]
-    pub(super) fn takes(view: &SceneView, point: &SurfacePoint) -> bool {
-        is_lit(view.settings.lighting_model)
-            && !view.lights.is_empty()
-            && answers_light(point.look.diffuse, point.look.specular)
+    pub(super) fn takes(view: &SceneView, point: &SurfacePoint, lobe: &LampLobe) -> bool {
+        is_lit(view.settings.lighting_model) && !view.lights.is_empty() && takes_light(point, lobe)
     }
 
     /// Appends a point that `path` found. `local` is what it gives by itself, `shown` the weight of all that it gives.
     #[inline(always)]
-    pub(super) fn push(&mut self, point: &SurfacePoint, path: &Path, pixel: usize, shown: Vec3, local: Vec3) {
+    pub(super) fn push(
+        &mut self,
+        (point, lobe): (&SurfacePoint, &LampLobe),
+        path: &Path,
+        pixel: usize,
+        shown: Vec3,
+        local: Vec3,
+    ) {
         let lane = self.len % LANES;
         if lane == 0 {
             self.blocks.push(Block::EMPTY);
@@ -247,6 +270,8 @@ impl LitPoints {
         set(&mut block.specular, lane, point.look.specular);
         set(&mut block.transmission, lane, point.look.transmission);
         block.lamp_highlights[lane] = point.look.lamp_highlights;
+        block.lobe[lane] = *lobe;
+        block.any_lobes |= lobe.is_there();
         block.id[lane] = point.id;
         block.path[lane] = path.ray.path;
         (block.x[lane], block.y[lane]) = (path.x, path.y);

@@ -29,7 +29,7 @@ use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::shading::SurfacePoint;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{ExactSum, PathRay, RayCounts, depth_limit, local_radiance, weight_at};
+use eosphor_core::whitted::{ExactSum, LampLobe, PathRay, RayCounts, depth_limit, local_radiance, weight_at};
 use lit::LitPoints;
 use pending::Pending;
 use shadows::Shadows;
@@ -145,10 +145,11 @@ impl Workspace {
             let point = SurfacePoint::new(view, &self.rays[k], hit);
             let ray = PathRay { weight: weight_at(view, &point, &path.ray, hit.t), ..path.ray };
             if point.seen > 0.0 {
-                let found = local_radiance(view, &point, ray.travelled + hit.t);
+                let found = local_radiance(view, &point, &ray, hit.t);
                 let shown = ray.weight * point.seen;
-                if LitPoints::takes(view, &point) {
-                    self.lit.push(&point, path, pixel, shown, found);
+                let lobe = LampLobe::new(view, &point, &ray, max_depth);
+                if LitPoints::takes(view, &point, &lobe) {
+                    self.lit.push((&point, &lobe), path, pixel, shown, found);
                 } else {
                     self.sums[pixel].add(shown * found);
                 }

@@ -9,7 +9,7 @@ use eosphor_core::settings::ShadowMode;
 use eosphor_core::shading::emitted;
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{Gathered, LightLanes, answer, gather, is_lit_from_behind, light_key};
-use eosphor_core::whitted::{shadow_filter, throws_highlight, transmittance};
+use eosphor_core::whitted::{highlight, shadow_filter, transmittance};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A light with at least this many samples fills packets from each point by itself; of others, one sample of all points
@@ -54,11 +54,16 @@ impl Lamp<'_> {
             }
         }
         for lane in 0..LANES {
-            side.highlights[lane] =
-                throws_highlight(self.light, block.specular(lane), block.lamp_highlights(lane));
+            side.highlights[lane] = self.highlight(block, lane).1;
             side.any_highlights |= side.highlights[lane];
         }
         side
+    }
+
+    /// Its highlight on a point: the colour, and whether there is one.
+    #[inline(always)]
+    fn highlight(&self, block: &Block, lane: usize) -> (Vec3, bool) {
+        highlight(self.light, block.specular(lane), block.lamp_highlights(lane), block.lobe(lane))
     }
 
     /// Whether a point has the side.
@@ -73,7 +78,7 @@ impl Lamp<'_> {
         let color = emitted(self.light);
         for lane in 0..count {
             if self.shines_on(view, block, lane) {
-                let (diffuse, specular) = (block.diffuse(lane), block.specular(lane));
+                let (diffuse, (specular, _)) = (block.diffuse(lane), self.highlight(block, lane));
                 let transmission = block.transmission(lane);
                 let light = answer(color, diffuse, specular, transmission, self.side, &got[lane]);
                 block.add_light(lane, light);
@@ -159,7 +164,7 @@ impl Shadows {
             let offered = &mut self.offered[number];
             offered.lanes = lanes;
             for lane in 0..LANES {
-                let reached = lane < points.points_in(number) && lanes.diffuse[lane] > 0.0;
+                let reached = lane < points.points_in(number) && lanes.brings(lane);
                 offered.active[lane] = reached && lamp.shines_on(view, block, lane);
                 if offered.active[lane] {
                     self.rays.push(lanes.ray(lane, side.receiver(lane).origin));
