@@ -35,6 +35,7 @@ pub use course::{
     CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, FramePattern,
     MAX_COURSE_LIGHTS, WrongPattern,
 };
+pub use images::broken_picture;
 pub use json::{scene_reference, scene_schema};
 pub use requests::{SceneRequests, scene_requests};
 
@@ -162,7 +163,7 @@ mod tests {
         assert!(message("/nowhere/bunny.obj").starts_with("/nowhere/bunny.obj: cannot read: No such file"));
         assert_eq!(
             message("builtin:x"),
-            "there is no built-in scene \"x\"; there is cornell, cornell-pg1, solids"
+            "there is no built-in scene \"x\"; there is cornell, cornell-pg1, glass, hare, solids"
         );
     }
 }

@@ -10,7 +10,7 @@ const MAX_HEADER: usize = 1 << 16;
 /// The newer code packs 127 texels into 8 bytes. The older one could pack a row into 12, but nobody needs that.
 const TEXELS_A_BYTE: u64 = 1024;
 
-const CUT_SHORT: &str = "the file is cut short";
+const CUT_SHORT: &str = "the file is cut short; get it again";
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let mut lines = Lines { rest: &bytes[..bytes.len().min(MAX_HEADER)], taken: 0 };
