@@ -1,6 +1,7 @@
 //! A band of rows: a warp takes some pixels that lie together, and each of its threads some samples of one.
 
 use crate::totals::RayTotals;
+use crate::watch::Watching;
 use crate::warp::{self, WARP};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::hierarchy::Tracer;
@@ -55,6 +56,7 @@ pub(crate) unsafe fn render_band<T: Tracer>(
     band: Band,
     output: Output,
     totals: &RayTotals,
+    watching: &impl Watching,
 ) {
     let width = view.settings.width;
     // SAFETY: these read the thread's numbers.
@@ -71,6 +73,7 @@ pub(crate) unsafe fn render_band<T: Tracer>(
     let own = render_samples::<T, 1>(view, tracer, (x, y), samples, &mut counts);
     let sum = warp::merged(own, sharers);
     totals.add(&counts, lane);
+    watching.add_to(totals, lane);
     if is_inside & (share == 0) {
         let index = (y - band.first) as usize * width as usize + x as usize;
         // SAFETY: x and y are in the band.

@@ -3,10 +3,11 @@
 use crate::band::{Band, Output, render_band};
 use crate::parameters::{array, indexed, instance_tree};
 use crate::totals::RayTotals;
+use crate::watch::{Counting, Unwatched, Watching};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::hierarchy::{
-    BvhNode, BvhPair, Company, ExhaustiveTracer, GridRoot, GridTracer, GridView, IgnoreWork, KdNode, KdRoot,
+    BvhNode, BvhPair, BvhTracer, BvhView, Company, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot,
     KdTreeTracer, KdTreeView, Link, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
     PairTracer, PairView, PrimitivesView, Root, WideNode, WideTracer, WideView,
 };
@@ -22,7 +23,7 @@ use eosphor_core::whitted::ExactSum;
 /// Defines a kernel. After the structure's own parameters, which `crates/cuda/src/structure.rs` passes, all have the
 /// same ones, in the order in which `crates/cuda/src/scene.rs` passes them.
 macro_rules! render_kernel {
-    ($(#[$doc:meta])* $name:ident($($own:ident: $type:ty),*) |$primitives:ident| $tracer:expr) => {
+    ($(#[$doc:meta])* $name:ident, $watching:ty, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr) => {
         $(#[$doc])*
         ///
         /// # Safety
@@ -91,15 +92,26 @@ macro_rules! render_kernel {
                     settings,
                 };
                 let band = Band { first: first_row, end: end_row, first_sample, end_sample, sharing };
-                render_band(&view, &$tracer, band, Output { film, sums }, totals);
+                let watching = <$watching>::new();
+                let $work = watching.work();
+                let tracer = watching.around($tracer);
+                render_band(&view, &tracer, band, Output { film, sums }, totals, &watching);
             }
         }
     };
 }
 
-render_kernel! {
+/// Defines two kernels over a structure: one that renders, and one that also counts and times what queries do.
+macro_rules! render_and_count_kernels {
+    ($(#[$doc:meta])* $render:ident, $count:ident, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr) => {
+        render_kernel! { $(#[$doc])* $render, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer }
+        render_kernel! { $(#[$doc])* $count, Counting, ($($own: $type),*) |$primitives, $work| $tracer }
+    };
+}
+
+render_and_count_kernels! {
     /// Without any structure: the reference.
-    render_exhaustive() |primitives| ExhaustiveTracer { primitives, work: IgnoreWork }
+    render_exhaustive, count_exhaustive, () |primitives, work| ExhaustiveTracer { primitives, work }
 }
 
 /// Defines a kernel over a bounding volume hierarchy.
@@ -107,12 +119,12 @@ macro_rules! bvh_kernel {
     ($(#[$doc:meta])* $name:ident, placed $placed:literal, in step $in_step:literal) => {
         render_kernel! {
             $(#[$doc])*
-            $name(
+            $name, Unwatched, (
                 pairs: &BvhPair,
                 roots: &Root<Link>,
                 instance_root: Link,
                 company: Company
-            ) |primitives| PairTracer::<$placed, $in_step> {
+            ) |primitives, _work| PairTracer::<$placed, $in_step> {
                 view: PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
@@ -142,21 +154,44 @@ bvh_kernel! {
 
 render_kernel! {
     /// Over a hierarchy with eight children a node.
-    render_bvh_wide(nodes: &WideNode, roots: &Root<u32>, instance_root: u32) |primitives| WideTracer::<true> {
+    render_bvh_wide, Unwatched, (
+        nodes: &WideNode,
+        roots: &Root<u32>,
+        instance_root: u32
+    ) |primitives, _work| WideTracer::<true> {
         view: WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, primitives },
     }
 }
 
 render_kernel! {
+    /// Over a bounding volume hierarchy as CPUs read it, whose walk counts.
+    count_bvh, Counting, (
+        nodes: &BvhNode,
+        roots: &u32,
+        instance_nodes: &BvhNode,
+        instance_order: &u32,
+        instance_root: u32
+    ) |primitives, work| BvhTracer {
+        bvh: BvhView {
+            nodes: indexed(nodes),
+            roots: indexed(roots),
+            instances: instance_tree(instance_nodes, instance_order, instance_root),
+            primitives,
+        },
+        work,
+    }
+}
+
+render_and_count_kernels! {
     /// Over an octree, all octants that a ray meets.
-    render_octree(
+    render_octree, count_octree, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives| OctreeTracer {
+    ) |primitives, work| OctreeTracer {
         tree: OctreeView {
             nodes: indexed(nodes),
             roots: indexed(roots),
@@ -164,20 +199,20 @@ render_kernel! {
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
         },
-        work: IgnoreWork,
+        work,
     }
 }
 
-render_kernel! {
+render_and_count_kernels! {
     /// Over an octree, octants in the order of the ray.
-    render_octree_parametric(
+    render_octree_parametric, count_octree_parametric, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives| OctreeParametricTracer {
+    ) |primitives, work| OctreeParametricTracer {
         tree: OctreeView {
             nodes: indexed(nodes),
             roots: indexed(roots),
@@ -185,20 +220,20 @@ render_kernel! {
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
         },
-        work: IgnoreWork,
+        work,
     }
 }
 
-render_kernel! {
+render_and_count_kernels! {
     /// Over a uniform grid.
-    render_grid(
+    render_grid, count_grid, (
         starts: &u32,
         roots: &GridRoot,
         references: &u32,
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives| GridTracer {
+    ) |primitives, work| GridTracer {
         grid: GridView {
             roots: indexed(roots),
             starts: indexed(starts),
@@ -206,20 +241,20 @@ render_kernel! {
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
         },
-        work: IgnoreWork,
+        work,
     }
 }
 
-render_kernel! {
+render_and_count_kernels! {
     /// Over a kd-tree.
-    render_kdtree(
+    render_kdtree, count_kdtree, (
         nodes: &KdNode,
         roots: &KdRoot,
         references: &u32,
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives| KdTreeTracer {
+    ) |primitives, work| KdTreeTracer {
         tree: KdTreeView {
             nodes: indexed(nodes),
             roots: indexed(roots),
@@ -227,6 +262,6 @@ render_kernel! {
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
         },
-        work: IgnoreWork,
+        work,
     }
 }

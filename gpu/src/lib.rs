@@ -7,6 +7,7 @@
 //! | `band.rs` | which samples of which pixel a thread renders, and the rendering of them |
 //! | `warp.rs` | what the threads of a warp add up together |
 //! | `totals.rs` | rays counted |
+//! | `watch.rs` | what queries do, counted and timed, in kernels that are made for that |
 //! | `rays.rs` | entry points that answer queries about rays, without a picture |
 #![no_std]
 #![feature(abi_ptx, asm_experimental_arch, stdarch_nvptx)]
@@ -17,6 +18,7 @@ mod parameters;
 mod rays;
 mod totals;
 mod warp;
+mod watch;
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {

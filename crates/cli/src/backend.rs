@@ -68,15 +68,16 @@ pub(crate) fn backend_with(
         BackendChoice::Cpu => Ok(Box::new(cpu_backend(flags, accel)?)),
         BackendChoice::Cuda(devices) => {
             let devices = if devices.is_empty() { vec![0] } else { devices.clone() };
-            Ok(Box::new(CudaBackend::new(cuda_options(flags, accel, devices))?))
+            Ok(Box::new(CudaBackend::new(cuda_options(flags, accel, count_work, devices))?))
         }
         BackendChoice::Auto => {
             let tell = move |error: &BackendError| {
                 verbosity.say(Verbosity::Normal, &format!("eosphor: note: {error}; the CPU goes on"));
             };
-            let device = if count_work || asks_for_cpu(flags, accel) { None } else { gpu() };
+            let device = if asks_for_cpu(flags, accel) { None } else { gpu() };
             let cuda = device.and_then(|device| {
-                CudaBackend::new(cuda_options(flags, accel, vec![device])).map_err(|error| tell(&error)).ok()
+                let options = cuda_options(flags, accel, count_work, vec![device]);
+                CudaBackend::new(options).map_err(|error| tell(&error)).ok()
             });
             let Some(cuda) = cuda else { return Ok(Box::new(cpu_backend(flags, accel)?)) };
             let options = cpu_options(flags, accel);
@@ -109,7 +110,7 @@ pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<
     ])?;
     // Where the choice is the program's, what a GPU would take is said even where there is none.
     if matches!(flags.backend(), BackendChoice::Cuda(_)) || about_gpus {
-        cuda_options(flags, accel, vec![0]).check().map_err(Failure::usage)?;
+        cuda_options(flags, accel, false, vec![0]).check().map_err(Failure::usage)?;
     }
     Ok(())
 }
@@ -126,7 +127,12 @@ pub(crate) fn asks_for_cpu(flags: &DeviceFlags, accel: Option<Accel>) -> bool {
     about_cpus || flags.scheduler != CpuOptions::default().scheduler || accel == Some(Accel::Bvh8)
 }
 
-fn cuda_options(flags: &DeviceFlags, accel: Option<Accel>, devices: Vec<usize>) -> CudaOptions {
+fn cuda_options(
+    flags: &DeviceFlags,
+    accel: Option<Accel>,
+    count_work: bool,
+    devices: Vec<usize>,
+) -> CudaOptions {
     let usual = CudaOptions::default();
     CudaOptions {
         devices,
@@ -134,6 +140,7 @@ fn cuda_options(flags: &DeviceFlags, accel: Option<Accel>, devices: Vec<usize>) 
         hierarchy: hierarchy_options(flags),
         block_size: flags.block_size.unwrap_or(usual.block_size),
         traversal: flags.gpu_traversal,
+        count_work,
     }
 }
 

@@ -25,6 +25,7 @@ pub struct CudaBackend {
     options: HierarchyOptions,
     block_size: u32,
     traversal: Traversal,
+    count_work: bool,
 }
 
 impl CudaBackend {
@@ -55,6 +56,7 @@ impl CudaBackend {
             options: options.hierarchy,
             block_size: options.block_size,
             traversal: options.traversal,
+            count_work: options.count_work,
         })
     }
 }
@@ -69,16 +71,21 @@ impl Backend for CudaBackend {
         check_scene(&scene)?;
         let hierarchy = Hierarchy::build(self.accel, &self.options, &scene);
         let moving = if scene.instances_move { scene.instances.len() } else { 0 };
-        let structure = Structure::new(&hierarchy, self.traversal, moving)?;
-        let kernel = kernel(self.accel, self.traversal, scene.instances.len() > 1)?;
+        let structure = match self.count_work {
+            true => Structure::for_counting(&hierarchy),
+            false => Structure::new(&hierarchy, self.traversal, moving)?,
+        };
+        let kernel = kernel(self.accel, self.traversal, scene.instances.len() > 1, self.count_work)?;
         let band_bytes = largest_band(scene.settings.width, scene.settings.height) as u64;
         let view = scene.view();
+        let kernel = (kernel, self.block_size);
         let upload =
             |device: &Device| DeviceScene::upload(device, kernel, &view, &structure, moving, band_bytes);
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),
             block_size: self.block_size,
+            count_work: self.count_work,
             rays_per_sample: rays_per_sample(&scene.view(), self.accel),
             samples: scene.settings.samples,
             statistics: hierarchy.statistics(),
@@ -105,6 +112,8 @@ struct PreparedCuda {
     scenes: Vec<DeviceScene>,
     devices: Arc<Vec<Device>>,
     block_size: u32,
+    /// The kernels are those that count.
+    count_work: bool,
     /// A guess.
     rays_per_sample: f64,
     samples: u32,
@@ -137,7 +146,6 @@ impl PreparedScene for PreparedCuda {
         FILLINGS * self.devices.iter().map(threads).sum::<u64>()
     }
 
-    /// Work ([`RenderControl::count_work`]) is not counted on this backend.
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
         check_rows(&rows, self.height)?;
         let mut film = Film::new(self.width, rows.end - rows.start);
@@ -145,7 +153,6 @@ impl PreparedScene for PreparedCuda {
         Ok(Rendered { film, complete, statistics })
     }
 
-    /// Nor is it here.
     fn sample_rows(
         &self,
         rows: Range<u32>,
@@ -186,6 +193,10 @@ impl PreparedCuda {
         control: &RenderControl,
         pixels: &mut [T],
     ) -> Result<(bool, RayStatistics), BackendError> {
+        if control.count_work && !self.count_work {
+            let message = "work is to be counted: CudaOptions::count_work must be set for that";
+            return Err(BackendError::Failed(message.into()));
+        }
         let pixels_total = pixels.len() as u64;
         let task = Task {
             pixels: PixelRows::new(pixels, rows.start, self.width),

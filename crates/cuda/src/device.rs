@@ -102,14 +102,16 @@ impl Device {
         Ok(Device { stream: context.default_stream(), kernels: Mutex::default(), name })
     }
 
-    /// A kernel. The driver compiles it for the device, the first time on a machine in seconds.
-    pub(crate) fn kernel(&self, name: &'static str) -> Result<CudaFunction, BackendError> {
+    /// A kernel for blocks of up to so many threads, always as many on this device. The driver compiles it, the first time on a
+    /// machine in seconds.
+    pub(crate) fn kernel(&self, name: &'static str, threads: u32) -> Result<CudaFunction, BackendError> {
         let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kernel) = kernels.get(name) {
             return Ok(kernel.clone());
         }
         let fail = |error| self.failure("loading the kernel", error);
-        let module = self.stream.context().load_module(Ptx::from_src(ptx::text(&[name]))).map_err(fail)?;
+        let text = Ptx::from_src(ptx::text(&[name], threads));
+        let module = self.stream.context().load_module(text).map_err(fail)?;
         let kernel = module.load_function(name).map_err(fail)?;
         kernels.insert(name, kernel.clone());
         Ok(kernel)

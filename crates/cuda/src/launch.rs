@@ -7,12 +7,12 @@ use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaEvent, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::math::Vec3;
 use eosphor_core::whitted::ExactSum;
-use eosphor_render::RayStatistics;
+use eosphor_render::{QueryTimes, RayStatistics};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Kinds of rays that kernels count.
-const RAY_KINDS: usize = 5;
+/// What kernels count: kinds of rays; and those that are made for it, what queries do.
+const TOTALS: usize = 12;
 
 /// Rows that a warp covers: 8 × 4 pixels.
 pub(crate) const WARP_ROWS: u32 = 4;
@@ -44,7 +44,7 @@ impl Room {
         let band = || {
             let stream = device.stream.context().new_stream()?;
             let pixels = stream.alloc_zeros(bytes.div_ceil(size_of::<u64>()))?;
-            let totals = stream.alloc_zeros(RAY_KINDS)?;
+            let totals = stream.alloc_zeros(TOTALS)?;
             Ok(Band { stream, pixels, totals })
         };
         Ok(Room { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })
@@ -134,18 +134,32 @@ impl Launcher<'_> {
         );
         // SAFETY: the kernel has written them, as `launch` was told.
         unsafe { self.room.staging.copy_back(band.pixels.device_ptr(stream).0, pixels) }?;
-        let mut totals = [0; RAY_KINDS];
+        let mut totals = [0; TOTALS];
         self.room.staging.copy_numbers(band.totals.device_ptr(stream).0, &mut totals)?;
-        // The order is that of `gpu/src/totals.rs`.
-        let statistics = RayStatistics {
-            camera: totals[0],
-            reflected: totals[1],
-            refracted: totals[2],
-            glossy: totals[3],
-            shadow: totals[4],
-            ..RayStatistics::default()
-        };
-        Ok((statistics, seconds))
+        Ok((statistics(&totals), seconds))
+    }
+}
+
+/// What a launch has counted, in the order of `gpu/src/totals.rs`.
+fn statistics(totals: &[u64; TOTALS]) -> RayStatistics {
+    let &[camera, reflected, refracted, glossy, shadow, searches, nodes, primitives, ref times @ ..] = totals;
+    let &[traversal, intersection, thread_ticks, thread_nanoseconds] = times;
+    // How long a tick is depends on what the device does: it is what all threads took by both clocks.
+    let length = thread_nanoseconds as f64 / thread_ticks.max(1) as f64;
+    let nanoseconds = |ticks: u64| (ticks as f64 * length) as u64;
+    RayStatistics {
+        camera,
+        reflected,
+        refracted,
+        glossy,
+        shadow,
+        searches,
+        nodes_visited: nodes,
+        primitive_tests: primitives,
+        times: QueryTimes {
+            traversal_nanoseconds: nanoseconds(traversal),
+            intersection_nanoseconds: nanoseconds(intersection),
+        },
     }
 }
 
@@ -166,6 +180,16 @@ fn launch_shape(width: u32, rows: u32, sharing: u32, block_size: u32) -> LaunchC
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ticks_become_nanoseconds() {
+        let all = statistics(&[1, 2, 3, 4, 5, 6, 7, 8, 1000, 500, 4000, 2000]);
+        assert_eq!((all.total_rays(), all.searches, all.nodes_visited, all.primitive_tests), (15, 6, 7, 8));
+        assert_eq!(all.times, QueryTimes { traversal_nanoseconds: 500, intersection_nanoseconds: 250 });
+        // Kernels that do not count.
+        let rays = statistics(&[1, 2, 3, 4, 5, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!((rays.searches, rays.times), (0, QueryTimes::default()));
+    }
 
     #[test]
     fn there_are_threads_for_every_pixel() {

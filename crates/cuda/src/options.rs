@@ -1,6 +1,6 @@
 //! How the CUDA backend works.
 
-use crate::ptx::MOST_THREADS;
+use crate::ptx::{MOST_THREADS, USUAL_THREADS};
 use crate::structure::kernel;
 use eosphor_core::hierarchy::Company;
 use eosphor_render::{Accel, BackendError, HierarchyOptions};
@@ -57,10 +57,14 @@ pub struct CudaOptions {
     pub accel: Accel,
     /// How it is built.
     pub hierarchy: HierarchyOptions,
-    /// Threads of a block: 32, 64, 96 or 128.
+    /// Threads of a block: a multiple of 32 up to 512.
     pub block_size: u32,
     /// The way through a bounding volume hierarchy.
     pub traversal: Traversal,
+    /// Count what queries do and time it, by kernels that are made for that and take some times as long. They go through a
+    /// bounding volume hierarchy as one ray does on a CPU, so that counts are the same there. Needed where
+    /// [`eosphor_render::RenderControl::count_work`] is asked for.
+    pub count_work: bool,
 }
 
 impl Default for CudaOptions {
@@ -70,8 +74,9 @@ impl Default for CudaOptions {
             devices: vec![0],
             accel: Accel::Bvh,
             hierarchy: HierarchyOptions::default(),
-            block_size: MOST_THREADS,
+            block_size: USUAL_THREADS,
             traversal: Traversal::Auto,
+            count_work: false,
         }
     }
 }
@@ -83,12 +88,18 @@ impl CudaOptions {
     ///
     /// [`BackendError::Failed`] with what to choose instead.
     pub fn check(&self) -> Result<(), BackendError> {
-        kernel(self.accel, self.traversal, false)?;
+        kernel(self.accel, self.traversal, false, self.count_work)?;
         if self.traversal != Traversal::Auto && self.accel != Accel::Bvh {
             return Err(BackendError::Failed(format!(
                 "{}: there are several ways through a bvh, one through {}: leave that out, or choose bvh",
                 self.traversal.name(),
                 self.accel
+            )));
+        }
+        if self.traversal != Traversal::Auto && self.count_work {
+            return Err(BackendError::Failed(format!(
+                "{}: what is counted is the way of one ray: leave that out, or do not count",
+                self.traversal.name()
             )));
         }
         if self.devices.is_empty() {
@@ -98,8 +109,7 @@ impl CudaOptions {
         match self.block_size.is_multiple_of(32) && (32..=MOST_THREADS).contains(&self.block_size) {
             true => Ok(()),
             false => Err(BackendError::Failed(format!(
-                "blocks of {} threads: there are blocks of 32, 64, 96 and {MOST_THREADS} (the kernels are compiled for at \
-                 most {MOST_THREADS}, and warps have 32)",
+                "blocks of {} threads: a block has a multiple of 32 threads (a warp), at most {MOST_THREADS}",
                 self.block_size
             ))),
         }
@@ -113,11 +123,16 @@ mod tests {
     #[test]
     fn blocks_are_whole_warps_and_not_too_large() {
         let check = |block_size| CudaOptions { block_size, ..CudaOptions::default() }.check();
-        for block_size in [32, 64, 96, 128] {
+        for block_size in [32, 64, 96, 128, 256, 512] {
             assert!(check(block_size).is_ok());
         }
-        for block_size in [0, 1, 100, 160, 1024, u32::MAX] {
-            assert!(check(block_size).unwrap_err().to_string().contains("32, 64, 96 and 128"));
+        for block_size in [0, 1, 100, 544, 1024, u32::MAX] {
+            assert!(
+                check(block_size)
+                    .unwrap_err()
+                    .to_string()
+                    .contains("a multiple of 32 threads (a warp), at most 512")
+            );
         }
     }
 

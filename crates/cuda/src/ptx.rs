@@ -8,12 +8,25 @@ pub(crate) const PTX: &str = include_str!("../ptx/eosphor.ptx");
 /// The oldest devices that [`PTX`] loads on.
 pub(crate) const OLDEST_CAPABILITY: (i32, i32) = (7, 5);
 
-/// The most threads of a block that the kernels are compiled for: with more, each would have fewer registers.
-pub(crate) const MOST_THREADS: u32 = 128;
+/// The threads of a block that [`PTX`] is for. With more, each may have fewer registers.
+pub(crate) const USUAL_THREADS: u32 = 128;
 
-/// The text with these kernels alone, and the functions that they call.
-pub(crate) fn text(kernels: &[&str]) -> String {
-    with_kernels(PTX, kernels)
+/// The most threads of a block. A processor has 65,536 registers: each thread of so many may have 128, the bound of kernels that
+/// render through a `bvh`; others then keep more in memory.
+pub(crate) const MOST_THREADS: u32 = 512;
+
+/// The text with these kernels alone, and the functions that they call, for blocks of up to so many threads.
+pub(crate) fn text(kernels: &[&str], threads: u32) -> String {
+    let text = with_kernels(PTX, kernels);
+    if threads <= USUAL_THREADS {
+        return text;
+    }
+    text.replace(&launch_bounds(USUAL_THREADS), &launch_bounds(threads))
+}
+
+/// The line that tells the driver how large blocks are.
+fn launch_bounds(threads: u32) -> String {
+    format!("\n.maxntid {threads}\n")
 }
 
 #[cfg(test)]
@@ -28,15 +41,16 @@ mod tests {
     use eosphor_render::{Accel, Hierarchy, HierarchyOptions};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
-    /// The structures that have a kernel, and the ways through them.
-    fn kernels() -> Vec<(Accel, Traversal, &'static str)> {
-        let mut all = Vec::new();
-        for accel in Accel::ALL.iter().copied() {
-            for (traversal, placed) in Traversal::ALL.into_iter().flat_map(|t| [(t, false), (t, true)]) {
-                if let Ok(name) = kernel(accel, traversal, placed)
-                    && !all.iter().any(|&(_, _, other)| other == name)
+    /// The structures that have a kernel, the ways through them, and whether it counts.
+    fn kernels() -> Vec<(Accel, Traversal, bool, &'static str)> {
+        let mut all: Vec<(Accel, Traversal, bool, &'static str)> = Vec::new();
+        let ways = || Traversal::ALL.into_iter().flat_map(|t| [(t, false, false), (t, true, false)]);
+        for &accel in Accel::ALL {
+            for (traversal, placed, counts) in ways().chain([(Traversal::Auto, true, true)]) {
+                if let Ok(name) = kernel(accel, traversal, placed, counts)
+                    && !all.iter().any(|&(.., other)| other == name)
                 {
-                    all.push((accel, traversal, name));
+                    all.push((accel, traversal, counts, name));
                 }
             }
         }
@@ -76,9 +90,12 @@ mod tests {
         let numbers = [Kind::Number; 5];
         let pixels = [Kind::Array { align: 1 }; 2];
         let launch = [&numbers[..], &pixels, &[Kind::Array { align: align_of::<u64>() }]].concat();
-        for (accel, traversal, name) in kernels() {
+        for (accel, traversal, counts, name) in kernels() {
             let hierarchy = Hierarchy::build(accel, &HierarchyOptions::default(), &data);
-            let structure = Structure::new(&hierarchy, traversal, 0).unwrap();
+            let structure = match counts {
+                true => Structure::for_counting(&hierarchy),
+                false => Structure::new(&hierarchy, traversal, 0).unwrap(),
+            };
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
             assert_eq!(declared(name), [parameters.kinds(), &launch[..]].concat(), "{name}");
         }
@@ -109,11 +126,13 @@ mod tests {
         assert_eq!(entries(PTX).len(), kernels().len() + query_kernels().len());
         // Tables of constants stand before the kernels.
         let tables = |text: &str| text.lines().filter(|line| line.starts_with(".global")).count();
-        for (_, traversal, name) in kernels() {
-            let text = text(&[name]);
+        for (_, traversal, _, name) in kernels() {
+            let larger = text(&[name], MOST_THREADS);
+            let text = text(&[name], USUAL_THREADS);
             assert_eq!(entries(&text), [name]);
             assert_eq!(tables(&text), tables(PTX));
-            assert!(text.contains(&format!("\n.maxntid {MOST_THREADS}\n")));
+            assert_eq!(text.matches(&launch_bounds(USUAL_THREADS)).count(), 1);
+            assert_eq!(larger, text.replace(".maxntid 128", ".maxntid 512"));
             // All functions that it calls, declared at the top and defined, and no others.
             for function in ["intersect_triangle(", "intersect_sphere("] {
                 assert_eq!(text.matches(function).count(), 1);

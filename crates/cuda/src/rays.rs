@@ -109,11 +109,11 @@ impl CudaRays {
         let only_world = bvh.primitives.instances.len() == 1;
         let device = Device::open(info)?;
         let [closest, any] = ray_kernels(traversal)[only_world as usize];
-        let kernels = [device.kernel(closest)?, device.kernel(any)?];
+        let kernels = [device.kernel(closest, RAYS_IN_BLOCK)?, device.kernel(any, RAYS_IN_BLOCK)?];
         let far_kernels = match far_ray_kernels(traversal) {
             Some(kernels) => {
                 let [closest, any] = kernels[only_world as usize];
-                [device.kernel(closest)?, device.kernel(any)?]
+                [device.kernel(closest, RAYS_IN_BLOCK)?, device.kernel(any, RAYS_IN_BLOCK)?]
             }
             None => kernels.clone(),
         };

@@ -42,14 +42,14 @@ impl DeviceScene {
     /// [`BackendError::OutOfMemory`] with the numbers where there is not.
     pub(crate) fn upload(
         device: &Device,
-        kernel: &'static str,
+        (kernel, block_size): (&'static str, u32),
         view: &SceneView,
         structure: &Structure,
         moving: usize,
         band_bytes: u64,
     ) -> Result<DeviceScene, BackendError> {
         let parameters = scene_parameters(view, structure)?;
-        let kernel = device.kernel(kernel)?;
+        let kernel = device.kernel(kernel, block_size)?;
         let doing = "copying the scene";
         let fail = |error| device.failure(doing, error);
         Needs {

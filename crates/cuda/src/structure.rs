@@ -8,14 +8,20 @@ use eosphor_core::hierarchy::{InstanceTreeView, Link, PrimitivesView, WideNode};
 use eosphor_render::{Accel, BackendError, Hierarchy};
 
 /// The kernel that renders over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
-/// threads of a warp can walk together.)
+/// threads of a warp can walk together.) Or the one that counts.
 ///
 /// # Errors
 ///
 /// Says which structures there are where this one is for CPUs alone.
-pub(crate) fn kernel(accel: Accel, traversal: Traversal, placed: bool) -> Result<&'static str, BackendError> {
-    on_gpus(accel, traversal, placed).ok_or_else(|| {
-        let is_there = |accel: &&Accel| on_gpus(**accel, traversal, placed).is_some();
+pub(crate) fn kernel(
+    accel: Accel,
+    traversal: Traversal,
+    placed: bool,
+    counts: bool,
+) -> Result<&'static str, BackendError> {
+    let find = |accel| if counts { counting(accel) } else { on_gpus(accel, traversal, placed) };
+    find(accel).ok_or_else(|| {
+        let is_there = |accel: &&Accel| find(**accel).is_some();
         let names: Vec<&str> = Accel::ALL.iter().filter(is_there).map(|a| a.name()).collect();
         BackendError::Failed(format!(
             "{accel} is made for the SIMD instructions of CPUs: on GPUs choose one of {}",
@@ -41,14 +47,31 @@ fn on_gpus(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'static 
     }
 }
 
+fn counting(accel: Accel) -> Option<&'static str> {
+    match accel {
+        Accel::None => Some("count_exhaustive"),
+        Accel::Bvh => Some("count_bvh"),
+        Accel::Bvh8 => None,
+        Accel::Octree => Some("count_octree"),
+        Accel::OctreeParametric => Some("count_octree_parametric"),
+        Accel::Grid => Some("count_grid"),
+        Accel::KdTree => Some("count_kdtree"),
+    }
+}
+
 /// A structure as GPUs read it.
 pub(crate) struct Structure<'h> {
     hierarchy: &'h Hierarchy,
-    /// What a bounding volume hierarchy becomes.
+    /// What a bounding volume hierarchy becomes, but for kernels that count.
     pub(crate) trees: Option<Trees>,
 }
 
 impl<'h> Structure<'h> {
+    /// As it was built, for a kernel that counts.
+    pub(crate) fn for_counting(hierarchy: &Hierarchy) -> Structure<'_> {
+        Structure { hierarchy, trees: None }
+    }
+
     /// From the one that was built. With room for the instances of frames, where these move.
     ///
     /// # Errors
@@ -128,10 +151,19 @@ pub(crate) fn add_structure<'a>(
 ) -> Result<PrimitivesView<'a>, BackendError> {
     match structure.hierarchy {
         Hierarchy::Exhaustive(exhaustive) => Ok(exhaustive.primitives.view()),
-        Hierarchy::Bvh(bvh) => {
-            Ok(add_trees(parameters, bvh, structure.trees.as_ref().expect("a bvh has trees")))
+        Hierarchy::Bvh(bvh) => match &structure.trees {
+            Some(trees) => Ok(add_trees(parameters, bvh, trees)),
+            None => {
+                let bvh = bvh.view();
+                parameters.array(bvh.nodes);
+                parameters.array(bvh.roots);
+                add_instance_tree(parameters, &bvh.instances);
+                Ok(bvh.primitives)
+            }
+        },
+        Hierarchy::Bvh8(_) => {
+            Err(kernel(Accel::Bvh8, Traversal::Auto, false, false).expect_err("it has none"))
         }
-        Hierarchy::Bvh8(_) => Err(kernel(Accel::Bvh8, Traversal::Auto, false).expect_err("it has none")),
         Hierarchy::Octree(octree) | Hierarchy::OctreeParametric(octree) => {
             let tree = octree.view();
             parameters.array(tree.nodes);
@@ -197,12 +229,14 @@ mod tests {
 
     #[test]
     fn structures_for_cpus_alone_are_refused_with_the_others_names() {
-        let message = kernel(Accel::Bvh8, Traversal::Auto, false).unwrap_err().to_string();
+        let message = kernel(Accel::Bvh8, Traversal::Auto, false, false).unwrap_err().to_string();
         assert!(
             message.starts_with("bvh8 is made for") && message.contains("none, bvh, octree,"),
             "{message}"
         );
-        let refused = |accel: &&Accel| kernel(**accel, Traversal::Auto, true).is_err();
-        assert_eq!(Accel::ALL.iter().filter(refused).count(), 1);
+        for counts in [false, true] {
+            let refused = |accel: &&Accel| kernel(**accel, Traversal::Auto, true, counts).is_err();
+            assert_eq!(Accel::ALL.iter().filter(refused).count(), 1);
+        }
     }
 }

@@ -117,12 +117,39 @@ fn rays_from_far_away() {
     }
 }
 
+/// The same walk over the same structure does the same; and all of it takes time.
+#[test]
+fn counts_are_those_of_the_cpu() {
+    for name in ["builtin:cornell", "glass"] {
+        let mut scene = common::scene(name, None).unwrap();
+        scene.settings.size = [61, 47];
+        let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+        for accel in structures() {
+            let Some(gpu) = backend(CudaOptions { accel, count_work: true, ..CudaOptions::default() }) else {
+                return;
+            };
+            let cpu = CpuBackend::new(CpuOptions { accel, ..CpuOptions::default() }).unwrap();
+            let on_gpu = common::render_counted(&gpu, &data).unwrap();
+            let on_cpu = common::render_counted(&cpu, &data).unwrap();
+            if let Some(text) = common::difference(&on_cpu.film, &on_gpu.film) {
+                panic!("{name}, {accel}: {text}");
+            }
+            let (mut of_gpu, mut of_cpu) = (on_gpu.statistics, on_cpu.statistics);
+            let times = of_gpu.times;
+            assert!(times.traversal_nanoseconds > 0 && times.intersection_nanoseconds > 0, "{name}, {accel}");
+            (of_gpu.times, of_cpu.times) = Default::default();
+            assert!(of_gpu.nodes_visited + of_gpu.primitive_tests > of_gpu.searches, "{name}, {accel}");
+            assert_eq!(of_gpu, of_cpu, "{name}, {accel}");
+        }
+    }
+}
+
 #[test]
 fn every_block_size() {
     let mut scene = common::scene("glass", None).unwrap();
     // Neither a multiple of a warp's pixels nor of a block's.
     scene.settings.size = [93, 53];
-    for block_size in [32, 64, 96, 128] {
+    for block_size in [32, 64, 96, 128, 256, 512] {
         assert_identical_by(&scene, CudaOptions { block_size, ..CudaOptions::default() });
     }
 }

@@ -1,7 +1,7 @@
 //! What is done to the PTX as a text, and what must hold of it.
 
 /// The kernels of `gpu/src/kernels.rs` and `rays.rs`, sorted.
-pub(super) const ENTRIES: [&str; 25] = [
+pub(super) const ENTRIES: [&str; 31] = [
     "closest_hits_bvh",
     "closest_hits_far",
     "closest_hits_in_step",
@@ -10,6 +10,12 @@ pub(super) const ENTRIES: [&str; 25] = [
     "closest_hits_world_far",
     "closest_hits_world_in_step",
     "closest_hits_world_wide",
+    "count_bvh",
+    "count_exhaustive",
+    "count_grid",
+    "count_kdtree",
+    "count_octree",
+    "count_octree_parametric",
     "occluded_bvh",
     "occluded_far",
     "occluded_in_step",
@@ -80,6 +86,8 @@ pub(super) fn with_launch_bounds(ptx: &str) -> String {
             in_parameters = true;
             bounds = if name.ends_with("_far") {
                 Some(FAR_QUERY_BOUNDS)
+            } else if name.starts_with("count_") {
+                None
             } else if !name.starts_with("render_") {
                 Some(QUERY_BOUNDS)
             } else {

@@ -103,7 +103,8 @@ fn unpack_debian_packages(folder: &Path) -> Result<()> {
     fs::create_dir_all(&packages)?;
     let names = ["rustc-web", "rust-web-src", "libstd-rust-web-dev", "libllvm22", library];
     eprintln!("downloading {} into {}", names.join(", "), packages.display());
-    output_of(Command::new("apt-get").arg("download").args(names).current_dir(&packages))?;
+    output_of(Command::new("apt-get").arg("download").args(names).current_dir(&packages))
+        .context("`apt-get update` may help")?;
     for package in fs::read_dir(&packages)? {
         output_of(Command::new("dpkg-deb").arg("-x").arg(package?.path()).arg(folder))?;
     }

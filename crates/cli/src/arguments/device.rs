@@ -36,8 +36,8 @@ pub(crate) struct DeviceFlags {
     /// Instructions of the CPU; auto takes the widest there are
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
-    /// Threads of a block on GPUs [default: 128]
-    #[arg(long, value_name = "N", value_parser = block_sizes(), allow_hyphen_values = true)]
+    /// Threads of a block on GPUs: a multiple of 32, 32 to 512 [default: 128]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
     /// How the threads of a warp walk through a bvh on GPUs: single, each for itself; vote, all where any has to; auto, by
     /// vote where all rays start in one point and go the same way; reconverge, each for itself but in step; wide, in step
@@ -132,10 +132,6 @@ pub(super) fn accels() -> impl TypedValueParser<Value = AccelChoice> {
         "builders" => Ok(AccelChoice::Builders),
         name => name.parse().map(AccelChoice::One),
     })
-}
-
-fn block_sizes() -> impl TypedValueParser<Value = u32> {
-    named([("32", 32), ("64", 64), ("96", 96), ("128", 128)])
 }
 
 fn traversals() -> impl TypedValueParser<Value = Traversal> {

@@ -3,9 +3,7 @@
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::{place, whole};
-use super::{
-    BackendChoice, ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, check, scene_help,
-};
+use super::{ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, check, scene_help};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::builder::{OsStringValueParser, TypedValueParser};
@@ -202,8 +200,8 @@ pub(crate) struct ReportFlags {
     /// Print the statistics as JSON to stdout
     #[arg(long)]
     pub(crate) json: bool,
-    /// Count nodes and tests and time traversal and intersection, for each ray, on the CPU; some times slower, since rays go one
-    /// by one and clocks are read often
+    /// Count nodes and tests and time traversal and intersection, for each ray; some times slower, since rays go one by one and
+    /// clocks are read often
     #[arg(long)]
     pub(crate) stats: bool,
     /// Say nothing but errors
@@ -223,16 +221,12 @@ impl ReportFlags {
         to_stdout: bool,
     ) -> Result<(), Failure> {
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
-        let is_cuda = matches!(device.backend(), BackendChoice::Cuda(_));
-        let about_cpus = "a GPU, not --stats, which is of the CPU";
-        let cpu = "the CPU, whose searches it counts and times, not --backend cuda";
+        let one_way = "a render without --stats, which goes the way of one ray";
         let traversal = device.gpu_traversal != Traversal::default();
         check(&[
             need("--json", self.json, !to_stdout, "standard output for itself, not -o -"),
-            need("--stats", self.stats, !is_cuda, cpu),
             need("--stats", self.stats, show.is_none(), "a picture of the scene, not --show"),
-            need("--block-size", device.block_size.is_some(), !self.stats, about_cpus),
-            need("--gpu-traversal", traversal, !self.stats, about_cpus),
+            need("--gpu-traversal", traversal, !self.stats, one_way),
         ])
     }
 

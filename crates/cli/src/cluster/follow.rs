@@ -173,8 +173,7 @@ fn local_backend(
 ) -> Result<(Box<dyn Backend>, u32), Failure> {
     let mut device = options.device.clone();
     let mine = |list: &[usize]| list.get(local_rank as usize % list.len().max(1)).map(|&gpu| vec![gpu]);
-    let wants_cpu = options.count_work || asks_for_cpu(&device, options.accel);
-    let auto = if wants_cpu { None } else { mine(&gpus()) };
+    let auto = if asks_for_cpu(&device, options.accel) { None } else { mine(&gpus()) };
     device.backend = Some(match device.backend() {
         BackendChoice::Auto if auto.is_none() => BackendChoice::Cpu,
         BackendChoice::Auto => BackendChoice::Auto,

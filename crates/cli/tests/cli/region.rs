@@ -91,10 +91,11 @@ fn what_is_no_part_of_the_picture_is_wrong_usage() {
     for region in ["0,0,25x1", "24,0,1x1", "0,17,1x2", "4000000000,0,1x1"] {
         render(&place, "a.png", &["--region", region]).is_wrong_usage(&[region, "24 x 18 pixels"]);
     }
-    for region in ["5,2", "5,2,0x7", "-1,2,3x3", "a"] {
+    for region in ["5,2", "-1,2,3x3", "a"] {
         render(&place, "a.png", &[&format!("--region={region}")[..]])
             .is_wrong_usage(&["--region", "as 100,50"]);
     }
+    render(&place, "a.png", &["--region", "5,2,0x7"]).is_wrong_usage(&["--region", "each side"]);
     render(&place, "a.png", &["--region", FLAG, "--show", "cost"]).is_wrong_usage(&["--region", "--show"]);
     render(&place, "a%d.png", &["--region", FLAG, "--orbit", "2"]).is_wrong_usage(&["--region", "single"]);
     assert!(place.names().is_empty());

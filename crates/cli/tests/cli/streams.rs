@@ -33,19 +33,14 @@ fn a_full_disk_behind_stderr_stops_nothing() {
 }
 
 /// Minutes of work for a CPU, of which the first lines are done in no time.
-const LONG: [&str; 11] = [
-    "render",
-    "builtin:cornell",
-    "-o",
-    "a.png",
-    "--size",
-    "2000x2000",
-    "--samples",
-    "64",
-    "-v",
-    "--backend",
-    "cpu",
-];
+const LONG: [&str; 9] =
+    ["render", "builtin:cornell", "--size", "2000x2000", "--samples", "64", "-v", "--backend", "cpu"];
+
+/// [`LONG`] with more flags; into a.png where they name no output.
+fn long<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    let output: &[&str] = if more.contains(&"-o") { &[] } else { &["-o", "a.png"] };
+    [&LONG[..], output, more].concat()
+}
 
 fn send(child: &std::process::Child, signal: i32) {
     // SAFETY: kill only sends a signal; the child has not been waited for, so its number is its own.
@@ -63,7 +58,7 @@ fn interrupted(place: &Place, more: &[&str]) -> (Vec<String>, Option<i32>) {
 
 /// The same by other signals.
 fn ended_by(place: &Place, signals: &[i32], more: &[&str]) -> (Vec<String>, Option<i32>) {
-    let mut child = place.command(&[&LONG[..], more].concat()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = place.command(&long(more)).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
     assert!(lines.any(|line| line.starts_with("rendering")), "it never started");
     std::thread::sleep(Duration::from_millis(1500));
@@ -169,7 +164,7 @@ fn the_second_ctrl_c_removes_what_is_half_written() {
     let place = Place::new();
     // The first strips are done in no time; then the first Ctrl-C has to wait for the end of a piece, mostly.
     let slow = ["--band-rows", "2", "--tile", "4096", "--samples", "64", "--threads", "1"];
-    let arguments = [&LONG[..], &slow].concat();
+    let arguments = long(&slow);
     let mut child = place.command(&arguments).stderr(Stdio::piped()).spawn().unwrap();
     let start = Instant::now();
     // A temporary file, and nothing else.

@@ -124,6 +124,17 @@ fn waves(material: u32) -> Mesh {
     }
 }
 
+/// A finished picture whose queries were counted.
+#[allow(dead_code, reason = "examples count nothing")]
+pub(crate) fn render_counted(
+    backend: &dyn Backend,
+    scene: &Arc<SceneData>,
+) -> Result<Rendered, BackendError> {
+    let cancel = &AtomicBool::new(false);
+    let control = RenderControl { on_progress: &|_| {}, cancel, count_work: true, moment: None };
+    backend.prepare(scene.clone())?.render(&control)
+}
+
 /// A finished picture, and the seconds that preparing and rendering took.
 pub(crate) fn render(
     backend: &dyn Backend,

@@ -138,8 +138,8 @@ pub struct RenderControl<'a> {
     pub on_progress: &'a (dyn Fn(Progress) + Sync),
     /// When raised, the render ends early.
     pub cancel: &'a AtomicBool,
-    /// Count what queries do and time it ([`RayStatistics`]), on the CPU. Rays are then traced one by one and clocks are read
-    /// often, which takes a few times as long and changes no pixel. GPUs do not count.
+    /// Count what queries do and time it ([`RayStatistics`]). Rays are then traced one by one and clocks are read often, which
+    /// takes a few times as long and changes no pixel. A GPU has kernels of their own for that: its backend is made for it.
     pub count_work: bool,
     /// The frame to render, where it is not the scene as it was prepared.
     pub moment: Option<&'a Moment>,

@@ -36,7 +36,7 @@ pub const BUILTINS: &[Builtin] = &[
         name: "glass",
         description: "five balls on a table under a square lamp: mirror, glass, water, brushed metal and plastic",
     },
-    Builtin { name: "hare", description: "an animal of 30,000 triangles, made from code, in daylight" },
+    Builtin { name: "hare", description: "an animal of 100,000 triangles, made from code, in daylight" },
     Builtin {
         name: "solids",
         description: "a flight around three Platonic solids of mirrors, lit from within by diodes along their edges",

@@ -1,5 +1,6 @@
 //! A clock for what takes less time than the system's clock does to be read.
 
+use eosphor_core::hierarchy::{Phase, PhaseClock};
 use std::cell::Cell;
 use std::sync::OnceLock;
 use std::time::Instant;
@@ -35,12 +36,13 @@ fn reading() -> u64 {
 }
 
 /// Adds up the lengths of intervals that follow each other, each for one of two phases.
-pub(super) struct Clock {
+#[derive(Debug)]
+pub(crate) struct Clock {
     /// Both clocks at the beginning, for the length of a tick.
     start: (Instant, u64),
     /// When the present interval began, and its phase.
     last: Cell<u64>,
-    phase: Cell<usize>,
+    phase: Cell<Phase>,
     spent: [Cell<u64>; 2],
     intervals: [Cell<u64>; 2],
 }
@@ -51,37 +53,10 @@ impl Clock {
         Clock {
             start: (Instant::now(), ticks()),
             last: Cell::new(0),
-            phase: Cell::new(0),
+            phase: Cell::default(),
             spent: Default::default(),
             intervals: Default::default(),
         }
-    }
-
-    /// Begins an interval of this phase.
-    #[inline(always)]
-    pub(super) fn begin(&self, phase: usize) {
-        self.phase.set(phase);
-        self.last.set(ticks());
-    }
-
-    /// Goes on in this phase: ends the interval and begins another, where it is a new one.
-    #[inline(always)]
-    pub(super) fn enter(&self, phase: usize) {
-        if self.phase.get() != phase {
-            self.end();
-            self.phase.set(phase);
-        }
-    }
-
-    /// Ends the interval.
-    #[inline(always)]
-    pub(super) fn end(&self) {
-        let (now, phase) = (ticks(), self.phase.get() & 1);
-        let add = |sum: &Cell<u64>, count: u64| sum.set(sum.get().wrapping_add(count));
-        // Counters of different cores may differ a little.
-        add(&self.spent[phase], now.saturating_sub(self.last.get()));
-        add(&self.intervals[phase], 1);
-        self.last.set(now);
     }
 
     /// Nanoseconds of both phases. Each interval holds one reading of the clock, which is taken off.
@@ -93,6 +68,34 @@ impl Clock {
             let ticks = without_readings(self.spent[phase].get(), self.intervals[phase].get(), reading());
             (ticks as f64 * length) as u64
         })
+    }
+}
+
+impl PhaseClock for Clock {
+    #[inline(always)]
+    fn begin(&self) {
+        self.phase.set(Phase::Traversal);
+        self.last.set(ticks());
+    }
+
+    /// Ends the interval and begins another.
+    #[inline(always)]
+    fn enter(&self, phase: Phase) {
+        if self.phase.get() != phase {
+            self.end();
+            self.phase.set(phase);
+        }
+    }
+
+    /// Ends the interval.
+    #[inline(always)]
+    fn end(&self) {
+        let (now, phase) = (ticks(), self.phase.get() as usize);
+        let add = |sum: &Cell<u64>, count: u64| sum.set(sum.get().wrapping_add(count));
+        // Counters of different cores may differ a little.
+        add(&self.spent[phase], now.saturating_sub(self.last.get()));
+        add(&self.intervals[phase], 1);
+        self.last.set(now);
     }
 }
 
@@ -108,17 +111,18 @@ mod tests {
     fn intervals_belong_to_their_phases() {
         let clock = Clock::new();
         assert_eq!(clock.nanoseconds(), [0, 0]);
-        clock.begin(0);
-        clock.enter(0);
-        clock.enter(1);
-        clock.enter(1);
-        clock.enter(0);
+        clock.begin();
+        clock.enter(Phase::Traversal);
+        clock.enter(Phase::Intersection);
+        clock.enter(Phase::Intersection);
+        clock.enter(Phase::Traversal);
         clock.end();
         // Traversal, tests, traversal.
         assert_eq!([clock.intervals[0].get(), clock.intervals[1].get()], [2, 1]);
-        clock.begin(1);
+        clock.begin();
+        clock.enter(Phase::Intersection);
         clock.end();
-        assert_eq!([clock.intervals[0].get(), clock.intervals[1].get()], [2, 2]);
+        assert_eq!([clock.intervals[0].get(), clock.intervals[1].get()], [3, 2]);
     }
 
     #[test]

@@ -7,7 +7,8 @@
 use super::batched::{self, Workspace};
 use super::queries::{AnyTracer, Queries};
 use super::tile::Tile;
-use super::{Scheduler, SimdLevel, Watch};
+use super::watch::{seen, with_clock};
+use super::{Scheduler, SimdLevel};
 use crate::{Hierarchy, RayStatistics};
 use eosphor_core::view::SceneView;
 use eosphor_core::whitted::{RayCounts, Samples, render_samples};
@@ -44,10 +45,10 @@ pub(super) fn render_tile(
     if job.count_work {
         // By the scalar traversals: packets share nodes, which would make the figures per ray incomparable.
         let job = TileJob { scheduler: Scheduler::Scalar, ..job.clone() };
-        let watch = Watch::with_clock();
+        let watch = with_clock();
         let traced =
             hierarchy.with_counting(top, &watch, simd, |queries| at_level(view, queries, &job, work, simd));
-        return traced.map(|rays| watch.add_to(rays.into()));
+        return traced.map(|rays| seen(&watch, rays.into()));
     }
     // Without a hierarchy batches gain nothing, and would keep a tile from being given up for long.
     let scheduler = match hierarchy {
