@@ -151,6 +151,11 @@ impl Parts<'_> {
 
 /// Any JPEG file that the library reads; grey ones too.
 pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
+    // The decoder takes what is missing for grey. Within a scan FF is never followed by these.
+    let last = |mark: u8| bytes.windows(2).rposition(|pair| pair == [0xff, mark]);
+    if last(0xd9) < last(0xda) {
+        return Err("the file is cut short: the mark of its end is missing; get it again".into());
+    }
     let text = |error: image::ImageError| broken_picture("JPEG", error);
     let decoder = image::codecs::jpeg::JpegDecoder::new(Cursor::new(bytes)).map_err(text)?;
     let (width, height) = decoder.dimensions();

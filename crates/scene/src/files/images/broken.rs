@@ -3,13 +3,15 @@
 use std::fmt::Display;
 
 /// What decoders say of a file that ends too early, in small letters.
-const CUT_SHORT: [&str; 8] = [
+const CUT_SHORT: [&str; 10] = [
     "unexpected end",
     "unexpected eof",
+    "unexpectedeof",
     "end of file",
     "failed to fill",
     "insufficientinput",
     "no more bytes",
+    "missing bytes",
     "exhausted",
     "not enough",
 ];

@@ -309,18 +309,22 @@ fn radiance_with_both_codes_and_none() {
     for (size, body, expected) in [
         ("-Y 1 +X 8", &new[..new.len() - 1], "the file is cut short; get it again"),
         ("-Y 1 +X 3", &flat[..11], "the file is cut short; get it again"),
-        ("-Y 1 +X 9", &new[..], "a row is not as long as the header says; the file is broken"),
-        ("-Y 1 +X 8", &[2, 2, 0, 8, 128 + 9, 1], "a run does not fit its row; the file is broken"),
-        ("-Y 1 +X 8", &[2, 2, 0, 8, 0, 1], "a run does not fit its row; the file is broken"),
+        ("-Y 1 +X 9", &new[..], "a row is not as long as the header says; the file is damaged; get it again"),
+        (
+            "-Y 1 +X 8",
+            &[2, 2, 0, 8, 128 + 9, 1],
+            "a run does not fit its row; the file is damaged; get it again",
+        ),
+        ("-Y 1 +X 8", &[2, 2, 0, 8, 0, 1], "a run does not fit its row; the file is damaged; get it again"),
         (
             "-Y 1 +X 3",
             &[1, 1, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0],
-            "a run does not fit its row; the file is broken",
+            "a run does not fit its row; the file is damaged; get it again",
         ),
         (
             "-Y 1 +X 3",
             &[1, 0, 0, 2, 1, 1, 1, 9, 0, 0, 0, 0],
-            "a run does not fit its row; the file is broken",
+            "a run does not fit its row; the file is damaged; get it again",
         ),
         ("+X 8 -Y 1", &new[..], "\"+X 8 -Y 1\" is no size that is read; it must be: -Y HEIGHT +X WIDTH"),
     ] {
@@ -389,7 +393,7 @@ fn exr_of_all_number_types_and_names() {
     ];
     assert_eq!(floats(&read(&exr(C::ZIP1, rgba))), [[0.5, 1.0, 0.0, 0.5], [0.5, 0.0, 0.0, 0.0]]);
     let message = error(&exr(C::ZIP1, vec![("Z", f32s(0.5, 2.0)), ("id", f32s(0.5, 2.0))]));
-    assert_eq!(message, "it has no channels R, G and B, nor Y, but Z, id");
+    assert_eq!(message, "it has no channels R, G and B, nor Y, but Z, id; save it with colours");
 }
 
 /// The standard test scenes' pictures, where they are at hand.
