@@ -1,5 +1,7 @@
-//! Files by what they are, not by what they are called.
+//! Files by what they are, not by what they are called, and the folders that they go into.
 
+use crate::failure::Failure;
+use eosphor::{OutputError, check_writable};
 #[cfg(not(unix))]
 use std::fs::canonicalize as identity_of;
 use std::path::{Path, PathBuf};
@@ -9,13 +11,50 @@ pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     identity_of(a).is_ok_and(|a| identity_of(b).is_ok_and(|b| a == b))
 }
 
-/// Whether both are names of one file, which need not be there yet.
+/// Whether both are names of one file, which need not be there yet, nor its folder.
 pub(crate) fn same_place(a: &Path, b: &Path) -> bool {
-    let folder = |path: &Path| match path.parent() {
-        Some(folder) if folder != Path::new("") => folder.to_owned(),
-        _ => PathBuf::from("."),
-    };
-    same_file(a, b) || (a.file_name() == b.file_name() && same_file(&folder(a), &folder(b)))
+    same_file(a, b) || resolved(a).is_some_and(|a| resolved(b).is_some_and(|b| a == b))
+}
+
+/// A path without links, as far as it is there.
+fn resolved(path: &Path) -> Option<PathBuf> {
+    let (folder, name) = (folder_of(path), path.file_name()?);
+    let known = there(folder);
+    let rest = folder.strip_prefix(known).unwrap_or(folder);
+    Some(known.canonicalize().ok()?.join(rest).join(name))
+}
+
+/// The folder that a file lies in.
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The part of a folder's path that is there.
+fn there(folder: &Path) -> &Path {
+    folder.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."))
+}
+
+/// Fails where no picture can be written there, even with [`make_folder`]. Leaves nothing behind.
+pub(crate) fn check_output(file: &Path) -> Result<(), OutputError> {
+    let (known, Some(name)) = (there(folder_of(file)), file.file_name()) else { return check_writable(file) };
+    if known == folder_of(file) {
+        return check_writable(file);
+    }
+    check_writable(&known.join(name)).map_err(|error| match error {
+        OutputError::Write { source, .. } => OutputError::Write { path: file.to_owned(), source },
+        error => error,
+    })
+}
+
+/// Makes the folder of an output, where it is missing: once nothing is left that flags or scene could be wrong about.
+pub(crate) fn make_folder(file: &Path) -> Result<(), Failure> {
+    let folder = folder_of(file);
+    std::fs::create_dir_all(folder).map_err(|error| {
+        Failure::Failed(format!(
+            "cannot make the folder of the output: {}: {error}; choose another one",
+            folder.display()
+        ))
+    })
 }
 
 #[cfg(unix)]
@@ -46,5 +85,7 @@ mod tests {
         assert!(!same_file(&path("none"), &path("none")));
         assert!(same_place(&path("none"), &path("./none")) && same_place(&path("a"), &path("hard")));
         assert!(!same_place(&path("a"), &path("b")) && !same_place(&path("none"), &path("nowhere/none")));
+        assert!(same_place(&path("new/none"), &path("./new/none")));
+        assert!(!same_place(&path("new/none"), &path("new/other")));
     }
 }

@@ -25,11 +25,11 @@ pub(crate) fn obey_for_picture(flags: &mut RenderFlags) -> Result<(), Failure> {
 /// Fills in what the file of the scene asks for, and gives it. Limits of a hierarchy belong to the one beside them: where the command line
 /// names another, they are left out.
 pub(crate) fn obey(
-    scene: &str,
+    scene: &Path,
     flags: &mut DeviceFlags,
     accel: &mut Option<Accel>,
 ) -> Result<SceneRequests, Failure> {
-    let requests = scene_requests(Path::new(scene));
+    let requests = scene_requests(scene);
     let asked = &requests.device;
     if flags.backend.is_none() {
         flags.backend = asked.backend.map(|kind| match kind {
@@ -66,14 +66,14 @@ fn hierarchy_of(asked: &DeviceSettings) -> (Option<Accel>, HierarchyOptions) {
 }
 
 /// What is wrong with a key, and what to do.
-fn in_words(scene: &str, misfit: &OptionMisfit, is_pg1: bool) -> String {
+fn in_words(scene: &Path, misfit: &OptionMisfit, is_pg1: bool) -> String {
     let (key, pg1) = match misfit.option {
         HierarchyOption::Builder => ("builder", ""),
         HierarchyOption::LeafSize => ("leaf-size", " (max_triangles_per_BB)"),
         HierarchyOption::TreeDepth => ("tree-depth", " (max_depth of the data structure)"),
         HierarchyOption::SahCosts => ("sah-costs", ""),
     };
-    let pg1 = if is_pg1 { pg1 } else { "" };
+    let (scene, pg1) = (scene.display(), if is_pg1 { pg1 } else { "" });
     match misfit.kind {
         MisfitKind::Structure(names) => {
             format!("{scene}: device: {key}{pg1} would do nothing: it needs \"accel\": {names}: leave it out")

@@ -1,9 +1,9 @@
 //! Where a picture goes: files, or standard output.
 
 use crate::failure::Failure;
-use crate::files::same_place;
+use crate::files::{check_output, make_folder, same_place};
 use crate::interrupt;
-use eosphor::{Format, OutputError, PictureWriter, SaveOptions, check_writable};
+use eosphor::{Format, OutputError, PictureWriter, SaveOptions};
 use std::fmt;
 use std::io::{IsTerminal, stdout};
 use std::path::{Path, PathBuf};
@@ -51,12 +51,17 @@ impl Target {
     /// Fails where nothing can be written there.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         match self {
-            Target::File(path, _) => Ok(check_writable(path)?),
+            Target::File(path, _) => Ok(check_output(path)?),
             Target::Stdout(_) if stdout().is_terminal() => Err(Failure::Usage(
                 "-o -: standard output is a terminal: lead it into a pipe or a file, as in -o - > picture.png".into(),
             )),
             Target::Stdout(_) => Ok(()),
         }
+    }
+
+    /// Makes its folder, where that is missing.
+    pub(crate) fn make_folder(&self) -> Result<(), Failure> {
+        self.file().map_or(Ok(()), make_folder)
     }
 
     /// Begins a picture.

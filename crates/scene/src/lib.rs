@@ -30,7 +30,7 @@ pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
     BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions,
     FramePattern, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, SceneRequests, WrongPattern,
-    load, load_from_memory, scene_reference, scene_requests, scene_schema,
+    broken_picture, load, load_from_memory, scene_reference, scene_requests, scene_schema,
 };
 pub use flatten::{LeftOut, Moment, Moments, Note, Places, SceneData, View};
 pub use model::*;

@@ -1,9 +1,15 @@
 //! Flags of `eosphor bench`.
 
 use super::camera::CameraFlags;
-use super::{DeviceFlags, PictureFlags, SCENE_HELP, SettingsFlags};
+use super::values::whole;
+use super::{DeviceFlags, PictureFlags, SettingsFlags, scene_help};
 use clap::{Args, Subcommand};
 use eosphor::Accel;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+/// How often something may be measured.
+const REPEATS: RangeInclusive<u32> = 1..=10_000;
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchFlags {
@@ -17,21 +23,26 @@ pub(crate) enum Bench {
     ///
     /// Prints the median time of each query and the number of answers that are not the CPU's, bit for bit; exits with 1
     /// where there are any.
+    #[command(after_help = super::examples::BENCH_RAYS)]
     Rays(Box<BenchRaysFlags>),
     /// A picture, once the scene is on the device
     ///
     /// Prints the median time of the whole picture, on GPUs with the way back to the CPU; nothing is written. It is the picture
     /// that render makes of the same scene and flags.
+    #[command(after_help = super::examples::BENCH_RENDER)]
     Render(Box<BenchRenderFlags>),
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchRenderFlags {
-    #[arg(help = SCENE_HELP)]
-    pub(crate) scene: String,
-    /// How often the picture is rendered
-    #[arg(long, value_name = "N", default_value = "20", value_parser = repeats)]
+    #[arg(help = scene_help())]
+    pub(crate) scene: PathBuf,
+    /// How often the picture is rendered, 1 to 10000
+    #[arg(long, value_name = "N", default_value = "20", value_parser = whole::<usize>(REPEATS), allow_hyphen_values = true)]
     pub(crate) repeats: usize,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) picture: PictureFlags,
     #[command(flatten)]
@@ -40,36 +51,26 @@ pub(crate) struct BenchRenderFlags {
     pub(crate) camera: CameraFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchRaysFlags {
-    #[arg(help = SCENE_HELP)]
-    pub(crate) scene: String,
-    /// Camera rays
-    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = super::values::size)]
+    #[arg(help = scene_help())]
+    pub(crate) scene: PathBuf,
+    /// Camera rays, each side 1 to 65535
+    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = super::values::size, allow_hyphen_values = true)]
     pub(crate) size: [u32; 2],
-    /// The hierarchy that rays are traced through; otherwise bvh8 on the CPU. GPUs take a bvh
+    /// The hierarchy that rays are traced through [default: bvh8 on the CPU, bvh on GPUs, which take no other]
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
-    /// How often each query is timed
-    #[arg(long, value_name = "N", default_value = "30", value_parser = repeats)]
+    /// How often each query is timed, 1 to 10000
+    #[arg(long, value_name = "N", default_value = "30", value_parser = whole::<usize>(REPEATS), allow_hyphen_values = true)]
     pub(crate) repeats: usize,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) camera: CameraFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-fn repeats(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(number @ 1..=10_000) => Ok(number),
-        _ => Err("it must be a number from 1 to 10000".into()),
-    }
 }

@@ -1,15 +1,18 @@
 //! Flags that override the scene's camera.
 
-use super::values::{number, place, triple};
+use super::values::{LENGTHS, OVER_0, place, triple, within};
 use crate::failure::Failure;
 use clap::Args;
 use eosphor::math::Vec3;
 use eosphor::{Camera, Lens, Scene};
+use std::ops::Bound;
 
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Camera")]
+#[command(
+    next_help_heading = "Camera (where not given: the scene's; where it has none, one that shows what is there)"
+)]
 pub(crate) struct CameraFlags {
-    /// Take this camera of a glTF file, by name or number from 0; the first otherwise
+    /// Take this camera of a glTF file, by name or number from 0 [default: the first]
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// Where the camera is
@@ -24,14 +27,14 @@ pub(crate) struct CameraFlags {
     /// What is up
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     up: Option<Vec3>,
-    /// Horizontal field of view; makes an orthographic camera one with perspective
-    #[arg(long, value_name = "DEGREES", value_parser = number, allow_hyphen_values = true)]
+    /// Horizontal field of view, over 0 and under 180; makes an orthographic camera one with perspective
+    #[arg(long, value_name = "DEGREES", value_parser = within((Bound::Excluded(0.0), Bound::Excluded(180.0))), allow_hyphen_values = true)]
     fov: Option<f32>,
-    /// Radius of the lens; 0 is a pin-hole
-    #[arg(long, value_name = "RADIUS", value_parser = number, allow_hyphen_values = true)]
+    /// Radius of the lens, 0 to 1e12; 0 is a pin-hole
+    #[arg(long, value_name = "RADIUS", value_parser = within(LENGTHS), allow_hyphen_values = true)]
     aperture: Option<f32>,
-    /// Distance of the plane that is sharp; that of --look-at otherwise
-    #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
+    /// Distance of the plane that is sharp, over 0 and at most 1e12 [default: that of --look-at]
+    #[arg(long, value_name = "X", value_parser = within(OVER_0), allow_hyphen_values = true)]
     focus_distance: Option<f32>,
 }
 

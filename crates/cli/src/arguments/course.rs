@@ -3,8 +3,6 @@
 use super::{BackendChoice, ClusterFlags, DeviceFlags, Need, check};
 use crate::failure::Failure;
 use clap::Args;
-#[cfg(feature = "video")]
-use clap::value_parser;
 use eosphor::{Accel, Solid};
 use std::path::PathBuf;
 
@@ -19,21 +17,22 @@ pub(crate) struct CourseFlags {
     /// Print a colourful input, which runs as it is, and exit
     #[arg(long)]
     pub(crate) default: bool,
-    /// The three bodies: tetrahedron, cube, octahedron, dodecahedron, icosahedron or none
+    /// The three bodies: tetrahedron, cube, octahedron, dodecahedron, icosahedron or none [default:
+    /// tetrahedron,octahedron,dodecahedron]
     #[arg(long, value_name = "A,B,C", value_parser = bodies)]
     pub(crate) bodies: Option<Bodies>,
     /// The lights along the edges light the scene themselves, instead of one in the middle of each body
     #[arg(long)]
     pub(crate) edge_lights: bool,
-    /// Write here instead of to the path of the input: frames as in img_%d.png, or one .mp4
+    /// Write here: frames as in img_%d.png, or one .mp4; its folder is made [default: the path of the input]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Frames a second of an .mp4; 24 otherwise
-    #[arg(long, value_name = "X", value_parser = super::frames::frame_rate)]
+    /// Frames a second of an .mp4, over 0 and at most 1000 [default: 24]
+    #[arg(long, value_name = "X", value_parser = super::frames::frame_rate(), allow_hyphen_values = true)]
     pub(crate) fps: Option<f32>,
-    /// Of an .mp4, 1 to 100: 90 otherwise, where losses are hard to see
+    /// Of an .mp4, 1 to 100; losses are hard to see at 90 [default: 90]
     #[cfg(feature = "video")]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=100))]
+    #[arg(long, value_name = "N", value_parser = super::values::whole::<u8>(1..=100), allow_hyphen_values = true)]
     pub(crate) video_quality: Option<u8>,
     /// Let the program ffmpeg, which must be installed, encode an .mp4
     #[cfg(feature = "video")]
@@ -42,7 +41,7 @@ pub(crate) struct CourseFlags {
     /// Go on with an animation that was interrupted: frames that are whole and of the same input are kept
     #[arg(long)]
     pub(crate) resume: bool,
-    /// The hierarchy over the primitives; changes no pixel
+    /// The hierarchy over the primitives; changes no pixel [default: bvh8 on the CPU, bvh on GPUs]
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
     #[command(flatten)]

@@ -1,39 +1,43 @@
 //! Flags about the device. None of them changes a pixel.
 
-use super::values::named;
+use super::values::{named, whole};
+use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, value_parser};
 use eosphor::{Accel, Builder, Quality, SahCosts, Scheduler, SimdLevel, Traversal};
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
 pub(crate) struct DeviceFlags {
-    /// Where to render: auto (the first GPU, or the CPU), which is usual, cpu, cuda, or cuda:0,1 for several GPUs
+    /// Where to render: auto (the first GPU, or the CPU), cpu, cuda, or cuda:0,1 for several GPUs, by numbers of 0 to 255
+    /// [default: auto]
     #[arg(long, value_name = "DEVICE", value_parser = backend)]
     pub(crate) backend: Option<BackendChoice>,
-    /// CPU threads; all cores otherwise
-    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    /// CPU threads, 1 to 1024 [default: all cores]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024), allow_hyphen_values = true)]
     pub(crate) threads: Option<u16>,
-    /// Side of the squares that threads render, in pixels
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=4096))]
+    /// Side of the squares that threads render, in pixels, 1 to 4096 [default: 32, less where threads would be idle]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=4096), allow_hyphen_values = true)]
     pub(crate) tile: Option<u32>,
-    /// How bounding volume hierarchies are built; low and medium stand for morton and binned
+    /// How bounding volume hierarchies are built; low, medium and high stand for morton, binned and spatial [default: binned]
     #[arg(long, value_name = "NAME", value_parser = builder())]
     pub(crate) builder: Option<Builder>,
-    /// Primitives that a leaf of a bvh (1 to 255) or an octree may hold; octrees divide cells with more where that pays
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
+    /// Primitives that a leaf may hold: of a bvh, 1 to 255, of an octree, 1 to 4294967295; octrees divide cells with more where
+    /// that pays [default: 4 of a bvh, 16 of an octree]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u32::MAX), allow_hyphen_values = true)]
     pub(crate) leaf_size: Option<u32>,
-    /// Depth of the deepest leaves of a bvh (1 to 64), an octree (16) or a kd-tree (46); they hold whatever is left
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
+    /// Depth of the deepest leaves, which hold whatever is left: 1 to 64 of a bvh, to 16 of an octree, to 46 of a kd-tree
+    /// [default: 64 of a bvh, 10 of an octree, by the number of primitives of a kd-tree]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=64), allow_hyphen_values = true)]
     pub(crate) tree_depth: Option<u32>,
-    /// What the surface area heuristic of a bvh, an octree or a kd-tree takes for visiting a node and for a primitive's test
+    /// What the surface area heuristic of a bvh, an octree or a kd-tree takes for visiting a node, 0 or more, and for a
+    /// primitive's test, over 0 [default: 1,1 for a bvh, 0,1 for an octree, 1.5,1 for a kd-tree]
     #[arg(long, value_name = "NODE,TEST", value_parser = sah_costs, allow_hyphen_values = true)]
     pub(crate) sah_costs: Option<SahCosts>,
     /// Instructions of the CPU; auto takes the widest there are
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
-    /// Threads of a block on GPUs: a multiple of 32, at most 512 [default: 128]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32))]
+    /// Threads of a block on GPUs: a multiple of 32, 32 to 512 [default: 128]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
     /// How the threads of a warp walk through a bvh on GPUs: single, each for itself; vote, all where any has to; auto, by
     /// vote where all rays start in one point and go the same way; reconverge, each for itself but in step; wide, in step

@@ -2,7 +2,7 @@
 
 use super::{FileFlags, Need, OutputKind, ReportFlags, Show, check};
 use crate::failure::Failure;
-use clap::{Args, value_parser};
+use clap::Args;
 use std::time::Duration;
 
 /// Seconds between two writings of what is done, where nothing is said.
@@ -15,8 +15,8 @@ pub(crate) struct KeepFlags {
     /// OUT.part keeps of a still, which may be given more --samples
     #[arg(long)]
     pub(crate) resume: bool,
-    /// How often OUT.part is written while a still is rendered; after a signal it is in any case [default: 60]
-    #[arg(long, value_name = "SECONDS", value_parser = value_parser!(u32).range(1..=86_400))]
+    /// How often OUT.part is written while a still is rendered, 1 to 86400; after a signal it is in any case [default: 60]
+    #[arg(long, value_name = "SECONDS", value_parser = super::values::whole::<u32>(1..=86_400), allow_hyphen_values = true)]
     checkpoint_every: Option<u32>,
 }
 

@@ -5,12 +5,15 @@ mod camera;
 mod cluster;
 mod course;
 mod device;
+mod examples;
 mod frames;
 mod keep;
 mod lights;
 mod needs;
 mod render;
 mod settings;
+#[cfg(test)]
+mod tests;
 mod values;
 
 pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
@@ -26,12 +29,13 @@ pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, Sampl
 pub(crate) use settings::SettingsFlags;
 
 use clap::{Args, Parser, Subcommand};
+use eosphor::BUILTINS;
 use std::path::PathBuf;
 
 /// A ray tracer that gives the same picture on every device, bit for bit
 // A flag that is given twice counts the second time, so that scripts can add to a common line; but each -o is a file more.
 #[derive(Debug, Parser)]
-#[command(name = "eosphor", version, max_term_width = 110, args_override_self = true)]
+#[command(name = "eosphor", version, max_term_width = 110, args_override_self = true, after_help = examples::PROGRAM)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -40,18 +44,23 @@ pub(crate) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Render a scene to a picture
+    #[command(after_help = examples::RENDER)]
     Render(Box<RenderFlags>),
     /// Fly around Platonic solids, by the input text of PLATO's course on standard input
     ///
     /// Writes a frame after another where the input says, and prints a line for each: its number, milliseconds and rays.
+    #[command(after_help = examples::COURSE)]
     Course(Box<CourseFlags>),
     /// Say what a scene holds and what its hierarchy looks like
+    #[command(after_help = examples::INFO)]
     Info(InfoFlags),
     /// Compare two pictures: identical, or where and by how much they differ
     ///
     /// Exits with 0 where every pixel is identical, with 1 where not.
+    #[command(after_help = examples::COMPARE)]
     Compare(CompareFlags),
     /// Make a picture of its shares, which render --tiles or --sample-range has made
+    #[command(after_help = examples::MERGE)]
     Merge(MergeFlags),
     /// Measure how fast a device is, and whether its answers are those of the CPU
     Bench(BenchFlags),
@@ -64,22 +73,24 @@ pub(crate) enum Command {
 }
 
 /// What a scene may be.
-const SCENE_HELP: &str =
-    "An OBJ, glTF, PLY or JSON file, or a built-in scene: builtin:cornell, builtin:solids";
+fn scene_help() -> String {
+    let names: Vec<String> = BUILTINS.iter().map(|scene| format!("builtin:{}", scene.name)).collect();
+    format!("An OBJ, glTF, PLY or JSON file, or a built-in scene: {}", names.join(", "))
+}
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoFlags {
-    #[arg(help = SCENE_HELP)]
-    pub(crate) scene: String,
-    /// The hierarchy over the primitives; all: a table of every one, with its work and speed on camera rays; builders:
+    #[arg(help = scene_help())]
+    pub(crate) scene: PathBuf,
+    /// The hierarchy over the primitives [default: bvh8]; all: a table of every one, with its work and speed on camera rays; builders:
     /// the same of bvh and bvh8 by every builder
     #[arg(long, value_name = "NAME", value_parser = device::accels())]
     pub(crate) accel: Option<AccelChoice>,
-    #[command(flatten)]
-    pub(crate) device: DeviceFlags,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) device: DeviceFlags,
 }
 
 #[derive(Debug, Args)]
@@ -127,15 +138,4 @@ pub(crate) struct SchemaFlags {
 pub(crate) struct CompletionsFlags {
     /// The shell
     pub(crate) shell: clap_complete::Shell,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_flags_do_not_contradict_each_other() {
-        Arguments::command().debug_assert();
-    }
 }

@@ -2,35 +2,34 @@
 
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
-use super::values::place;
-use super::{
-    BackendChoice, ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, SCENE_HELP, check,
-};
+use super::values::{place, whole};
+use super::{ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, check, scene_help};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use clap::{ArgAction, Args, value_parser};
+use clap::{ArgAction, Args};
 use eosphor::{Accel, Format, Layer, Preset, Region, Traversal};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderFlags {
-    #[arg(help = SCENE_HELP)]
-    pub(crate) scene: String,
+    #[arg(help = scene_help())]
+    pub(crate) scene: PathBuf,
     /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; - is standard output; frames of an animation as in
-    /// frame_%04d.png, or .mp4. Given several times, one picture goes to all of them. Where it is not given: what the scene's
-    /// file names
+    /// frame_%04d.png, or .mp4. Given several times, one picture goes to all of them. A folder that is
+    /// missing is made [default: what the scene's file names]
     #[arg(short, long = "output", value_name = "OUT", value_parser = path())]
     pub(crate) outputs: Vec<PathBuf>,
-    #[command(flatten)]
-    pub(crate) picture: PictureFlags,
     /// Another picture of the scene. cost: the nodes and primitive tests of each pixel's camera rays, from dark to bright
     #[arg(long, value_name = "WHAT", conflicts_with = "layers", value_parser = super::values::named([("cost", Show::Cost)]))]
     pub(crate) show: Option<Show>,
-    /// Nodes and tests that the brightest colour of --show cost stands for; otherwise what one pixel of a thousand exceeds
-    #[arg(long, value_name = "N", requires = "show", value_parser = value_parser!(u32).range(1..))]
+    /// Nodes and tests that the brightest colour of --show cost stands for, 1 to 4294967295 [default: what one pixel of a
+    /// thousand exceeds]
+    #[arg(long, value_name = "N", requires = "show", value_parser = whole::<u32>(1..=u32::MAX), allow_hyphen_values = true)]
     pub(crate) show_max: Option<u32>,
+    #[command(flatten)]
+    pub(crate) picture: PictureFlags,
     #[command(flatten)]
     pub(crate) file: FileFlags,
     #[command(flatten)]
@@ -65,7 +64,7 @@ pub(crate) struct PictureFlags {
     /// Move all geometry; camera and lights stay
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
     pub(crate) translate: Option<[f64; 3]>,
-    /// The hierarchy over the primitives; changes no pixel. Otherwise bvh8 on the CPU, bvh on GPUs, which have all but bvh8
+    /// The hierarchy over the primitives; changes no pixel. GPUs have all but bvh8 [default: bvh8 on the CPU, bvh on GPUs]
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
     #[command(flatten)]
@@ -88,7 +87,7 @@ pub(crate) enum Show {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "File")]
 pub(crate) struct FileFlags {
-    /// The format of a picture that goes to standard output (-o -): png otherwise
+    /// The format of a picture that goes to standard output (-o -) [default: png]
     #[arg(long, value_name = "NAME", value_parser = super::values::named(Format::ALL.map(|format| (format.extensions()[0], format))))]
     pub(crate) format: Option<Format>,
     /// Layers of an .exr besides the colours, of what each pixel shows first: albedo, normal, depth, object, material,
@@ -102,26 +101,26 @@ pub(crate) struct FileFlags {
     /// An .exr of 16-bit floats; depth and numbers keep 32 bits
     #[arg(long)]
     pub(crate) exr_half: bool,
-    /// Of a .jpg, 1 to 100; 90 otherwise. Below 90 colours have half the resolution
-    #[arg(long, value_name = "N", value_parser = value_parser!(u8).range(1..=100))]
+    /// Of a .jpg, 1 to 100; below 90 colours have half the resolution [default: 90]
+    #[arg(long, value_name = "N", value_parser = whole::<u8>(1..=100), allow_hyphen_values = true)]
     pub(crate) jpeg_quality: Option<u8>,
     /// Leave the command line and the hash of the scene out of .png and .exr
     #[arg(long)]
     pub(crate) no_metadata: bool,
-    /// Render share K of N of the picture, for jobs that know nothing of each other; the file is OUT.K-of-N.share, and eosphor
+    /// Render share K of N, at most 500, of the picture, for jobs that know nothing of each other; the file is OUT.K-of-N.share, and eosphor
     /// merge makes the picture of all
-    #[arg(long, value_name = "K/N", value_parser = share)]
+    #[arg(long, value_name = "K/N", value_parser = share, allow_hyphen_values = true)]
     pub(crate) tiles: Option<Share>,
     /// Take the samples A to B - 1 of each pixel only, for jobs that know nothing of each other; the file is OUT.A-B.sums, and
     /// eosphor merge makes the picture of all
-    #[arg(long, value_name = "A..B", value_parser = sample_range, conflicts_with_all = ["tiles", "layers", "show"])]
+    #[arg(long, value_name = "A..B", value_parser = sample_range, allow_hyphen_values = true, conflicts_with_all = ["tiles", "layers", "show"])]
     pub(crate) sample_range: Option<SampleRange>,
     /// Render a part of the picture only: W x H pixels, whose upper left one is pixel X,Y of the whole. They are the whole's, bit
     /// for bit; the file has the size of the part, and an .exr says where it lies
-    #[arg(long, value_name = "X,Y,WxH", value_parser = super::values::region, conflicts_with = "show")]
+    #[arg(long, value_name = "X,Y,WxH", value_parser = super::values::region, allow_hyphen_values = true, conflicts_with = "show")]
     pub(crate) region: Option<Region>,
-    /// Rows that are rendered before any is written; changes no pixel
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_535), hide = true)]
+    /// Rows that are rendered before any is written, 1 to 65535; changes no pixel [default: what memory allows]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_535), allow_hyphen_values = true, hide = true)]
     pub(crate) band_rows: Option<u32>,
 }
 

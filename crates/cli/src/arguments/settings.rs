@@ -1,104 +1,107 @@
 //! Flags that override the scene's render settings.
 
-use super::values::{named, number, size, triple};
+use super::values::{OVER_0, color, named, size, whole, within};
 use super::{Need, check};
 use crate::failure::Failure;
+use clap::Args;
 use clap::builder::TypedValueParser;
-use clap::{Args, value_parser};
 use eosphor::math::Vec3;
 use eosphor::settings::{FresnelMode, LightingModel, ShadowMode};
 use eosphor::{Composition, LightUnits, LoadOptions, NormalMode, PixelSampling, RenderSettings, Transfer};
 
 /// Each wins over the preset, which wins over the scene.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Settings (what the scene or the preset says, where not given)")]
+#[command(
+    next_help_heading = "Settings (where not given: what the preset or the scene says; where these say nothing, the default)"
+)]
 pub(crate) struct SettingsFlags {
-    /// Picture size in pixels
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    /// Picture size in pixels, each side 1 to 65535 [default: 800x600]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     size: Option<[u32; 2]>,
-    /// Samples a pixel
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536), conflicts_with = "ssaa")]
+    /// Samples a pixel, 1 to 65536 [default: 1]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_536), allow_hyphen_values = true, conflicts_with = "ssaa")]
     samples: Option<u32>,
-    /// K x K samples in a regular grid over each pixel
-    #[arg(long, value_name = "K", value_parser = value_parser!(u32).range(1..=256))]
+    /// K x K samples in a regular grid over each pixel, 1 to 256; instead of --samples
+    #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=256), allow_hyphen_values = true)]
     ssaa: Option<u32>,
-    /// Where the samples of a pixel lie
+    /// Where the samples of a pixel lie [default: random]
     #[arg(long, value_name = "WHERE", value_parser = pixel_samplings(), conflicts_with = "ssaa")]
     pixel_sampling: Option<PixelSampling>,
-    /// Points that are sampled on each triangle that is a light
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=65_536))]
+    /// Points that are sampled on each triangle that is a light, 1 to 65536 [default: 16]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_536), allow_hyphen_values = true)]
     light_samples: Option<u32>,
-    /// Bounces after the camera ray
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=64))]
+    /// Bounces after the camera ray, 0 to 64 [default: 8]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=64), allow_hyphen_values = true)]
     depth: Option<u32>,
-    /// Rays of a smaller weight die
-    #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
+    /// Rays of a smaller weight die, 0 to 1 [default: 0.002]
+    #[arg(long, value_name = "X", value_parser = within(0.0..=1.0), allow_hyphen_values = true)]
     energy_threshold: Option<f32>,
-    /// How surfaces are lit; unlit ones (distance, diffuse) at exposure 0
+    /// How surfaces are lit; unlit ones (distance, diffuse) at exposure 0 [default: blinn-phong]
     #[arg(long, value_name = "MODEL", value_parser = lighting_models())]
     lighting: Option<LightingModel>,
-    /// What stands between a point and a light does this
+    /// What stands between a point and a light does this [default: opaque]
     #[arg(long, value_name = "MODE", value_parser = shadow_modes())]
     shadows: Option<ShadowMode>,
-    /// How the Fresnel factor is computed
+    /// How the Fresnel factor is computed [default: exact]
     #[arg(long, value_name = "MODE", value_parser = fresnel_modes())]
     fresnel: Option<FresnelMode>,
-    /// How normals vary over a triangle
+    /// How normals vary over a triangle [default: auto]
     #[arg(long, value_name = "MODE", value_parser = normal_modes())]
     normals: Option<NormalMode>,
-    /// With generated normals: keep creases sharper than this
-    #[arg(long, value_name = "DEGREES", value_parser = number, allow_hyphen_values = true)]
+    /// With generated normals: keep creases sharper than this, 0 to 180 [default: 40]
+    #[arg(long, value_name = "DEGREES", value_parser = within(0.0..=180.0), allow_hyphen_values = true)]
     crease: Option<f32>,
     /// Triangles are seen from the front only
     #[arg(long, overrides_with = "no_cull")]
     cull: bool,
-    /// Triangles are seen from both sides
+    /// Triangles are seen from both sides [default]
     #[arg(long, overrides_with = "cull")]
     no_cull: bool,
     /// Transparent surfaces also receive light from their far side
     #[arg(long, overrides_with = "no_light_from_behind")]
     light_from_behind: bool,
-    /// They do not
+    /// They do not [default]
     #[arg(long, overrides_with = "light_from_behind")]
     no_light_from_behind: bool,
-    /// What the colours of lights and lamps mean to the surfaces that they light
+    /// What the colours of lights and lamps mean to the surfaces that they light [default: physical]
     #[arg(long, value_name = "UNITS", value_parser = light_units())]
     light_units: Option<LightUnits>,
-    /// Point and spot lights fall off with the square of the distance
+    /// Point and spot lights fall off with the square of the distance [default]
     #[arg(long, overrides_with = "no_light_falloff")]
     light_falloff: bool,
     /// They do not
     #[arg(long, overrides_with = "light_falloff")]
     no_light_falloff: bool,
-    /// Whether a scene without any light has one at the camera, and a model without lights grey surroundings
+    /// Whether a scene without any light has one at the camera, and a model without lights grey surroundings [default: on]
     #[arg(long, value_name = "ON", value_parser = named([("on", true), ("off", false)]))]
     headlight: Option<bool>,
-    /// Radiance of the surroundings that surfaces are lit by, times their diffuse colour
-    #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
+    /// Radiance of the surroundings that surfaces are lit by, times their diffuse colour, 0 to 1e6 [default: 0]
+    #[arg(long, value_name = "X", value_parser = within(0.0..=1e6), allow_hyphen_values = true)]
     ambient: Option<f32>,
-    /// Distance of black with --lighting distance, over 1.5
-    #[arg(long, value_name = "X", value_parser = number, allow_hyphen_values = true)]
+    /// With --lighting distance: the distance of black, divided by 1.5, over 0 and at most 1e12 [default: the scene's far side is
+    /// black]
+    #[arg(long, value_name = "X", value_parser = within(OVER_0), allow_hyphen_values = true)]
     max_distance: Option<f32>,
-    /// Radiance of rays that hit nothing, linear
-    #[arg(long, value_name = "R,G,B", value_parser = triple, allow_hyphen_values = true)]
+    /// Radiance of rays that hit nothing, linear, each 0 or more [default: 0,0,0]
+    #[arg(long, value_name = "R,G,B", value_parser = color, allow_hyphen_values = true)]
     background: Option<Vec3>,
-    /// What reflects and transmits in MTL materials
+    /// What reflects and transmits in MTL materials [default: native]
     #[arg(long, value_name = "WAY", value_parser = compositions())]
     composition: Option<Composition>,
-    /// Colour textures are sRGB-coded
+    /// Colour textures are sRGB-coded [default]
     #[arg(long, overrides_with = "linear_textures")]
     srgb_textures: bool,
     /// Colour textures are linear
     #[arg(long, overrides_with = "srgb_textures")]
     linear_textures: bool,
-    /// How linear colours become bytes
+    /// How linear colours become bytes [default: srgb]
     #[arg(long, value_name = "CURVE", value_parser = transfers())]
     transfer: Option<Transfer>,
-    /// Stops: colours are multiplied by 2 to this power
-    #[arg(long, value_name = "STOPS", value_parser = number, allow_hyphen_values = true)]
+    /// Stops, -64 to 64: colours are multiplied by 2 to this power [default: 0]
+    #[arg(long, value_name = "STOPS", value_parser = within(-64.0..=64.0), allow_hyphen_values = true)]
     exposure: Option<f32>,
-    /// Key of all random numbers
-    #[arg(long, value_name = "N")]
+    /// Key of all random numbers, 0 to 4294967295 [default: 0]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX), allow_hyphen_values = true)]
     seed: Option<u32>,
 }
 
@@ -238,11 +241,11 @@ mod tests {
 
     #[test]
     fn flags_win_and_the_last_of_a_pair_too() {
-        let flags = ["--cull", "--no-cull", "--size", "7x9", "--background", "-1,0,2", "--exposure", "-1"];
+        let flags = ["--cull", "--no-cull", "--size", "7x9", "--background", "1,0,2", "--exposure", "-1"];
         let default = RenderSettings { cull_back_faces: true, ..RenderSettings::default() };
         let settings = apply(&flags, default);
         assert!(!settings.cull_back_faces);
-        assert_eq!((settings.size, settings.exposure, settings.background.x), ([7, 9], -1.0, -1.0));
+        assert_eq!((settings.size, settings.exposure, settings.background.x), ([7, 9], -1.0, 1.0));
     }
 
     #[test]

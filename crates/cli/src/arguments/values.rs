@@ -3,6 +3,13 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use eosphor::Region;
 use eosphor::math::Vec3;
+use std::ops::{Bound, RangeBounds, RangeInclusive};
+
+/// Of lengths, some of which may be 0.
+pub(super) const LENGTHS: RangeInclusive<f32> = 0.0..=1e12;
+
+/// Of lengths that have to be some.
+pub(super) const OVER_0: (Bound<f32>, Bound<f32>) = (Bound::Excluded(0.0), Bound::Included(1e12));
 
 /// One of a few names; `--help` and completions list them.
 pub(super) fn named<T, const N: usize>(names: [(&'static str, T); N]) -> impl TypedValueParser<Value = T>
@@ -14,6 +21,52 @@ where
         let found = names.iter().find(|(name, _)| *name == text);
         found.map(|(_, value)| *value).ok_or_else(|| format!("there is no {text}"))
     })
+}
+
+/// A whole number of a range, which the message names.
+pub(super) fn whole<T>(range: RangeInclusive<u32>) -> impl TypedValueParser<Value = T>
+where
+    T: TryFrom<u32> + Clone + Send + Sync + 'static,
+{
+    move |text: &str| -> Result<T, String> {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        let number = number.and_then(|number| T::try_from(number).ok());
+        number.ok_or_else(|| format!("it must be a whole number, {}", words(&range, u32::to_string)))
+    }
+}
+
+/// A number of a range, which the message names.
+pub(super) fn within(
+    range: impl RangeBounds<f32> + Clone + Send + Sync + 'static,
+) -> impl TypedValueParser<Value = f32> {
+    move |text: &str| -> Result<f32, String> {
+        // What is not finite is in none.
+        let number = number(text).ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| format!("it must be a number, {}", words(&range, short)))
+    }
+}
+
+/// A range as help texts and messages say it.
+fn words<T>(range: &impl RangeBounds<T>, show: impl Fn(&T) -> String) -> String {
+    let low = match range.start_bound() {
+        Bound::Included(low) => Some(format!("at least {}", show(low))),
+        Bound::Excluded(low) => Some(format!("over {}", show(low))),
+        Bound::Unbounded => None,
+    };
+    let high = match range.end_bound() {
+        Bound::Included(high) => Some(format!("at most {}", show(high))),
+        Bound::Excluded(high) => Some(format!("under {}", show(high))),
+        Bound::Unbounded => None,
+    };
+    match (range.start_bound(), range.end_bound()) {
+        (Bound::Included(low), Bound::Included(high)) => format!("{} to {}", show(low), show(high)),
+        _ => low.into_iter().chain(high).collect::<Vec<String>>().join(" and "),
+    }
+}
+
+/// 1e12 rather than all its digits.
+fn short(number: &f32) -> String {
+    if number.abs() < 1e5 { number.to_string() } else { format!("{number:e}") }
 }
 
 /// `800x600`.
@@ -43,6 +96,13 @@ pub(super) fn triple(text: &str) -> Result<Vec3, String> {
     Ok(triple.into())
 }
 
+/// `0.2,0.3,0.5`, of light.
+pub(super) fn color(text: &str) -> Result<Vec3, String> {
+    let color = triple(text)?;
+    let is_light = [color.x, color.y, color.z].iter().all(|&x| x >= 0.0);
+    is_light.then_some(color).ok_or_else(|| "each number must be 0 or more".into())
+}
+
 /// A place, in double precision, for it may be far from 0; within the range of single precision.
 pub(super) fn place(text: &str) -> Result<[f64; 3], String> {
     triple(text)?;
@@ -61,6 +121,15 @@ pub(super) fn number(text: &str) -> Result<f32, String> {
 mod tests {
     use super::*;
     use eosphor::math::vec3;
+
+    #[test]
+    fn ranges_have_words() {
+        assert_eq!(words(&(1..=65_536), u32::to_string), "1 to 65536");
+        assert_eq!(words(&(-64.0..=64.0), short), "-64 to 64");
+        assert_eq!(words(&OVER_0, short), "over 0 and at most 1e12");
+        assert_eq!(words(&(Bound::Excluded(0.0), Bound::Excluded(180.0)), short), "over 0 and under 180");
+        assert_eq!(words(&(1..), u32::to_string), "at least 1");
+    }
 
     #[test]
     fn sizes() {

@@ -3,18 +3,18 @@
 use crate::arguments::CompareFlags;
 use crate::backend::start_threads;
 use crate::failure::Failure;
-use crate::files::same_file;
+use crate::files::{check_output, make_folder, same_file};
 use crate::streams;
 use crate::text::grouped;
 use eosphor::compare::{Comparison, compare as compare_pictures, difference_image};
-use eosphor::{Format, Picture, SaveOptions, check_writable, save_developed};
+use eosphor::{Format, Picture, SaveOptions, save_developed};
 use serde::Serialize;
 use std::fmt::Write;
 
 pub(crate) fn compare(flags: &CompareFlags) -> Result<(), Failure> {
     start_threads(0)?;
     if let Some(path) = &flags.diff {
-        check_writable(path)?;
+        check_output(path)?;
         if Format::of(path)?.is_linear() {
             return Err(Failure::Usage(
                 "--diff has bytes, not linear colours: use a name that ends in .png".into(),
@@ -36,6 +36,7 @@ pub(crate) fn compare(flags: &CompareFlags) -> Result<(), Failure> {
     let amplified = match &flags.diff {
         Some(path) => {
             let (image, factor) = difference_image(&a, &b).map_err(between)?;
+            make_folder(path)?;
             save_developed(&image, path, &SaveOptions::default())?;
             Some(factor)
         }

@@ -38,6 +38,7 @@ pub(super) fn show_cost(
     for (target, options) in outputs {
         // The colours are meant as they are: neither the scene's exposure nor its curve is for them.
         let options = SaveOptions { develop: DevelopSettings::default(), ..options.clone() };
+        target.make_folder()?;
         let mut writer = target.open((map.film.width, map.film.height), &options)?;
         writer.write_rows(&map.film, None)?;
         writer.finish()?;

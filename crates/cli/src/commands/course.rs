@@ -7,6 +7,7 @@ use crate::animation::{FrameSink, FramesJob};
 use crate::arguments::CourseFlags;
 use crate::backend::ranks_or_own;
 use crate::failure::Failure;
+use crate::files;
 use crate::interrupt;
 use crate::memory;
 use crate::progress::ProgressView;
@@ -14,10 +15,9 @@ use crate::streams::{self, Verbosity};
 use eosphor::frames::{FramesIdentity, Manifest, Wanted};
 use eosphor::{
     Backend, CourseInput, CourseLines, CourseOptions, Film, Moments, SaveOptions, Scene, SceneData,
-    SceneError, check_writable, save_within, scene_hash,
+    SceneError, save_within, scene_hash,
 };
 use std::fmt::Display;
-use std::fs;
 use std::io::{Read, stdin};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -40,7 +40,11 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
     }
     let (mut input, lines) = read_input()?;
     if let Some(output) = flags.output.as_deref().filter(|_| video.is_none()) {
-        input.output = output.to_string_lossy().parse().map_err(Failure::usage)?;
+        let not_unicode = || {
+            format!("-o: {}: paths of numbered frames must be Unicode: choose another one", output.display())
+        };
+        let path = output.to_str().ok_or_else(|| Failure::Usage(not_unicode()))?;
+        input.output = path.parse().map_err(Failure::usage)?;
     }
     let usual = CourseOptions::default();
     let options = CourseOptions {
@@ -64,17 +68,17 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
     let data = Arc::new(data);
     let backend = ranks_or_own(ranks, &flags.device(), flags.accel, false, Verbosity::Normal)?;
     let options = SaveOptions::from(&scene.settings);
-    make_folder(video.unwrap_or(&input.output.path(0)))?;
     let flight =
         Flight { flags, input: &input, scene: &scene, data: &data, options, ranks, backend: &*backend };
     match video {
         #[cfg(feature = "video")]
         Some(output) => flight.to_video(output),
         _ => {
-            check_writable(&input.output.path(0)).map_err(|error| match flags.output {
+            files::check_output(&input.output.path(0)).map_err(|error| match flags.output {
                 Some(_) => error.into(),
                 None => in_input(lines.output, "output path", &error),
             })?;
+            files::make_folder(&input.output.path(0))?;
             flight.to_files()
         }
     }
@@ -192,16 +196,6 @@ fn of_texture(error: &SceneError, input: &CourseInput) -> bool {
         _ => return false,
     };
     path == Path::new(&input.floor.texture)
-}
-
-/// The folder of the frames, where it is not there.
-fn make_folder(file: &Path) -> Result<(), Failure> {
-    let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) else {
-        return Ok(());
-    };
-    fs::create_dir_all(folder).map_err(|error| {
-        Failure::Failed(format!("cannot make the folder of the frames: {}: {error}", folder.display()))
-    })
 }
 
 /// Standard input, which must end somewhere.

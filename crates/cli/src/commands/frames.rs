@@ -4,6 +4,7 @@ use super::frames_work::FramesWork;
 use crate::animation::{FrameDone, FrameSink, FramesDone, FramesJob};
 use crate::arguments::{OutputKind, RenderFlags};
 use crate::failure::Failure;
+use crate::files;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
@@ -11,7 +12,7 @@ use crate::{interrupt, memory};
 use eosphor::frames::{FramePattern, FramesIdentity, Manifest, Wanted};
 use eosphor::{
     Backend, Film, Format, HierarchyStatistics, Moments, Move, RayStatistics, SaveOptions, Scene, SceneData,
-    check_writable, save_within, scene_hash,
+    save_within, scene_hash,
 };
 use serde::Serialize;
 use std::collections::HashMap;
@@ -64,7 +65,7 @@ pub(super) fn check_output(output: &Path) -> Result<(), Failure> {
             "{}: this program was built without video: name frames instead, as in frame_%04d.png",
             output.display()
         ))),
-        false => Ok(check_writable(&FramePattern::new(output).map_err(Failure::usage)?.path(0))?),
+        false => Ok(files::check_output(&FramePattern::new(output).map_err(Failure::usage)?.path(0))?),
     }
 }
 
@@ -107,6 +108,7 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
         false if flags.keep.resume => Wanted::Missing(range),
         false => Wanted::Anew(range),
     };
+    files::make_folder(flags.output())?;
     let manifest = Manifest::open(&pattern.manifest_path(), &identity, wanted).map_err(Failure::because)?;
     let is_missing = |frame: &u32| !manifest.is_done(*frame, &pattern.path(*frame));
     let missing: Vec<u32> = sequence.range.clone().filter(is_missing).collect();

@@ -36,7 +36,7 @@ struct Info {
 
 #[derive(Serialize)]
 struct CameraInfo {
-    /// Whether the scene says it; otherwise the whole scene is framed.
+    /// Whether the scene says it; otherwise it is chosen to show what is there.
     given: bool,
     eye: Place,
     direction: Vec3,

@@ -2,6 +2,7 @@
 
 use crate::arguments::MergeFlags;
 use crate::failure::Failure;
+use crate::files::{check_output, make_folder};
 use crate::streams;
 use eosphor::shares::merge as merge_shares;
 use eosphor::still::merge_samples;
@@ -13,6 +14,12 @@ pub(crate) fn merge(flags: &MergeFlags) -> Result<(), Failure> {
         false => flags.shares.clone(),
     };
     let is_sums = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "sums");
+    check_output(&flags.output)?;
+    if let Some(missing) = shares.iter().find(|share| !share.exists()) {
+        let message = format!("{}: no such file: check the path of the share", missing.display());
+        return Err(Failure::Failed(message));
+    }
+    make_folder(&flags.output)?;
     match (shares.iter().any(is_sums), shares.iter().all(is_sums)) {
         (false, _) => merge_shares(&shares, &flags.output).map_err(Failure::because)?,
         (_, true) => merge_samples(&shares, &flags.output).map_err(Failure::because)?,
@@ -30,10 +37,12 @@ pub(crate) fn merge(flags: &MergeFlags) -> Result<(), Failure> {
 /// The shares of a picture, by their names.
 fn shares_beside(output: &Path) -> Result<Vec<PathBuf>, Failure> {
     let folder = output.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-    let name = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    // Bytes, for names need not be Unicode.
+    let begin = [output.file_name().unwrap_or_default().as_encoded_bytes(), b"."].concat();
     let is_share = |path: &PathBuf| {
-        let other = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let Some(rest) = other.strip_prefix(&format!("{name}.")) else { return false };
+        let other = path.file_name().unwrap_or_default().as_encoded_bytes();
+        let rest = other.strip_prefix(&begin[..]).and_then(|rest| std::str::from_utf8(rest).ok());
+        let Some(rest) = rest else { return false };
         let of_rows = rest.strip_suffix(".share").and_then(|numbers| numbers.split_once("-of-"));
         let of_samples = || rest.strip_suffix(".sums").and_then(|numbers| numbers.split_once('-'));
         of_rows.or_else(of_samples).is_some_and(|(k, n)| k.parse::<u32>().is_ok() && n.parse::<u32>().is_ok())

@@ -333,6 +333,7 @@ fn trace(
 ) -> Result<(Done, HierarchyStatistics), Failure> {
     interrupt::check()?;
     let verbosity = flags.report.verbosity();
+    outputs.iter().try_for_each(|(target, _)| target.make_folder())?;
     // Beside the first file.
     let file = outputs.iter().find_map(|(target, options)| Some((target.file()?, options)));
     let checkpoint = match file {

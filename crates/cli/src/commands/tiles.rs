@@ -3,6 +3,7 @@
 use super::render::{layers, prepare};
 use crate::arguments::RenderFlags;
 use crate::failure::Failure;
+use crate::files::make_folder;
 use crate::interrupt;
 use crate::progress::ProgressView;
 use crate::streams::Verbosity;
@@ -38,6 +39,7 @@ pub(super) fn render_share(
         share,
     };
     let path = share_path(flags.output(), share);
+    make_folder(&path)?;
     let mut writer = ShareWriter::open(&path, &header)?;
     interrupt::note_unfinished(writer.temporary_path());
     let prepared = prepare(backend, Arc::clone(&data), flags.file.region)?;

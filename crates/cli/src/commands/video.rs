@@ -3,6 +3,7 @@
 use super::frames::Sequence;
 use crate::animation::FrameSink;
 use crate::failure::Failure;
+use crate::files::make_folder;
 use crate::streams::Verbosity;
 use eosphor::frames::{FramesIdentity, Manifest, Wanted};
 use eosphor::video::{FfmpegOptions, FfmpegPipe, FrameRate, VideoOptions, VideoWriter, padded_size};
@@ -62,6 +63,7 @@ impl VideoJob<'_> {
     /// Frames go to the encoder while others are rendered. What rendering gave; `None` where the file was done already.
     pub(super) fn run<T>(&self, render: Render<T>) -> Result<Option<T>, Failure> {
         let (rate, quality) = (self.rate()?, self.quality.unwrap_or(VideoOptions::default().quality));
+        make_folder(self.output)?;
         if self.ffmpeg {
             return self.pipe(rate, quality, render).map(Some);
         }

@@ -21,7 +21,7 @@ fn several_devices_and_no_repeats_are_wrong_usage() {
     let with =
         |more: &[&str]| place.run(&[&["bench", "rays", "builtin:cornell", "--size", "8x8"], more].concat());
     with(&["--backend", "cuda:0,1"]).is_wrong_usage(&["one device at a time", "cuda:0"]);
-    with(&["--repeats", "0"]).is_wrong_usage(&["from 1 to 10000"]);
+    with(&["--repeats", "0"]).is_wrong_usage(&["1 to 10000"]);
 }
 
 #[test]

@@ -6,9 +6,14 @@ mod bench;
 mod cluster;
 mod compare;
 mod course;
+mod damage;
+mod folders;
+mod help;
 #[cfg(unix)]
 mod inputs;
 mod lights;
+#[cfg(target_os = "linux")]
+mod names;
 mod output;
 mod outputs;
 mod place;
@@ -21,3 +26,4 @@ mod schema;
 mod statistics;
 #[cfg(unix)]
 mod streams;
+mod usage;

@@ -125,7 +125,7 @@ fn outputs_that_cannot_be_written_are_found_before_rendering() {
     let place = Place::new();
     fs::create_dir(place.path("folder.png")).unwrap();
     let huge = ["--samples", "65536"];
-    place.render("no/such/a.png", &huge).failed_with(&["no/such/a.png", "create the folder"]);
+    place.render("/proc/no/a.png", &huge).failed_with(&["/proc/no/a.png"]);
     place.render("/dev/full/x.png", &huge).failed_with(&["/dev/full/x.png", "not a folder"]);
     place.render("folder.png", &huge).failed_with(&["folder.png", "this is a folder"]);
     place.render("a.tga", &huge).failed_with(&["a.tga", ".png, .ppm, .jpg, .hdr, .exr or .data"]);
@@ -157,12 +157,12 @@ fn wrong_flags_are_wrong_usage() {
         (&["--size", "0x5"], "1 to 65535"),
         (&["--size", "99999x99999"], "1 to 65535"),
         (&["--size", "800"], "WIDTHxHEIGHT"),
-        (&["--samples", "0"], "1..=65536"),
-        (&["--depth", "65"], "0..=64"),
+        (&["--samples", "0"], "1 to 65536"),
+        (&["--depth", "65"], "0 to 64"),
         (&["--background", "1,2"], "three numbers"),
-        (&["--exposure", "nan"], "finite"),
+        (&["--exposure", "nan"], "-64 to 64"),
         (&["--exposure", "1000"], "exposure"),
-        (&["--threads", "0"], "1..=1024"),
+        (&["--threads", "0"], "1 to 1024"),
         (&["--fov", "180"], "fov"),
         (&["--focus-distance", "1"], "--aperture"),
         (&["--lighting", "x"], "blinn-phong"),
@@ -170,8 +170,8 @@ fn wrong_flags_are_wrong_usage() {
         (&["--layers", "depth,x"], "albedo, normal, depth, object, material, cost"),
         (&["--exr-half"], "--exr-half is for pictures that end in .exr"),
         (&["--jpeg-quality", "50"], "--jpeg-quality is for pictures that end in .jpg"),
-        (&["--jpeg-quality", "0"], "1..=100"),
-        (&["--jpeg-quality", "101"], "1..=100"),
+        (&["--jpeg-quality", "0"], "1 to 100"),
+        (&["--jpeg-quality", "101"], "1 to 100"),
     ];
     for (flags, words) in bad {
         let whole = [&["render", "builtin:cornell", "-o", "a.png", "--light-samples", "1"], flags].concat();
@@ -210,7 +210,7 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
         ),
         (&["--max-distance", "4"], "--max-distance would do nothing here: it needs --lighting distance"),
         (&["--accel", "grid", "--builder", "sweep"], "--builder would do nothing here: it needs --accel bvh"),
-        (&["--block-size", "544"], "a multiple of 32 threads (a warp), at most 512"),
+        (&["--block-size", "544"], "32 to 512"),
         (&["--gpu-traversal", "vote", "--accel", "grid"], "one through grid"),
         (&["--backend", "cpu", "--block-size", "64"], "--block-size would do nothing here: it needs a GPU"),
         (
@@ -271,7 +271,7 @@ fn cuda_says_what_it_has_before_it_looks_for_a_driver() {
     let cuda = |flag, value| place.render("a.png", &["--backend", "cuda", flag, value]);
     cuda("--accel", "bvh8")
         .is_wrong_usage(&["bvh8 is made for", "none, bvh, octree, octree-parametric, grid, kdtree"]);
-    cuda("--block-size", "1024").is_wrong_usage(&["blocks of 1024 threads", "at most 512"]);
+    cuda("--block-size", "1024").is_wrong_usage(&["--block-size", "32 to 512"]);
     cuda("--block-size", "100").is_wrong_usage(&["blocks of 100 threads"]);
     let arguments = ["--backend", "cuda", "--accel", "grid", "--gpu-traversal", "vote"];
     place.render("a.png", &arguments).is_wrong_usage(&["vote", "one through grid", "choose bvh"]);

@@ -33,17 +33,8 @@ fn a_full_disk_behind_stderr_stops_nothing() {
 }
 
 /// Minutes of work for a CPU, of which the first lines are done in no time.
-const LONG: [&str; 9] = [
-    "render",
-    "builtin:cornell",
-    "--size",
-    "2000x2000",
-    "--samples",
-    "64",
-    "-v",
-    "--backend",
-    "cpu",
-];
+const LONG: [&str; 9] =
+    ["render", "builtin:cornell", "--size", "2000x2000", "--samples", "64", "-v", "--backend", "cpu"];
 
 /// [`LONG`] with more flags; into a.png where they name no output.
 fn long<'a>(more: &[&'a str]) -> Vec<&'a str> {

@@ -1,13 +1,14 @@
 //! Names of frames: `img_%d.data`, `img_%04d.png`.
 
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 /// The name of every frame: a path with one `%d` or `%04d` in its last part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FramePattern {
     folder: PathBuf,
-    before: String,
-    after: String,
+    before: OsString,
+    after: OsString,
     digits: usize,
     pattern: PathBuf,
 }
@@ -30,18 +31,19 @@ impl FramePattern {
     /// Where its last part has no `%d`, or more than one.
     pub fn new(path: &Path) -> Result<FramePattern, PatternError> {
         let problem = || PatternError { path: path.to_owned() };
-        let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(problem)?;
-        let (before, rest) = name.split_once('%').ok_or_else(problem)?;
-        let (width, after) = rest.split_once('d').ok_or_else(problem)?;
+        let name = path.file_name().ok_or_else(problem)?;
+        let (before, rest) = split_at(name, b'%').ok_or_else(problem)?;
+        let (width, after) = split_at(&rest, b'd').ok_or_else(problem)?;
+        let width = width.to_str().ok_or_else(problem)?;
         let digits = if width.is_empty() { 1 } else { width.parse().map_err(|_| problem())? };
         let is_number = width.bytes().all(|byte| byte.is_ascii_digit());
-        if !is_number || !(1..=MOST_DIGITS).contains(&digits) || after.contains('%') {
+        if !is_number || !(1..=MOST_DIGITS).contains(&digits) || split_at(&after, b'%').is_some() {
             return Err(problem());
         }
         Ok(FramePattern {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
-            before: before.to_owned(),
-            after: after.to_owned(),
+            before,
+            after,
             digits,
             pattern: path.to_owned(),
         })
@@ -55,7 +57,10 @@ impl FramePattern {
     /// The file of a frame.
     pub fn path(&self, frame: u32) -> PathBuf {
         let FramePattern { folder, before, after, digits, .. } = self;
-        folder.join(format!("{before}{frame:0digits$}{after}"))
+        let mut name = before.clone();
+        name.push(format!("{frame:0digits$}"));
+        name.push(after);
+        folder.join(name)
     }
 
     /// What is kept about the frames, beside them.
@@ -66,9 +71,36 @@ impl FramePattern {
     }
 }
 
+/// What is before the first of these letters of ASCII, and what is after it. Names need not be Unicode.
+#[cfg(unix)]
+fn split_at(name: &OsStr, letter: u8) -> Option<(OsString, OsString)> {
+    use std::os::unix::ffi::OsStrExt;
+    let bytes = name.as_bytes();
+    let middle = bytes.iter().position(|&byte| byte == letter)?;
+    let part = |bytes| OsStr::from_bytes(bytes).to_owned();
+    Some((part(&bytes[..middle]), part(&bytes[middle + 1..])))
+}
+
+/// The same where the standard library takes names apart as Unicode alone.
+#[cfg(not(unix))]
+fn split_at(name: &OsStr, letter: u8) -> Option<(OsString, OsString)> {
+    let (before, after) = name.to_str()?.split_once(char::from(letter))?;
+    Some((before.into(), after.into()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn names_need_not_be_unicode() {
+        use std::os::unix::ffi::OsStrExt;
+        let path = |bytes| Path::new(OsStr::from_bytes(bytes));
+        let pattern = FramePattern::new(path(b"out/\xff%02d\xfe.png")).unwrap();
+        assert_eq!(pattern.path(7), path(b"out/\xff07\xfe.png"));
+        assert_eq!(pattern.manifest_path(), path(b"out/\xff%02d\xfe.png.manifest"));
+    }
 
     #[test]
     fn frames_have_names() {

@@ -6,6 +6,7 @@ use super::encoder::LinearEncoder;
 use super::metadata::{SOFTWARE, completeness};
 use crate::{FeatureRows, Film};
 use eosphor_core::math::{Vec3, vec3};
+use eosphor_scene::broken_picture;
 use image::ImageDecoder;
 use rayon::prelude::*;
 use std::io::{Cursor, Error, Write};
@@ -122,7 +123,7 @@ fn rgbe(colour: Vec3) -> [u8; 4] {
 
 /// Any HDR picture in RGBE that the library reads.
 pub(super) fn read(bytes: &[u8]) -> Result<Film, String> {
-    let text = |error: image::ImageError| error.to_string();
+    let text = |error: image::ImageError| broken_picture("HDR", error);
     let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(text)?;
     let (width, height) = decoder.dimensions();
     let sane = 1..=MAX_SIDE;
@@ -130,7 +131,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Film, String> {
         return Err(format!("its size is {width} x {height}; sides must be 1 to {MAX_SIDE}"));
     }
     if width as u64 * height as u64 > (bytes.len() as u64).saturating_mul(MAX_RATIO) {
-        return Err("the file is cut off".into());
+        return Err("the file is cut off; get it again".into());
     }
     let image = image::DynamicImage::from_decoder(decoder).map_err(text)?.into_rgb32f();
     let pixels = image.into_raw().as_chunks::<3>().0.iter().map(|&[r, g, b]| vec3(r, g, b)).collect();

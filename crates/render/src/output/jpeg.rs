@@ -8,6 +8,7 @@ use super::destination::Destination;
 use super::encoder::ByteEncoder;
 use super::metadata::{SOFTWARE, completeness};
 use super::{ByteImage, Developed};
+use eosphor_scene::broken_picture;
 use image::ImageDecoder;
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use rayon::prelude::*;
@@ -150,12 +151,17 @@ impl Parts<'_> {
 
 /// Any JPEG file that the library reads; grey ones too.
 pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
-    let text = |error: image::ImageError| error.to_string();
+    // The decoder takes what is missing for grey. Within a scan FF is never followed by these.
+    let last = |mark: u8| bytes.windows(2).rposition(|pair| pair == [0xff, mark]);
+    if last(0xd9) < last(0xda) {
+        return Err("the file is cut short: the mark of its end is missing; get it again".into());
+    }
+    let text = |error: image::ImageError| broken_picture("JPEG", error);
     let decoder = image::codecs::jpeg::JpegDecoder::new(Cursor::new(bytes)).map_err(text)?;
     let (width, height) = decoder.dimensions();
     ByteImage::check_size(width, height)?;
     if decoder.total_bytes() > (bytes.len() as u64).saturating_mul(MAX_RATIO) {
-        return Err("the file is cut off".into());
+        return Err("the file is cut off; get it again".into());
     }
     let image = image::DynamicImage::from_decoder(decoder).map_err(text)?.into_rgba8();
     Ok(ByteImage { width, height, rgba: image.into_raw().as_chunks::<4>().0.to_vec() })

@@ -4,6 +4,7 @@ use super::destination::Destination;
 use super::encoder::ByteEncoder;
 use super::metadata::SOFTWARE;
 use super::{ByteImage, Developed, Metadata, PICTURE_VERSION};
+use eosphor_scene::broken_picture;
 use std::io::{Cursor, Error, Seek, SeekFrom, Write};
 
 /// Deflate cannot shrink more than this: a picture that claims to be larger is cut off or a trap.
@@ -77,7 +78,7 @@ fn text_chunk(text: &[u8]) -> Vec<u8> {
 
 /// Any PNG of up to 8 bits a channel.
 pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
-    let text = |error: png::DecodingError| error.to_string();
+    let text = |error: png::DecodingError| broken_picture("PNG", error);
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     // Palettes and 1 to 4 bits become 8 bits; 16 bits are refused below, not cut.
     decoder.set_transformations(png::Transformations::EXPAND);
@@ -90,7 +91,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
     }
     let length = reader.output_buffer_size().ok_or("it is too large")?;
     if length as u64 > (bytes.len() as u64 + 1024).saturating_mul(MAX_DEFLATE_RATIO) {
-        return Err("the file is cut off".into());
+        return Err("the file is cut off; get it again".into());
     }
     let mut raw = vec![0; length];
     reader.next_frame(&mut raw).map_err(text)?;

@@ -38,12 +38,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
     let (width, height, most) = (number()?, number()?, number()?);
     ByteImage::check_size(width, height)?;
     if most != 255 {
-        return Err(format!("its largest value is {most}; only 255 is supported"));
+        return Err(format!("its largest value is {most}; only 255 is read: save it with 8 bits a channel"));
     }
     // Exactly one white-space byte ends the header.
-    let body = rest.get(1..).ok_or("the file is cut off")?;
+    let body = rest.get(1..).ok_or("the file is cut off; get it again")?;
     let length = width as usize * height as usize * 3;
-    let body = body.get(..length).ok_or("the file is cut off")?;
+    let body = body.get(..length).ok_or("the file is cut off; get it again")?;
     let rgba = body.as_chunks::<3>().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect();
     Ok(ByteImage { width, height, rgba })
 }
@@ -62,5 +62,5 @@ fn header_number(rest: &mut &[u8]) -> Result<u32, String> {
     let (number, after) = rest.split_at(digits);
     *rest = after;
     let text = std::str::from_utf8(number).unwrap_or_default();
-    text.parse().map_err(|_| "the header needs width, height and 255".to_owned())
+    text.parse().map_err(|_| "the header needs width, height and 255; save it anew".to_owned())
 }

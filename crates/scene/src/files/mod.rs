@@ -35,6 +35,7 @@ pub use course::{
     CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, FramePattern,
     MAX_COURSE_LIGHTS, WrongPattern,
 };
+pub use images::broken_picture;
 pub use json::{scene_reference, scene_schema};
 pub use requests::{SceneRequests, scene_requests};
 

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 #[schemars(
-    description = "Where the picture is taken from. Without a camera the whole scene is framed.",
+    description = "Where the picture is taken from. Without a camera one is chosen: a closed room is seen from within, a room that is open to a side from there, \
+        all else from above the front of its largest sides. Ground planes, backdrops and what is far from the rest are not framed.",
     // Of two keys that exclude each other the first is the one to drop.
     extend("allOf" = [
         { "not": { "required": ["direction", "look-at"] } },

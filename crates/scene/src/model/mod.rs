@@ -62,7 +62,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights besides the emissive triangles.
     pub lights: Vec<Light>,
-    /// Where the picture is taken from; `None` frames the whole scene.
+    /// Where the picture is taken from; where there is none, flattening chooses a camera that shows what is there.
     pub camera: Option<Camera>,
     /// How to render it.
     pub settings: RenderSettings,

@@ -242,6 +242,9 @@ fn parse(path: &Path, container: &Container<'_>) -> Result<Root, SceneError> {
     if let Some(version) = version(container.json).filter(|version| !version.starts_with("2.")) {
         return Err(invalid(path, wrong_version(&version)));
     }
+    if error.is_eof() {
+        return Err(invalid(path, "the file ends within its JSON; get it again".into()));
+    }
     let text = error.to_string();
     if text.starts_with("missing field `node`")
         && let Some(root) = channels::root_with_nodes(container.json)
@@ -250,7 +253,7 @@ fn parse(path: &Path, container: &Container<'_>) -> Result<Root, SceneError> {
         return Ok(root);
     }
     let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason);
-    let reason: String = reason.chars().filter(|c| !c.is_control()).take(200).collect();
+    let reason: String = reason.replace('`', "\"").chars().filter(|c| !c.is_control()).take(200).collect();
     let (line, column) = (error.line() as u32, error.column() as u32);
     if container.is_glb || line == 0 {
         return Err(invalid(path, format!("its JSON is no glTF: {reason}; export it again")));

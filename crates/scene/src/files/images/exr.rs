@@ -4,7 +4,7 @@
 //! decoder at hand takes another cosine transform on each kind of CPU, and their results differ in the last bits.
 
 use super::float::usable;
-use super::{Picture, limits};
+use super::{Picture, broken_picture, limits};
 use crate::model::Texels;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
@@ -21,7 +21,7 @@ enum Channels {
 }
 
 pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
-    let say = |e: Error| e.to_string();
+    let say = |e: Error| broken_picture("EXR", e);
     let file = || Cursor::new(bytes);
     let meta = MetaData::read_from_buffered(file(), false).map_err(say)?;
     let (header, channels) = layer(&meta.headers).ok_or_else(|| no_colors(&meta.headers))?;
@@ -82,7 +82,7 @@ fn no_colors(headers: &[Header]) -> String {
     let names = headers.iter().flat_map(|h| &h.channels.list).map(|c| c.name.to_string());
     let names: Vec<String> = names.take(16).collect();
     let there = if names.is_empty() { "no channels at all".into() } else { names.join(", ") };
-    format!("it has no channels R, G and B, nor Y, but {there}")
+    format!("it has no channels R, G and B, nor Y, but {there}; save it with colours")
 }
 
 /// The size of a layer that can be read and whose bytes can be there.

@@ -10,7 +10,7 @@ const MAX_HEADER: usize = 1 << 16;
 /// The newer code packs 127 texels into 8 bytes. The older one could pack a row into 12, but nobody needs that.
 const TEXELS_A_BYTE: u64 = 1024;
 
-const CUT_SHORT: &str = "the file is cut short";
+const CUT_SHORT: &str = "the file is cut short; get it again";
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let mut lines = Lines { rest: &bytes[..bytes.len().min(MAX_HEADER)], taken: 0 };
@@ -98,7 +98,7 @@ fn read_row<'a>(bytes: &'a [u8], row: &mut [[u8; 4]]) -> Result<&'a [u8], String
             if usize::from(high) << 8 | usize::from(low) == width {
                 return read_channels(rest, row);
             }
-            Err("a row is not as long as the header says; the file is broken".into())
+            Err("a row is not as long as the header says; the file is damaged; get it again".into())
         }
         _ => read_texels(bytes, row),
     }
@@ -113,7 +113,7 @@ fn read_channels<'a>(mut bytes: &'a [u8], row: &mut [[u8; 4]]) -> Result<&'a [u8
             let (length, is_run) = if count > 128 { (count - 128, true) } else { (count, false) };
             let length = usize::from(length);
             let stretch = row.get_mut(x..x + length).filter(|s| !s.is_empty());
-            let stretch = stretch.ok_or("a run does not fit its row; the file is broken")?;
+            let stretch = stretch.ok_or("a run does not fit its row; the file is damaged; get it again")?;
             let used = if is_run { 1 } else { length };
             let values = rest.get(..used).ok_or(CUT_SHORT)?;
             for (i, texel) in stretch.iter_mut().enumerate() {
@@ -141,7 +141,7 @@ fn read_texels<'a>(mut bytes: &'a [u8], row: &mut [[u8; 4]]) -> Result<&'a [u8],
         let length = if shift < 16 { usize::from(count) << shift } else { row.len() };
         let before = x.checked_sub(1).map(|before| row[before]);
         let (Some(before), Some(stretch)) = (before, row.get_mut(x..x + length)) else {
-            return Err("a run does not fit its row; the file is broken".into());
+            return Err("a run does not fit its row; the file is damaged; get it again".into());
         };
         stretch.fill(before);
         (x, shift) = (x + length, shift + 8);

@@ -5,9 +5,10 @@
 //! decoder in whole numbers, the same on every machine. A test holds its texels against a known hash, and so fails
 //! where another crate of a workspace turns those features on and that changes a texel.
 
-use super::{Picture, limits, rgba};
+use super::{Picture, broken_picture, limits, rgba};
 use crate::model::Texels;
 use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
@@ -18,7 +19,7 @@ const TEXELS_A_BYTE: u64 = 1024;
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     if !is_whole(bytes) {
-        return Err("the file is cut short: the mark of its end is missing".into());
+        return Err("the file is cut short: the mark of its end is missing; get it again".into());
     }
     // Strict: data that ends too early is an error, not half a grey picture.
     let options = DecoderOptions::default()
@@ -28,11 +29,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         .set_max_height(65_535)
         .jpeg_set_out_colorspace(ColorSpace::RGB);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().map_err(|e| e.to_string())?;
-    let info = decoder.info().ok_or("the JPEG header is broken")?;
+    let say = |e: DecodeErrors| broken_picture("JPEG", e);
+    decoder.decode_headers().map_err(say)?;
+    let info = decoder.info().ok_or("the header of this JPEG is damaged; get it again")?;
     let (width, height) = limits::size(info.width.into(), info.height.into(), limits::RGBA8)?;
     limits::holds(u64::from(width) * u64::from(height), TEXELS_A_BYTE, bytes.len())?;
-    let samples = decoder.decode().map_err(|e| e.to_string())?;
+    let samples = decoder.decode().map_err(say)?;
     if samples.len() as u64 != u64::from(width) * u64::from(height) * 3 {
         return Err("a JPEG of unusual colours; convert it to RGB".into());
     }

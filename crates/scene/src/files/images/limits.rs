@@ -14,7 +14,7 @@ pub(super) const FLOAT: u64 = 16;
 /// The size of a picture, if it is within the limits.
 pub(super) fn size(width: u64, height: u64, bytes_a_texel: u64) -> Result<(u32, u32), String> {
     if width == 0 || height == 0 {
-        return Err("the picture is empty".into());
+        return Err("the picture is empty; save it anew".into());
     }
     if width > MAX_SIDE || height > MAX_SIDE {
         return Err(format!("its size is {width} x {height}; sides must be at most {MAX_SIDE}"));
@@ -30,5 +30,5 @@ pub(super) fn holds(units: u64, most: u64, file_bytes: usize) -> Result<(), Stri
     if units <= (file_bytes as u64).saturating_mul(most) {
         return Ok(());
     }
-    Err("the file is too small for the size that it claims; it is cut short or broken".into())
+    Err("the file is too small for the size that it claims; it is cut short or damaged; get it again".into())
 }

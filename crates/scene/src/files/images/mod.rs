@@ -3,6 +3,7 @@
 //! Texels reach pixels, so a file must decode to the same bits on every machine. PNG, PPM, `.data`, TGA and BMP are
 //! moves of whole numbers; `jpeg.rs` and `exr.rs` say how they keep to it.
 
+mod broken;
 mod data;
 mod exr;
 mod float;
@@ -16,6 +17,8 @@ mod pnm;
 pub(super) mod tests;
 
 use crate::model::Texels;
+
+pub use broken::broken_picture;
 
 /// A decoded picture, top row first.
 #[derive(Debug)]

@@ -1,12 +1,12 @@
 //! BMP and TGA, by the `image` crate; whether a file can hold what it claims is asked here first.
 
-use super::{Picture, limits};
+use super::{Picture, broken_picture, limits};
 use crate::model::Texels;
 use image::codecs::{bmp::BmpDecoder, tga::TgaDecoder};
 use image::{DynamicImage, ImageDecoder};
 use std::io::Cursor;
 
-const CUT_SHORT: &str = "the file is cut short";
+const CUT_SHORT: &str = "the file is cut short; get it again";
 
 pub(super) fn decode_bmp(bytes: &[u8]) -> Result<Picture, String> {
     let word = |at: usize| {
@@ -25,7 +25,7 @@ pub(super) fn decode_bmp(bytes: &[u8]) -> Result<Picture, String> {
         1 | 2 => limits::holds(row * u64::from(height), 128, bytes.len())?,
         _ => limits::holds((row * u64::from(bits)).div_ceil(8) * u64::from(height), 1, bytes.len())?,
     }
-    decoded(BmpDecoder::new(Cursor::new(bytes)))
+    decoded("BMP", BmpDecoder::new(Cursor::new(bytes)))
 }
 
 pub(super) fn decode_tga(bytes: &[u8]) -> Result<Picture, String> {
@@ -38,11 +38,12 @@ pub(super) fn decode_tga(bytes: &[u8]) -> Result<Picture, String> {
         9..=11 => limits::holds(texels, 128, bytes.len())?,
         _ => limits::holds(texels * u64::from(header[16]).div_ceil(8), 1, bytes.len())?,
     }
-    decoded(TgaDecoder::new(Cursor::new(bytes)))
+    decoded("TGA", TgaDecoder::new(Cursor::new(bytes)))
 }
 
-fn decoded(decoder: image::ImageResult<impl ImageDecoder>) -> Result<Picture, String> {
-    let picture = decoder.and_then(DynamicImage::from_decoder).map_err(|e| e.to_string())?.into_rgba8();
+fn decoded(kind: &str, decoder: image::ImageResult<impl ImageDecoder>) -> Result<Picture, String> {
+    let picture = decoder.and_then(DynamicImage::from_decoder);
+    let picture = picture.map_err(|e| broken_picture(kind, e))?.into_rgba8();
     let (width, height) = picture.dimensions();
     limits::size(width.into(), height.into(), limits::RGBA8)?;
     let texel = |c: &[u8]| u32::from_le_bytes([c[0], c[1], c[2], c[3]]);

@@ -1,6 +1,6 @@
 //! PNG: all colour types and depths, transparency, interlacing.
 
-use super::{Picture, limits, rgba, to_byte};
+use super::{Picture, broken_picture, limits, rgba, to_byte};
 use crate::model::Texels;
 use png::{BitDepth, ColorType, Decoder, Transformations};
 use std::io::Cursor;
@@ -9,7 +9,7 @@ use std::io::Cursor;
 const DEFLATE: u64 = 1032;
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let say = |e: png::DecodingError| e.to_string();
+    let say = |e: png::DecodingError| broken_picture("PNG", e);
     let mut decoder = Decoder::new(Cursor::new(bytes));
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);

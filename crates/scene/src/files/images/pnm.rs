@@ -63,7 +63,7 @@ fn ink(bit: u8) -> u8 {
     if bit == 0 { 255 } else { 0 }
 }
 
-const CUT_SHORT: &str = "the file is cut short";
+const CUT_SHORT: &str = "the file is cut short; get it again";
 
 struct Reader<'a> {
     rest: &'a [u8],

@@ -71,9 +71,9 @@ fn portable_maps_of_all_kinds() {
     assert_eq!(words(&read(b"P1 2 1 01")), [u32::MAX, 0xff00_0000]);
     assert_eq!(words(&read(b"P4 9 1\n\x80\x00")), [vec![0xff00_0000], vec![u32::MAX; 8]].concat());
     assert!(error(b"P6 2 1 255\n\x01\x02\x03\xff\x80").contains("too small for the size that it claims"));
-    assert_eq!(error(b"P3 1 1 255 1 2      "), "the file is cut short");
+    assert_eq!(error(b"P3 1 1 255 1 2      "), "the file is cut short; get it again");
     assert_eq!(error(b"P6 1 1 0\n..."), "0 is no largest value; it must be 1 to 65535");
-    assert_eq!(error(b"P6 0 1 255\n"), "the picture is empty");
+    assert_eq!(error(b"P6 0 1 255\n"), "the picture is empty; save it anew");
 }
 
 #[test]
@@ -130,7 +130,8 @@ fn what_a_file_cannot_hold_is_refused_before_it_is_allocated() {
     ] {
         let message = decode(&bytes, name).unwrap_err();
         assert_eq!(
-            message, "the file is too small for the size that it claims; it is cut short or broken",
+            message,
+            "the file is too small for the size that it claims; it is cut short or damaged; get it again",
             "{name}"
         );
     }
@@ -306,20 +307,24 @@ fn radiance_with_both_codes_and_none() {
     assert_eq!(floats(&picture)[7], [1.0, 0.0, 0.25, 1.0]);
 
     for (size, body, expected) in [
-        ("-Y 1 +X 8", &new[..new.len() - 1], "the file is cut short"),
-        ("-Y 1 +X 3", &flat[..11], "the file is cut short"),
-        ("-Y 1 +X 9", &new[..], "a row is not as long as the header says; the file is broken"),
-        ("-Y 1 +X 8", &[2, 2, 0, 8, 128 + 9, 1], "a run does not fit its row; the file is broken"),
-        ("-Y 1 +X 8", &[2, 2, 0, 8, 0, 1], "a run does not fit its row; the file is broken"),
+        ("-Y 1 +X 8", &new[..new.len() - 1], "the file is cut short; get it again"),
+        ("-Y 1 +X 3", &flat[..11], "the file is cut short; get it again"),
+        ("-Y 1 +X 9", &new[..], "a row is not as long as the header says; the file is damaged; get it again"),
+        (
+            "-Y 1 +X 8",
+            &[2, 2, 0, 8, 128 + 9, 1],
+            "a run does not fit its row; the file is damaged; get it again",
+        ),
+        ("-Y 1 +X 8", &[2, 2, 0, 8, 0, 1], "a run does not fit its row; the file is damaged; get it again"),
         (
             "-Y 1 +X 3",
             &[1, 1, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0],
-            "a run does not fit its row; the file is broken",
+            "a run does not fit its row; the file is damaged; get it again",
         ),
         (
             "-Y 1 +X 3",
             &[1, 0, 0, 2, 1, 1, 1, 9, 0, 0, 0, 0],
-            "a run does not fit its row; the file is broken",
+            "a run does not fit its row; the file is damaged; get it again",
         ),
         ("+X 8 -Y 1", &new[..], "\"+X 8 -Y 1\" is no size that is read; it must be: -Y HEIGHT +X WIDTH"),
     ] {
@@ -388,7 +393,7 @@ fn exr_of_all_number_types_and_names() {
     ];
     assert_eq!(floats(&read(&exr(C::ZIP1, rgba))), [[0.5, 1.0, 0.0, 0.5], [0.5, 0.0, 0.0, 0.0]]);
     let message = error(&exr(C::ZIP1, vec![("Z", f32s(0.5, 2.0)), ("id", f32s(0.5, 2.0))]));
-    assert_eq!(message, "it has no channels R, G and B, nor Y, but Z, id");
+    assert_eq!(message, "it has no channels R, G and B, nor Y, but Z, id; save it with colours");
 }
 
 /// The standard test scenes' pictures, where they are at hand.

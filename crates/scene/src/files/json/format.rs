@@ -32,7 +32,7 @@ pub(super) struct SceneFile {
     #[serde(rename = "description", default)]
     #[schemars(with = "String")]
     pub(super) _description: Option<String>,
-    /// Where the picture is taken from. Without a camera the whole scene is framed.
+    /// Where the picture is taken from. Without a camera one is chosen that shows what is there: see Camera.
     #[serde(default)]
     pub(super) camera: Option<Camera>,
     /// Lights. Triangles that shine are lights by themselves; without any light there is a headlight at the camera, but not

@@ -10,6 +10,9 @@ pub(super) fn at(path: &Path, line: Option<u32>, message: String) -> SceneError 
 
 /// serde_json's message in our form; an unknown name gets the nearest known one.
 pub(super) fn wrong(path: &Path, error: &serde_json::Error) -> SceneError {
+    if error.is_eof() {
+        return at(path, None, "the file ends within its JSON; get it again".into());
+    }
     let whole = error.to_string();
     let suffix = format!(" at line {} column {}", error.line(), error.column());
     let plain = whole.strip_suffix(&suffix).unwrap_or(&whole);

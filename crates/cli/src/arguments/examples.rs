@@ -1,0 +1,50 @@
+//! Examples below the help of each command. A test runs them all.
+
+/// Of the program.
+pub(super) const PROGRAM: &str = "\
+Examples:
+  eosphor render builtin:cornell -o cornell.png
+  eosphor info builtin:hare
+  eosphor help render";
+
+pub(super) const RENDER: &str = "\
+Examples:
+  eosphor render builtin:cornell -o cornell.png --samples 64
+  eosphor render builtin:hare -o hare.exr --size 1280x720 --fov 30 --layers depth,normal
+  eosphor render builtin:glass -o turn/frame_%03d.png --orbit 36";
+
+pub(super) const COURSE: &str = "\
+Examples:
+  eosphor course --default > input.txt
+  eosphor course < input.txt
+  eosphor course --cpu --bodies cube,none,icosahedron -o frames/%04d.png < input.txt";
+
+pub(super) const INFO: &str = "\
+Examples:
+  eosphor info builtin:glass
+  eosphor info builtin:hare --accel octree --leaf-size 8
+  eosphor info builtin:cornell --accel builders --json";
+
+pub(super) const COMPARE: &str = "\
+Examples:
+  eosphor compare a.png b.png
+  eosphor compare a.png b.ppm --diff difference.png
+  eosphor compare a.exr b.hdr --json";
+
+pub(super) const MERGE: &str = "\
+Examples:
+  eosphor render builtin:cornell -o picture.png --tiles 1/2
+  eosphor render builtin:cornell -o picture.png --tiles 2/2
+  eosphor merge -o picture.png";
+
+pub(super) const BENCH_RAYS: &str = "\
+Examples:
+  eosphor bench rays builtin:hare
+  eosphor bench rays builtin:hare --size 3840x2160 --repeats 10
+  eosphor bench rays builtin:hare --accel kdtree --json";
+
+pub(super) const BENCH_RENDER: &str = "\
+Examples:
+  eosphor bench render builtin:glass
+  eosphor bench render builtin:glass --samples 16 --repeats 5
+  eosphor bench render builtin:glass --backend cpu --simd avx2 --json";
