@@ -1,7 +1,7 @@
 //! Flags of `eosphor bench`.
 
 use super::camera::CameraFlags;
-use super::{DeviceFlags, PictureFlags, SCENE_HELP, SettingsFlags};
+use super::{DeviceFlags, PictureFlags, SCENE_HELP, SettingsFlags, TextureFlags};
 use clap::{Args, Subcommand};
 use eosphor::Accel;
 
@@ -37,6 +37,8 @@ pub(crate) struct BenchRenderFlags {
     #[command(flatten)]
     pub(crate) settings: SettingsFlags,
     #[command(flatten)]
+    pub(crate) textures: TextureFlags,
+    #[command(flatten)]
     pub(crate) camera: CameraFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
@@ -58,6 +60,8 @@ pub(crate) struct BenchRaysFlags {
     /// How often each query is timed
     #[arg(long, value_name = "N", default_value = "30", value_parser = repeats)]
     pub(crate) repeats: usize,
+    #[command(flatten)]
+    pub(crate) textures: TextureFlags,
     #[command(flatten)]
     pub(crate) camera: CameraFlags,
     #[command(flatten)]

@@ -11,6 +11,7 @@ mod lights;
 mod needs;
 mod render;
 mod settings;
+mod textures;
 mod values;
 
 pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
@@ -24,6 +25,7 @@ pub(crate) use lights::LightFlags;
 pub(crate) use needs::{Need, check, would_do_nothing};
 pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, SampleRange, Share, Show};
 pub(crate) use settings::SettingsFlags;
+pub(crate) use textures::TextureFlags;
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -75,6 +77,8 @@ pub(crate) struct InfoFlags {
     /// the same of bvh and bvh8 by every builder
     #[arg(long, value_name = "NAME", value_parser = device::accels())]
     pub(crate) accel: Option<AccelChoice>,
+    #[command(flatten)]
+    pub(crate) textures: TextureFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
     /// Print JSON

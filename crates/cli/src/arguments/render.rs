@@ -4,7 +4,8 @@ use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::place;
 use super::{
-    BackendChoice, ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, SCENE_HELP, check,
+    BackendChoice, ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, SCENE_HELP,
+    TextureFlags, check,
 };
 use crate::failure::Failure;
 use crate::streams::Verbosity;
@@ -39,6 +40,8 @@ pub(crate) struct RenderFlags {
     pub(crate) animation: FrameFlags,
     #[command(flatten)]
     pub(crate) settings: SettingsFlags,
+    #[command(flatten)]
+    pub(crate) textures: TextureFlags,
     #[command(flatten)]
     pub(crate) camera: CameraFlags,
     #[command(flatten)]

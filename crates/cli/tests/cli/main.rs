@@ -21,3 +21,4 @@ mod schema;
 mod statistics;
 #[cfg(unix)]
 mod streams;
+mod textures;
