@@ -47,6 +47,11 @@ pub(crate) fn frames((width, height): (u32, u32), wanted: usize) -> Result<usize
     }
 }
 
+/// Bytes that textures may take where no flag says it: half of what is free. `None` where nobody says what is.
+pub(crate) fn for_textures() -> Option<u64> {
+    available().map(|free| free / 2)
+}
+
 fn frames_in(free: u64, (width, height): (u32, u32), wanted: usize) -> Result<usize, Failure> {
     let pixels = u64::from(width) * u64::from(height);
     check_fits_in(free, pixels * BYTES_A_PIXEL)?;

@@ -35,6 +35,22 @@ pub enum SceneError {
         /// What is read.
         message: String,
     },
+    /// Textures beyond [`crate::LoadOptions::texture_memory_bytes`].
+    #[error(
+        "{}: all textures together need {} of memory, their budget is {}: give them more (--texture-memory), or use \
+         smaller pictures",
+        one_line(picture),
+        size(*needed_bytes),
+        size(*budget_bytes)
+    )]
+    TextureMemory {
+        /// The first picture that did not fit.
+        picture: String,
+        /// What all textures of the scene need, in the depth that their files have.
+        needed_bytes: u64,
+        /// What they may take.
+        budget_bytes: u64,
+    },
     /// No built-in scene has this name.
     #[error("there is no built-in scene \"{name}\"; there is {known}")]
     UnknownBuiltin {
@@ -114,6 +130,19 @@ impl Problem {
     pub(crate) fn new(what: impl Into<String>, message: impl Into<String>) -> Problem {
         Problem { what: one_line(what), message: one_line(message) }
     }
+}
+
+/// Bytes in the units of `--texture-memory`.
+fn size(bytes: u64) -> String {
+    const UNITS: [&str; 4] = ["KiB", "MiB", "GiB", "TiB"];
+    let (mut value, mut unit) = (bytes as f64, None);
+    for name in UNITS {
+        if value < 1024.0 {
+            break;
+        }
+        (value, unit) = (value / 1024.0, Some(name));
+    }
+    unit.map_or_else(|| format!("{bytes} bytes"), |unit| format!("{value:.1} {unit} ({bytes} bytes)"))
 }
 
 /// Messages quote files, which may hold anything: line ends and other control characters become blanks, and

@@ -2,7 +2,7 @@
 
 use super::camera::CameraFlags;
 use super::values::whole;
-use super::{DeviceFlags, PictureFlags, SettingsFlags, scene_help};
+use super::{DeviceFlags, PictureFlags, SettingsFlags, TextureFlags, scene_help};
 use clap::{Args, Subcommand};
 use eosphor::Accel;
 use std::ops::RangeInclusive;
@@ -48,6 +48,8 @@ pub(crate) struct BenchRenderFlags {
     #[command(flatten)]
     pub(crate) settings: SettingsFlags,
     #[command(flatten)]
+    pub(crate) textures: TextureFlags,
+    #[command(flatten)]
     pub(crate) camera: CameraFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
@@ -69,6 +71,8 @@ pub(crate) struct BenchRaysFlags {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) textures: TextureFlags,
     #[command(flatten)]
     pub(crate) camera: CameraFlags,
     #[command(flatten)]

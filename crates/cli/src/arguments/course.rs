@@ -1,6 +1,6 @@
 //! Flags of `eosphor course`.
 
-use super::{BackendChoice, ClusterFlags, DeviceFlags, Need, check};
+use super::{BackendChoice, ClusterFlags, DeviceFlags, Need, TextureFlags, check};
 use crate::failure::Failure;
 use clap::Args;
 use eosphor::{Accel, Solid};
@@ -44,6 +44,8 @@ pub(crate) struct CourseFlags {
     /// The hierarchy over the primitives; changes no pixel [default: bvh8 on the CPU, bvh on GPUs]
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
+    #[command(flatten)]
+    pub(crate) textures: TextureFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
     #[command(flatten)]

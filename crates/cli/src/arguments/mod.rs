@@ -14,6 +14,7 @@ mod render;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod textures;
 mod values;
 
 pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
@@ -27,6 +28,7 @@ pub(crate) use lights::LightFlags;
 pub(crate) use needs::{Need, check, would_do_nothing};
 pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, SampleRange, Share, Show};
 pub(crate) use settings::SettingsFlags;
+pub(crate) use textures::TextureFlags;
 
 use clap::{Args, Parser, Subcommand};
 use eosphor::BUILTINS;
@@ -89,6 +91,8 @@ pub(crate) struct InfoFlags {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) textures: TextureFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
 }

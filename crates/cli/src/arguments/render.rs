@@ -3,7 +3,9 @@
 use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::{place, whole};
-use super::{ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, check, scene_help};
+use super::{
+    ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, TextureFlags, check, scene_help,
+};
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::builder::{OsStringValueParser, TypedValueParser};
@@ -38,6 +40,8 @@ pub(crate) struct RenderFlags {
     pub(crate) animation: FrameFlags,
     #[command(flatten)]
     pub(crate) settings: SettingsFlags,
+    #[command(flatten)]
+    pub(crate) textures: TextureFlags,
     #[command(flatten)]
     pub(crate) camera: CameraFlags,
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! Flags that override the scene's render settings.
 
 use super::values::{OVER_0, color, named, size, whole, within};
-use super::{Need, check};
+use super::{Need, TextureFlags, check};
 use crate::failure::Failure;
 use clap::Args;
 use clap::builder::TypedValueParser;
@@ -117,9 +117,15 @@ impl SettingsFlags {
     }
 
     /// How a file is read; `camera` is the one to take. Where flags bring light, files without any need none.
-    pub(crate) fn load_options(&self, camera: Option<String>, are_lit: bool) -> LoadOptions {
+    pub(crate) fn load_options(
+        &self,
+        camera: Option<String>,
+        are_lit: bool,
+        textures: &TextureFlags,
+    ) -> LoadOptions {
         let mut options = LoadOptions::default();
         (options.camera, options.headlight) = (camera, self.headlight.unwrap_or(!are_lit));
+        options.texture_memory_bytes = textures.memory_bytes();
         options
     }
 

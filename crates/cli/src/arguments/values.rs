@@ -117,6 +117,23 @@ pub(super) fn number(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| format!("\"{text}\" is no finite number"))
 }
 
+/// `512M`, `4G`, `4GiB` or bytes.
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    let wrong = || "it must be a whole number of bytes, or of K, M, G or T, as 512M".to_owned();
+    let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+    let (digits, unit) = text.split_at(end);
+    let unit = match unit.to_ascii_lowercase().as_str() {
+        "" => 1,
+        "k" | "kib" => 1 << 10,
+        "m" | "mib" => 1 << 20,
+        "g" | "gib" => 1 << 30,
+        "t" | "tib" => 1 << 40,
+        _ => return Err(wrong()),
+    };
+    let number: u64 = digits.parse().map_err(|_| wrong())?;
+    number.checked_mul(unit).ok_or_else(wrong)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,6 +163,24 @@ mod tests {
         for bad in ["", "1,2", "1,2,3", "-1,2,3x4", "1,2,0x4", "1,2,3x4,5", "1,2,3x4x5", "x,2,3x4", "1,,3x4"]
         {
             assert!(region(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_of_memory() {
+        for (text, expected) in [
+            ("0", 0),
+            ("1000", 1000),
+            ("3k", 3072),
+            ("512M", 512 << 20),
+            ("4GiB", 4 << 30),
+            ("1T", 1 << 40),
+            ("18446744073709551615", u64::MAX),
+        ] {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
+        for bad in ["", "M", "-1", "1.5G", "4GB", "4 G", "1P", "18446744073709551616", "99999999T", "4Gé"] {
+            assert!(bytes(bad).is_err(), "{bad}");
         }
     }
 

@@ -50,6 +50,7 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
     let options = CourseOptions {
         shapes: flags.bodies.map_or(usual.shapes, |bodies| bodies.0),
         diodes: flags.edge_lights,
+        texture_memory_bytes: flags.textures.memory_bytes(),
         ..usual
     };
     interrupt::watch(Verbosity::Normal)?;

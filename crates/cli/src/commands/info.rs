@@ -74,7 +74,9 @@ impl fmt::Display for Place {
 
 pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
-    let loaded = load(&flags.scene, &LoadOptions::default())?;
+    let mut options = LoadOptions::default();
+    options.texture_memory_bytes = flags.textures.memory_bytes();
+    let loaded = load(&flags.scene, &options)?;
     let (data, notes) = SceneData::flatten(&loaded.scene)?;
     let accel = match flags.accel {
         Some(AccelChoice::One(accel)) => Some(accel),

@@ -168,7 +168,8 @@ fn interruption(flags: &RenderFlags, targets: &str, done: &Done) -> String {
 
 /// The scene with everything that the flags change.
 fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Failure> {
-    let options = flags.settings.load_options(flags.camera.choice(), flags.picture.lights.is_given());
+    let are_lit = flags.picture.lights.is_given();
+    let options = flags.settings.load_options(flags.camera.choice(), are_lit, &flags.textures);
     let loaded = load(&flags.scene, &options)?;
     notes.extend(loaded.warnings.iter().map(ToString::to_string));
     let mut scene = loaded.scene;

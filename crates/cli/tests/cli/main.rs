@@ -26,4 +26,5 @@ mod schema;
 mod statistics;
 #[cfg(unix)]
 mod streams;
+mod textures;
 mod usage;

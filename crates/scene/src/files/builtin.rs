@@ -1,5 +1,6 @@
 //! Scenes that are part of the program.
 
+use super::budget::Budget;
 use super::source::Source;
 use super::{LoadOptions, LoadedScene, load_from};
 use crate::error::{Place, SceneError};
@@ -106,6 +107,11 @@ fn made(name: &str, mut scene: Scene, options: &LoadOptions) -> Result<LoadedSce
         let message = "it has one camera; leave the choice out";
         return Err(SceneError::invalid(Place::file(Path::new(&format!("builtin:{name}"))), message));
     }
+    let mut budget = Budget::new(options.texture_memory_bytes);
+    for image in &scene.images {
+        budget.admits(image.texels.bytes(), || format!("builtin:{name}: {}", image.name));
+    }
+    budget.check()?;
     if !options.textures {
         scene.materials.iter_mut().for_each(|m| m.textures = MaterialTextures::NONE);
     }

@@ -1,5 +1,6 @@
 //! Builds one scene from several files.
 
+use super::budget::Budget;
 use super::json::quoted;
 use super::source::Source;
 use super::warnings::Warnings;
@@ -20,6 +21,7 @@ pub(super) struct Loader {
     pub(super) apart: f64,
     source: Source,
     options: LoadOptions,
+    budget: Budget,
     files_read: Vec<PathBuf>,
     images: HashMap<PathBuf, u32>,
     default_material: Option<u32>,
@@ -34,6 +36,7 @@ impl Loader {
             apart: APART,
             source,
             options: options.clone(),
+            budget: Budget::new(options.texture_memory_bytes),
             files_read: Vec::new(),
             images: HashMap::new(),
             default_material: None,
@@ -42,6 +45,7 @@ impl Loader {
 
     /// The finished scene, validated. What moves has an animation.
     pub(super) fn finish(mut self, path: &Path) -> Result<LoadedScene, SceneError> {
+        self.budget.check()?;
         if self.scene.animation.is_none() {
             self.scene.animate(None, Vec::new());
         }
@@ -98,7 +102,9 @@ impl Loader {
             let message = format!("there is no built-in texture {}; there is parquet", quoted(name));
             return Err(SceneError::invalid(Place::file(file), message));
         }
-        self.scene.images.push(parquet());
+        let picture = parquet();
+        self.budget.admits(picture.texels.bytes(), || picture.name.clone());
+        self.scene.images.push(picture);
         let number = self.scene.images.len() as u32 - 1;
         self.images.insert(file.to_path_buf(), number);
         Ok(number)
@@ -111,11 +117,16 @@ impl Loader {
         }
         let bytes = self.read(path)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let number = self
-            .image_of_bytes(name, &bytes)
-            .map_err(|message| SceneError::invalid(Place::file(path), message))?;
-        self.images.insert(path.to_path_buf(), number);
-        Ok(number)
+        let wrong = |message: String| SceneError::invalid(Place::file(path), message);
+        let header = images::header(&bytes, &name).map_err(wrong)?;
+        let picture = match self.admits(&header, || path.display().to_string()) {
+            true => images::decode(&bytes, &name).map_err(|message| {
+                self.release(&header);
+                wrong(message)
+            })?,
+            false => images::Picture::white(),
+        };
+        Ok(self.add_image(Some(path), name, picture))
     }
 
     /// The number of a picture that was read before.
@@ -134,9 +145,15 @@ impl Loader {
         number
     }
 
-    /// Adds a picture from the contents of a picture file; the number of the image.
-    pub(super) fn image_of_bytes(&mut self, name: String, bytes: &[u8]) -> Result<u32, String> {
-        Ok(self.add_image(None, name.clone(), images::decode(bytes, &name)?))
+    /// Counts a picture that is about to be decoded. Where the budget does not admit it, a white one stands for it
+    /// until [`Loader::finish`] fails.
+    pub(super) fn admits(&mut self, header: &images::Header, name: impl FnOnce() -> String) -> bool {
+        self.budget.admits(header.bytes, name)
+    }
+
+    /// Takes back what was counted for a picture that is broken.
+    pub(super) fn release(&mut self, header: &images::Header) {
+        self.budget.release(header.bytes);
     }
 
     /// The number of a texture; equal ones share it.

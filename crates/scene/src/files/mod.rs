@@ -1,5 +1,6 @@
 //! Files in: models (OBJ with MTL, glTF, PLY), our own JSON, and the built-in scenes.
 
+mod budget;
 mod builtin;
 mod components;
 mod course;
@@ -54,11 +55,14 @@ pub struct LoadOptions {
     /// What [`crate::RenderSettings::headlight`] is where the file does not say it; without, models without lights get no
     /// grey surroundings either.
     pub headlight: bool,
+    /// Bytes that the texels of all textures together may take, in the depth that their files have; asked before a
+    /// picture is decoded. More is [`SceneError::TextureMemory`]; `None`: no limit.
+    pub texture_memory_bytes: Option<u64>,
 }
 
 impl Default for LoadOptions {
     fn default() -> LoadOptions {
-        LoadOptions { textures: true, camera: None, headlight: true }
+        LoadOptions { textures: true, camera: None, headlight: true, texture_memory_bytes: None }
     }
 }
 

@@ -33,6 +33,14 @@ impl Texels {
         }
     }
 
+    /// Bytes that they take.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Texels::Rgba8(texels) => texels.len() as u64 * 4,
+            Texels::Float(texels) => texels.len() as u64 * 16,
+        }
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -45,6 +45,7 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
     let mut options = LoadOptions::default();
     options.camera = flags.camera.choice();
+    options.texture_memory_bytes = flags.textures.memory_bytes();
     let mut scene = load(&flags.scene, &options)?.scene;
     scene.settings.size = flags.size;
     flags.camera.apply(&mut scene, framed_camera)?;

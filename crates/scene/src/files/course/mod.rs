@@ -121,6 +121,8 @@ pub struct CourseOptions {
     pub diodes: bool,
     /// Where the texture's path begins; empty: the working folder.
     pub folder: PathBuf,
+    /// As [`crate::LoadOptions::texture_memory_bytes`].
+    pub texture_memory_bytes: Option<u64>,
 }
 
 impl Default for CourseOptions {
@@ -129,6 +131,7 @@ impl Default for CourseOptions {
             shapes: [Solid::Tetrahedron, Solid::Octahedron, Solid::Dodecahedron].map(Some),
             diodes: false,
             folder: PathBuf::new(),
+            texture_memory_bytes: None,
         }
     }
 }

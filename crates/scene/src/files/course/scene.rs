@@ -29,7 +29,9 @@ impl CourseInput {
         source: Source,
         options: &CourseOptions,
     ) -> Result<LoadedScene, SceneError> {
-        let mut loader = Loader::new(source, &LoadOptions::default());
+        let texture_memory_bytes = options.texture_memory_bytes;
+        let load = LoadOptions { texture_memory_bytes, ..LoadOptions::default() };
+        let mut loader = Loader::new(source, &load);
         for (body, shape) in self.bodies.iter().zip(options.shapes) {
             let Some(shape) = shape else { continue };
             body.body(shape, options.diodes).add_to(&mut loader.scene)?;

@@ -3,7 +3,7 @@
 use super::Part;
 use super::buffers::{Buffers, find};
 use super::uri;
-use crate::files::images::{self, Picture};
+use crate::files::images::{self, Header, Picture};
 use crate::files::loader::Loader;
 use gltf::json::Root;
 use rayon::prelude::*;
@@ -32,6 +32,9 @@ struct Job<'a> {
     place: Place,
     name: String,
     bytes: Cow<'a, [u8]>,
+    header: Header,
+    /// Whether the textures' budget admits it.
+    fits: bool,
 }
 
 impl Images {
@@ -51,6 +54,7 @@ impl Images {
         let mut seen = HashSet::new();
         let mut places = Vec::new();
         let mut jobs: Vec<Job<'_>> = Vec::new();
+        let mut broken: HashMap<Place, String> = HashMap::new();
         for &image in wanted {
             let place = match place(loader, path, root, image) {
                 Ok(place) => place,
@@ -69,15 +73,31 @@ impl Images {
             if !seen.insert(place.clone()) {
                 continue;
             }
-            match bytes(loader, root, buffers, &place) {
-                Ok(bytes) => jobs.push(Job { name: name(root, image, &place), place, bytes }),
-                Err(problem) => warn(loader, path, root, image, &problem),
+            let bytes = match bytes(loader, root, buffers, &place) {
+                Ok(bytes) => bytes,
+                Err(problem) => {
+                    warn(loader, path, root, image, &problem);
+                    continue;
+                }
+            };
+            let name = name(root, image, &place);
+            match images::header(&bytes, &name) {
+                Ok(header) => {
+                    let fits = loader.admits(&header, || match &place {
+                        Place::File(file) => file.display().to_string(),
+                        _ => format!("{}: {name}", path.display()),
+                    });
+                    jobs.push(Job { place, name, bytes, header, fits });
+                }
+                Err(problem) => drop(broken.insert(place, problem)),
             }
         }
         // Decoding takes nearly all the time; what it gives is put in the order of the jobs.
-        let pictures: Vec<Result<Picture, String>> =
-            jobs.par_iter().map(|job| images::decode(&job.bytes, &job.name)).collect();
-        let mut broken: HashMap<Place, String> = HashMap::new();
+        let decode = |job: &Job<'_>| match job.fits {
+            true => images::decode(&job.bytes, &job.name),
+            false => Ok(Picture::white()),
+        };
+        let pictures: Vec<Result<Picture, String>> = jobs.par_iter().map(decode).collect();
         for (job, picture) in jobs.into_iter().zip(pictures) {
             match picture {
                 Ok(picture) => {
@@ -85,7 +105,10 @@ impl Images {
                     let number = loader.add_image(file, job.name, picture);
                     numbers.insert(job.place, number);
                 }
-                Err(problem) => drop(broken.insert(job.place, problem)),
+                Err(problem) => {
+                    loader.release(&job.header);
+                    broken.insert(job.place, problem);
+                }
             }
         }
         let mut images = Images::default();

@@ -7,7 +7,7 @@ use super::textures::Map;
 use crate::files::images::Picture;
 use crate::files::loader::Loader;
 use crate::model::{
-    AlphaMode, Channel, Material, MaterialKind, MaterialTextures, Pbr, Texels, Texture, TextureChannel,
+    AlphaMode, Channel, Material, MaterialKind, MaterialTextures, Pbr, Texture, TextureChannel,
 };
 use eosphor_core::math::Vec3;
 use gltf::json::Root;
@@ -83,8 +83,6 @@ fn dress(
 
 /// A texture of one white texel.
 fn add_white(loader: &mut Loader) -> u32 {
-    let texels = Texels::Rgba8(vec![u32::MAX]);
-    let picture = Picture { width: 1, height: 1, texels };
-    let image = loader.add_image(None, "white".into(), picture);
+    let image = loader.add_image(None, "white".into(), Picture::white());
     loader.texture(Texture::of_image(image))
 }

@@ -1,9 +1,9 @@
 //! `.data`: width and height as 32-bit little-endian numbers, then R, G, B and A of each texel, top row first.
 
-use super::{Picture, limits};
+use super::{Header, Picture, limits};
 use crate::model::Texels;
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
     let Some(([w0, w1, w2, w3, h0, h1, h2, h3], body)) = bytes.split_first_chunk::<8>() else {
         return Err("a .data picture begins with its width and height, 8 bytes; the file is shorter".into());
     };
@@ -12,14 +12,20 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         u64::try_from(side).map_err(|_| format!("{side} is no width or height"))
     };
     let (width, height) = (side([*w0, *w1, *w2, *w3])?, side([*h0, *h1, *h2, *h3])?);
-    let (width, height) = limits::size(width, height, limits::RGBA8)?;
-    let needed = u64::from(width) * u64::from(height) * 4;
+    let header = limits::size(width, height, limits::RGBA8)?;
+    let needed = width * height * 4;
     if body.len() as u64 != needed {
         let have = body.len();
         return Err(format!(
             "{width} x {height} texels take {needed} bytes after the first 8; there are {have}"
         ));
     }
+    Ok(header)
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    let Header { width, height, .. } = header(bytes)?;
+    let body = &bytes[8..];
     let texels = body.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect();
     Ok(Picture { width, height, texels: Texels::Rgba8(texels) })
 }

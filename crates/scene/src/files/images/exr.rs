@@ -3,6 +3,7 @@
 //! 16-bit floats become 32-bit ones exactly, whatever instruction does it. Lossy DWAA and DWAB are refused: the
 //! decoder at hand takes another cosine transform on each kind of CPU, and their results differ in the last bits.
 
+use super::Header as PictureHeader;
 use super::float::usable;
 use super::{Picture, broken_picture, limits};
 use crate::model::Texels;
@@ -20,13 +21,21 @@ enum Channels {
     Grey(Text, Text),
 }
 
+pub(super) fn header(bytes: &[u8]) -> std::result::Result<PictureHeader, String> {
+    Ok(open(bytes)?.0)
+}
+
+fn open(bytes: &[u8]) -> std::result::Result<(PictureHeader, Channels), String> {
+    let meta =
+        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| broken_picture("EXR", e))?;
+    let (header, channels) = layer(&meta.headers).ok_or_else(|| no_colors(&meta.headers))?;
+    Ok((check(header, bytes.len())?, channels))
+}
+
 pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
+    let (PictureHeader { width, height, .. }, channels) = open(bytes)?;
     let say = |e: Error| broken_picture("EXR", e);
     let file = || Cursor::new(bytes);
-    let meta = MetaData::read_from_buffered(file(), false).map_err(say)?;
-    let (header, channels) = layer(&meta.headers).ok_or_else(|| no_colors(&meta.headers))?;
-    let (width, height) = check(header, bytes.len())?;
-
     let columns = width as usize;
     let read = read().no_deep_data().largest_resolution_level().specific_channels();
     let texels = match channels {
@@ -86,7 +95,7 @@ fn no_colors(headers: &[Header]) -> String {
 }
 
 /// The size of a layer that can be read and whose bytes can be there.
-fn check(header: &Header, file_bytes: usize) -> std::result::Result<(u32, u32), String> {
+fn check(header: &Header, file_bytes: usize) -> std::result::Result<PictureHeader, String> {
     let convert = match header.compression {
         Compression::DWAA(_) => Some("DWAA"),
         Compression::DWAB(_) => Some("DWAB"),

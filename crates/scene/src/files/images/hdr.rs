@@ -1,7 +1,7 @@
 //! Radiance pictures (RGBE): a shared exponent a texel, with either of the two run-length codes or none.
 
 use super::float::usable;
-use super::{Picture, limits};
+use super::{Header, Picture, limits};
 use crate::model::Texels;
 
 /// Longer headers are no headers.
@@ -12,7 +12,12 @@ const TEXELS_A_BYTE: u64 = 1024;
 
 const CUT_SHORT: &str = "the file is cut short; get it again";
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
+    Ok(open(bytes)?.0)
+}
+
+/// What the head says, and the rows.
+fn open(bytes: &[u8]) -> Result<(Header, Size, &[u8]), String> {
     let mut lines = Lines { rest: &bytes[..bytes.len().min(MAX_HEADER)], taken: 0 };
     loop {
         match lines.next().ok_or("the header does not end")? {
@@ -22,12 +27,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         }
     }
     let size = lines.next().ok_or("the header does not end")?;
-    let Size { width, height, from_bottom, from_right } = Size::parse(size)?;
-    let (width, height) = limits::size(width, height, limits::FLOAT)?;
-    let texels = u64::from(width) * u64::from(height);
-    limits::holds(texels, TEXELS_A_BYTE, bytes.len())?;
-    let mut rest = &bytes[lines.taken..];
+    let size = Size::parse(size)?;
+    let header = limits::size(size.width, size.height, limits::FLOAT)?;
+    limits::holds(size.width * size.height, TEXELS_A_BYTE, bytes.len())?;
+    Ok((header, size, &bytes[lines.taken..]))
+}
 
+pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    let (Header { width, height, .. }, Size { from_bottom, from_right, .. }, mut rest) = open(bytes)?;
     let (columns, rows) = (width as usize, height as usize);
     let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; columns * rows];
     let mut row = vec![[0; 4]; columns];

@@ -5,7 +5,7 @@
 //! decoder in whole numbers, the same on every machine. A test holds its texels against a known hash, and so fails
 //! where another crate of a workspace turns those features on and that changes a texel.
 
-use super::{Picture, broken_picture, limits, rgba};
+use super::{Header, Picture, broken_picture, limits, rgba};
 use crate::model::Texels;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
@@ -17,7 +17,18 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 /// each other a block stands for 128 texels.
 const TEXELS_A_BYTE: u64 = 1024;
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+fn say(error: DecodeErrors) -> String {
+    broken_picture("JPEG", error)
+}
+
+pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
+    Ok(open(bytes)?.1)
+}
+
+/// Over the bytes of a file.
+type Decoder<'a> = JpegDecoder<ZCursor<&'a [u8]>>;
+
+fn open(bytes: &[u8]) -> Result<(Decoder<'_>, Header), String> {
     if !is_whole(bytes) {
         return Err("the file is cut short: the mark of its end is missing; get it again".into());
     }
@@ -29,11 +40,15 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         .set_max_height(65_535)
         .jpeg_set_out_colorspace(ColorSpace::RGB);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    let say = |e: DecodeErrors| broken_picture("JPEG", e);
     decoder.decode_headers().map_err(say)?;
     let info = decoder.info().ok_or("the header of this JPEG is damaged; get it again")?;
-    let (width, height) = limits::size(info.width.into(), info.height.into(), limits::RGBA8)?;
-    limits::holds(u64::from(width) * u64::from(height), TEXELS_A_BYTE, bytes.len())?;
+    let header = limits::size(info.width.into(), info.height.into(), limits::RGBA8)?;
+    limits::holds(u64::from(header.width) * u64::from(header.height), TEXELS_A_BYTE, bytes.len())?;
+    Ok((decoder, header))
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    let (mut decoder, Header { width, height, .. }) = open(bytes)?;
     let samples = decoder.decode().map_err(say)?;
     if samples.len() as u64 != u64::from(width) * u64::from(height) * 3 {
         return Err("a JPEG of unusual colours; convert it to RGB".into());

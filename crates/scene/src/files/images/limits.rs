@@ -1,6 +1,8 @@
 //! How large pictures may be. It is asked before anything is allocated, so that a small file that claims to be a huge
 //! picture costs nothing.
 
+use super::Header;
+
 /// Texels a row, and rows.
 const MAX_SIDE: u64 = 65_535;
 
@@ -11,18 +13,19 @@ const MAX_BYTES: u64 = 2 << 30;
 pub(super) const RGBA8: u64 = 4;
 pub(super) const FLOAT: u64 = 16;
 
-/// The size of a picture, if it is within the limits.
-pub(super) fn size(width: u64, height: u64, bytes_a_texel: u64) -> Result<(u32, u32), String> {
+/// The header of a picture, if its size is within the limits.
+pub(super) fn size(width: u64, height: u64, texel_bytes: u64) -> Result<Header, String> {
     if width == 0 || height == 0 {
         return Err("the picture is empty; save it anew".into());
     }
     if width > MAX_SIDE || height > MAX_SIDE {
         return Err(format!("its size is {width} x {height}; sides must be at most {MAX_SIDE}"));
     }
-    if width * height * bytes_a_texel > MAX_BYTES {
+    let bytes = width * height * texel_bytes;
+    if bytes > MAX_BYTES {
         return Err(format!("{width} x {height} texels take more than 2 GiB; use a smaller picture"));
     }
-    Ok((width as u32, height as u32))
+    Ok(Header { width: width as u32, height: height as u32, bytes })
 }
 
 /// Whether a file of this size can hold so much: a format packs no more than `most` units into a byte.

@@ -28,25 +28,80 @@ pub(super) struct Picture {
     pub(super) texels: Texels,
 }
 
+impl Picture {
+    /// One white texel.
+    pub(super) fn white() -> Picture {
+        Picture { width: 1, height: 1, texels: Texels::Rgba8(vec![u32::MAX]) }
+    }
+}
+
 /// What is read, for messages.
 const KINDS: &str = "PNG, JPEG, PPM, HDR, EXR, BMP, TGA and .data";
 
-/// Decodes a picture. The contents tell the kind; the name matters only for `.data` and TGA, which nothing in the
-/// file tells from other bytes.
-pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Picture, String> {
-    match bytes {
-        [0x89, b'P', b'N', b'G', ..] => png::decode(bytes),
-        [0xff, 0xd8, 0xff, ..] => jpeg::decode(bytes),
-        [b'P', b'1'..=b'6', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => pnm::decode(bytes),
-        [b'#', b'?', ..] => hdr::decode(bytes),
-        [0x76, 0x2f, 0x31, 0x01, ..] => exr::decode(bytes),
-        [b'B', b'M', ..] => old::decode_bmp(bytes),
-        _ => match name.rsplit('.').next().map(str::to_ascii_lowercase).as_deref() {
-            Some("data") => data::decode(bytes),
-            Some("tga" | "targa") => old::decode_tga(bytes),
-            _ => Err(unknown(bytes)),
-        },
+/// What the head of a picture file says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Header {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    /// Of all texels, decoded.
+    pub(super) bytes: u64,
+}
+
+enum Kind {
+    Png,
+    Jpeg,
+    Pnm,
+    Hdr,
+    Exr,
+    Bmp,
+    Tga,
+    Data,
+}
+
+/// Reads the head of a picture: nothing of the picture's size is allocated. What it says is within the limits.
+pub(super) fn header(bytes: &[u8], name: &str) -> Result<Header, String> {
+    match kind(bytes, name)? {
+        Kind::Png => png::header(bytes),
+        Kind::Jpeg => jpeg::header(bytes),
+        Kind::Pnm => pnm::header(bytes),
+        Kind::Hdr => hdr::header(bytes),
+        Kind::Exr => exr::header(bytes),
+        Kind::Bmp => old::bmp_header(bytes),
+        Kind::Tga => old::tga_header(bytes),
+        Kind::Data => data::header(bytes),
     }
+}
+
+/// Decodes a picture.
+pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Picture, String> {
+    match kind(bytes, name)? {
+        Kind::Png => png::decode(bytes),
+        Kind::Jpeg => jpeg::decode(bytes),
+        Kind::Pnm => pnm::decode(bytes),
+        Kind::Hdr => hdr::decode(bytes),
+        Kind::Exr => exr::decode(bytes),
+        Kind::Bmp => old::decode_bmp(bytes),
+        Kind::Tga => old::decode_tga(bytes),
+        Kind::Data => data::decode(bytes),
+    }
+}
+
+/// The contents tell the kind; the name matters only for `.data` and TGA, which nothing in the file tells from other
+/// bytes.
+fn kind(bytes: &[u8], name: &str) -> Result<Kind, String> {
+    Ok(match bytes {
+        [0x89, b'P', b'N', b'G', ..] => Kind::Png,
+        [0xff, 0xd8, 0xff, ..] => Kind::Jpeg,
+        [b'P', b'1'..=b'6', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => Kind::Pnm,
+        [b'#', b'?', ..] => Kind::Hdr,
+        [0x76, 0x2f, 0x31, 0x01, ..] => Kind::Exr,
+        [b'B', b'M', ..] => Kind::Bmp,
+        _ => match name.rsplit('.').next().map(str::to_ascii_lowercase).as_deref() {
+            Some("data") => Kind::Data,
+            Some("tga" | "targa") => Kind::Tga,
+            _ => return Err(unknown(bytes)),
+        },
+    })
 }
 
 fn unknown(bytes: &[u8]) -> String {

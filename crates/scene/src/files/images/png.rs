@@ -1,25 +1,35 @@
 //! PNG: all colour types and depths, transparency, interlacing.
 
-use super::{Picture, broken_picture, limits, rgba, to_byte};
+use super::{Header, Picture, broken_picture, limits, rgba, to_byte};
 use crate::model::Texels;
-use png::{BitDepth, ColorType, Decoder, Transformations};
+use png::{BitDepth, ColorType, Decoder, Reader, Transformations};
 use std::io::Cursor;
 
 /// Deflate packs at most this many bytes into one.
 const DEFLATE: u64 = 1032;
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let say = |e: png::DecodingError| broken_picture("PNG", e);
+pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
+    Ok(open(bytes)?.1)
+}
+
+/// Over the bytes of a file.
+type BytesReader<'a> = Reader<Cursor<&'a [u8]>>;
+
+fn open(bytes: &[u8]) -> Result<(BytesReader<'_>, Header), String> {
     let mut decoder = Decoder::new(Cursor::new(bytes));
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
     // Palettes become colours, 1 to 4 bits become 8, a transparent colour becomes alpha; 16 bits stay.
     decoder.set_transformations(Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(say)?;
-    let (width, height) =
-        limits::size(reader.info().width.into(), reader.info().height.into(), limits::RGBA8)?;
-    let bits = u64::from(width) * reader.info().bits_per_pixel() as u64;
-    limits::holds(bits.div_ceil(8) * u64::from(height), DEFLATE, bytes.len())?;
+    let reader = decoder.read_info().map_err(say)?;
+    let header = limits::size(reader.info().width.into(), reader.info().height.into(), limits::RGBA8)?;
+    let bits = u64::from(header.width) * reader.info().bits_per_pixel() as u64;
+    limits::holds(bits.div_ceil(8) * u64::from(header.height), DEFLATE, bytes.len())?;
+    Ok((reader, header))
+}
+
+pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    let (mut reader, Header { width, height, .. }) = open(bytes)?;
     let size = reader.output_buffer_size().ok_or("the picture is too large for this machine")?;
     let mut samples = vec![0; size];
     let frame = reader.next_frame(&mut samples).map_err(say)?;
@@ -32,6 +42,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         _ => pack(frame.color_type, &samples),
     };
     Ok(Picture { width, height, texels: Texels::Rgba8(texels) })
+}
+
+fn say(error: png::DecodingError) -> String {
+    broken_picture("PNG", error)
 }
 
 fn pack(kind: ColorType, samples: &[u8]) -> Vec<u32> {

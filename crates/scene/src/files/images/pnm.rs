@@ -1,9 +1,23 @@
 //! PPM, PGM and PBM, as text and as bytes.
 
-use super::{Picture, limits, rgba, to_byte};
+use super::{Header, Picture, limits, rgba, to_byte};
 use crate::model::Texels;
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
+    Ok(open(bytes)?.header)
+}
+
+/// What the head says, and the samples.
+struct Opened<'a> {
+    header: Header,
+    /// The digit after the P, as a number.
+    kind: u8,
+    /// The largest sample.
+    most: u32,
+    reader: Reader<'a>,
+}
+
+fn open(bytes: &[u8]) -> Result<Opened<'_>, String> {
     let kind = bytes[1] - b'0';
     let mut reader = Reader { rest: &bytes[2..] };
     let (width, height) = (reader.header()?, reader.header()?);
@@ -11,7 +25,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     if !(1..=65_535).contains(&most) {
         return Err(format!("{most} is no largest value; it must be 1 to 65535"));
     }
-    let (width, height) = limits::size(width.into(), height.into(), limits::RGBA8)?;
+    let header = limits::size(width.into(), height.into(), limits::RGBA8)?;
     let text = kind <= 3;
     let channels: u64 = if matches!(kind, 3 | 6) { 3 } else { 1 };
     if !text {
@@ -28,7 +42,11 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
         _ => row * u64::from(height) * if most > 255 { 2 } else { 1 },
     };
     limits::holds(needed, 1, reader.rest.len())?;
+    Ok(Opened { header, kind, most, reader })
+}
 
+pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    let Opened { header: Header { width, height, .. }, kind, most, mut reader } = open(bytes)?;
     let mut texels = Vec::with_capacity(width as usize * height as usize);
     let sample = |value: u32| to_byte(value, most);
     for _ in 0..height {

@@ -1,0 +1,21 @@
+//! Flags about textures.
+
+use super::values::bytes;
+use crate::memory;
+use clap::Args;
+
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Memory")]
+pub(crate) struct TextureFlags {
+    /// What all textures together may take, as in 512M or 4G (K, M, G and T are powers of 1024); half of the memory that is
+    /// free otherwise
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    texture_memory: Option<u64>,
+}
+
+impl TextureFlags {
+    /// Bytes that textures may take; `None` where nobody says what is free.
+    pub(crate) fn memory_bytes(&self) -> Option<u64> {
+        self.texture_memory.or_else(memory::for_textures)
+    }
+}
