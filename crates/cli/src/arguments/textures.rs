@@ -9,7 +9,7 @@ use clap::Args;
 pub(crate) struct TextureFlags {
     /// What all textures together may take, as in 512M or 4G (K, M, G and T are powers of 1024); half of the memory that is
     /// free otherwise
-    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    #[arg(long, value_name = "SIZE", value_parser = bytes, allow_hyphen_values = true)]
     texture_memory: Option<u64>,
 }
 
