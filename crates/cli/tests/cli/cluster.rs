@@ -154,7 +154,8 @@ fn failures_end_all_ranks_with_one_line() {
             assert!(ours.len() == 1 && words.iter().all(|word| ours[0].contains(word)), "{shown}");
         };
         fails(&["render", "nothing.obj", "-o", "a.png"], None, &["nothing.obj", "No such file"]);
-        fails(&["render", "builtin:cornell", "-o", "none/a.png"], None, &["none/a.png"]);
+        // (Folders are made where they can be.)
+        fails(&["render", "builtin:cornell", "-o", "/dev/null/a.png"], None, &["/dev/null"]);
         fails(&["render", "builtin:cornell", "-o", "a.png", "--backend", "cuda:9"], None, &["rank 0"]);
 
         assert!(place.names().is_empty(), "{:?}", place.names());
