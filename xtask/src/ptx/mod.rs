@@ -9,6 +9,7 @@ mod ptxas;
 mod registers;
 mod sources;
 mod text;
+mod tokens;
 mod toolchain;
 
 use anyhow::{Context, Result, bail};

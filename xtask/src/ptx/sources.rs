@@ -1,5 +1,7 @@
-//! A hash of everything that the PTX is made from.
+//! A hash of everything that the PTX is made from: of Rust sources their tokens, so that comments, tests and formatting do not
+//! count, of other files their bytes.
 
+use super::tokens;
 use anyhow::{Context, Result};
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -26,7 +28,11 @@ pub(super) fn hash(root: &Path, compiler: &str, flags: &[&str]) -> Result<String
     add(flags.join(" ").as_bytes());
     for file in &files {
         add(file.as_bytes());
-        add(&fs::read(root.join(file)).with_context(|| format!("reading {file}"))?);
+        let bytes = fs::read(root.join(file)).with_context(|| format!("reading {file}"))?;
+        match file.strip_suffix(".rs") {
+            Some(_) => add(tokens::of_source(std::str::from_utf8(&bytes)?).with_context(|| file.clone())?.as_bytes()),
+            None => add(&bytes),
+        }
     }
     Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
