@@ -30,7 +30,9 @@ pub(super) fn hash(root: &Path, compiler: &str, flags: &[&str]) -> Result<String
         add(file.as_bytes());
         let bytes = fs::read(root.join(file)).with_context(|| format!("reading {file}"))?;
         match file.strip_suffix(".rs") {
-            Some(_) => add(tokens::of_source(std::str::from_utf8(&bytes)?).with_context(|| file.clone())?.as_bytes()),
+            Some(_) => {
+                add(tokens::of_source(std::str::from_utf8(&bytes)?).with_context(|| file.clone())?.as_bytes())
+            }
             None => add(&bytes),
         }
     }

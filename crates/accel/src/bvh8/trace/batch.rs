@@ -399,8 +399,6 @@ const FEW: usize = 4;
 const MANY: usize = 16_384;
 /// So many are sorted by place at most.
 const MOST: usize = 1 << 20;
-/// In hierarchies of more blocks than this, rays of one octant part so soon that single ones are faster.
-const DENSE: usize = 100_000;
 
 impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
     type Output = ();
@@ -415,7 +413,6 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
             }
             let shared = Shared::<S>::new(self.filters);
             let mut room = None;
-            let dense = self.bvh.blocks.len() > DENSE;
             let mut first = 0;
             while first < self.rays.len() {
                 let mut end = self.rays.len().min(first + CHUNK);
@@ -440,7 +437,6 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                             self.one_by_one::<S>(first, end);
                         }
                     }
-                    _ if dense => self.one_by_one::<S>(first, end),
                     _ => self.sorted_packets(first, end, &shared, &mut room),
                 }
                 first = end;

@@ -224,17 +224,23 @@ pub(super) struct StepRays<F> {
 pub(super) struct StepTriangles<F> {
     pub(super) e1: Vec3V<F>,
     pub(super) e2: Vec3V<F>,
+    /// First vertex minus the origin.
+    pub(super) from_origin: Vec3V<F>,
+    pub(super) plane: StepPlanes<F>,
+}
+
+/// What the first step needs of their planes.
+#[derive(Clone, Copy)]
+pub(super) struct StepPlanes<F> {
     /// Lengths of the two edges, multiplied.
     pub(super) product: F,
     /// And added up.
     pub(super) lengths: F,
-    /// First vertex minus the origin.
-    pub(super) from_origin: Vec3V<F>,
-    /// At least its length, with the ray's reach.
+    /// At least the length from the origin to the first vertex, with the ray's reach.
     pub(super) distance: F,
     /// That with the lengths.
     pub(super) distance_with_lengths: F,
-    /// Its product with the normal.
+    /// First vertex minus the origin, dot the normal.
     pub(super) numerator: F,
 }
 
@@ -301,26 +307,21 @@ impl<F: Float> EdgesV<F> {
     }
 }
 
-impl<F: Float> StepTriangles<F> {
-    /// By how much edge functions may be wrong.
+impl<F: Float> StepPlanes<F> {
+    /// By how much edge functions may be wrong, for rays with this edge slack.
     #[inline(always)]
-    pub(super) fn slack(&self, ray: &StepRays<F>) -> F {
-        ray.edge_slack.mul(self.distance_with_lengths).fma(self.lengths, F::splat(UNDERFLOW_SLACK))
+    pub(super) fn slack(&self, edge_slack: F) -> F {
+        edge_slack.mul(self.distance_with_lengths).fma(self.lengths, F::splat(UNDERFLOW_SLACK))
     }
 
-    /// When rays meet their planes.
+    /// When rays with directions of this length meet them.
     #[inline(always)]
-    pub(super) fn meet_planes(
-        &self,
-        ray: &StepRays<F>,
-        determinant: &Determinant<F>,
-        slack: F,
-    ) -> PlanesV<F> {
+    pub(super) fn meet(&self, length: F, determinant: &Determinant<F>, slack: F) -> PlanesV<F> {
         let Determinant { sign, size } = *determinant;
         let inverse = F::splat(1.0).div(size);
         let t = self.numerator.xor(sign).mul(inverse);
         let product = self.product;
-        let distances = t.abs().fma(ray.length, self.distance);
+        let distances = t.abs().fma(length, self.distance);
         let underflow = F::splat(T_UNDERFLOW).mul(inverse);
         let error = F::splat(T_SLACK).mul(product.mul(inverse)).fma(distances, underflow);
         PlanesV { t, error, low: t.sub(error), high: t.add(error), inverse, is_steep: slack.le(size) }

@@ -1,6 +1,6 @@
 //! Leaves of triangles and spheres, for one ray at a time.
 
-use super::lanes::{Determinant, EdgesV, StepRays, StepTriangles, distance};
+use super::lanes::{Determinant, EdgesV, StepPlanes, StepRays, distance};
 use super::single::VisitLeaf;
 use super::single_ray::SingleRay;
 use super::walk::{ANY, CLOSEST, Found, NEXT, NO_TRIANGLE, Offer, Query};
@@ -81,7 +81,8 @@ impl PrimitiveLeaves<'_> {
         if QUERY == ANY {
             let numerator = dot(&normal, &from_origin);
             let (least, product) = (edges.least, S::F4::from_array(&block.product));
-            let plain = Plain { determinant, numerator, least, outside, product, backs };
+            let plain =
+                Plain { from_origin, determinant, numerator, least, outside, product, lengths, backs };
             return self.meet::<S, QUERY>(number, near, &plain, found);
         }
         let rays = StepRays {
@@ -93,18 +94,15 @@ impl PrimitiveLeaves<'_> {
             scale: S::F4::splat(ray.scale),
         };
         let distance = distance(&from_origin, S::F4::splat(ray.reach));
-        let triangles = StepTriangles {
-            e1,
-            e2,
+        let plane = StepPlanes {
             product: S::F4::from_array(&block.product),
             lengths,
-            from_origin,
             distance,
             distance_with_lengths: distance.add(lengths.abs()),
             numerator: dot(&normal, &from_origin),
         };
-        let slack = triangles.slack(&rays);
-        let planes = triangles.meet_planes(&rays, &determinant, slack);
+        let slack = plane.slack(rays.edge_slack);
+        let planes = plane.meet(rays.length, &determinant, slack);
         let beyond = planes.is_beyond(rays.t_min, S::F4::splat(found.end));
         let lanes = !edges.least.lt(slack.negate()).or(beyond).bits() & 0xf;
         if lanes == 0 {
@@ -146,8 +144,8 @@ impl PrimitiveLeaves<'_> {
         unsafe { S::run(Compare::<QUERY> { leaves: *self, number, lanes, hits: &hits, backs, found }) }
     }
 
-    /// Whether there is any hit. Most are certain by bounds that hold for all triangles: double precision would say the
-    /// same, since its errors are nothing beside them.
+    /// Whether there is any hit. Most are certain by bounds that hold for all triangles, or by core's, which follow from how far
+    /// the ray starts from each: double precision would say the same, since its errors are nothing beside them.
     #[inline(always)]
     fn meet<S: Simd, const QUERY: Query>(
         &mut self,
@@ -156,7 +154,7 @@ impl PrimitiveLeaves<'_> {
         plain: &Plain<S::F4>,
         found: &mut Found,
     ) -> bool {
-        let Plain { determinant, numerator, least, outside, product, backs } = *plain;
+        let Plain { from_origin, determinant, numerator, least, outside, product, lengths, backs } = *plain;
         let ray = self.ray;
         let inverse = S::F4::splat(1.0).div(determinant.size);
         let t = numerator.xor(determinant.sign).mul(inverse);
@@ -166,13 +164,28 @@ impl PrimitiveLeaves<'_> {
         // Within the edges for certain: the determinant is three times what edge functions may be wrong by.
         let inside = outside.negate().le(least);
         let beyond = inside.and(high.lt(t_min).or(S::F4::splat(found.end).lt(low)));
-        let lanes = near & !beyond.bits();
+        let mut lanes = near & !beyond.bits();
         if lanes == 0 {
             return false;
         }
-        let between = t_min.lt(low).and(high.le(S::F4::splat(ray.world.t_max)));
+        let t_max = S::F4::splat(ray.world.t_max);
+        let mut meets = inside.and(t_min.lt(low)).and(high.le(t_max)).bits() & lanes;
+        if meets == 0 && ray.from.is_none() {
+            let distance = distance(&from_origin, S::F4::splat(ray.reach));
+            let distance_with_lengths = distance.add(lengths.abs());
+            let plane = StepPlanes { product, lengths, distance, distance_with_lengths, numerator };
+            let slack = plane.slack(S::F4::splat(ray.edge_slack));
+            let planes = plane.meet(S::F4::splat(ray.direction[3]), &determinant, slack);
+            let beyond = planes.is_beyond(t_min, S::F4::splat(found.end));
+            lanes &= !least.lt(slack.negate()).or(beyond).bits();
+            if lanes == 0 {
+                return false;
+            }
+            let between = t_min.lt(planes.low).and(planes.high.le(t_max));
+            meets = slack.le(least).and(planes.is_steep).and(between).bits() & lanes;
+        }
         let lane = lanes.trailing_zeros() as usize & 3;
-        if (inside.and(between).bits() >> lane & 1 == 1) & ray.from.is_none() {
+        if (meets >> lane & 1 == 1) & ray.from.is_none() {
             // SAFETY: leaves name blocks that the builder made.
             let block = unsafe { self.bvh.blocks.get_unchecked(number as usize) };
             let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
@@ -228,6 +241,8 @@ impl<const QUERY: Query> Kernel for SphereTest<'_, QUERY> {
 
 /// What tells about a block of triangles whether a ray meets one, a triangle a lane.
 struct Plain<F> {
+    /// First vertex minus the origin.
+    from_origin: Vec3V<F>,
     determinant: Determinant<F>,
     numerator: F,
     /// The least edge function, and what that is below only where the ray passes by.
@@ -235,6 +250,8 @@ struct Plain<F> {
     outside: F,
     /// Lengths of the two edges, multiplied.
     product: F,
+    /// And added up.
+    lengths: F,
     /// Bits of those that are met from behind.
     backs: u32,
 }

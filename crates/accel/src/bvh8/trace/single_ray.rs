@@ -12,7 +12,7 @@ use eosphor_core::math::Affine;
 use eosphor_core::ray::Ray;
 
 /// From 0 to a first vertex, with the lengths of two edges, in extents of the geometry: 3 and 4√3, and room for rounding.
-pub(super) const FARTHEST_VERTEX: f32 = 10.0;
+const FARTHEST_VERTEX: f32 = 10.0;
 
 /// How far a first vertex and a hit of the same triangle may be from the origin together, over the most that any point of the
 /// geometry may be: 1 for the vertex, and 1.32 for the hit as single precision sees it, whose `t` is wrong by at most 0.135 of

@@ -34,33 +34,44 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
         let Leaf { packets, queries, legs, live, active, ends } = self;
         // SAFETY: leaves name blocks that the builder made.
         let block = unsafe { queries[0].bvh.blocks.get_unchecked(number as usize) };
-        let shared = Shared::new::<S, QUERY, ONE_ORIGIN, N>(block, interval);
+        let shared = Shared::new::<S, ONE_ORIGIN, N>(block, interval);
         let mut changed = false;
-        let mut lane = 0;
         // Unused lanes come last.
         let used = block.count::<S>();
-        while lane < used {
-            let mut k = 0;
-            while k < N {
-                if N == 1 || live >> k & 1 == 1 {
-                    let leg = &legs[k];
+        let mut looks = [const { MaybeUninit::<Look<S>>::uninit() }; 4];
+        let mut lanes = [MaskOf::<S>::from_bits(0); 4];
+        let mut k = 0;
+        while k < N {
+            if N == 1 || live >> k & 1 == 1 {
+                let leg = &legs[k];
+                // First at all triangles: a CPU that guesses wrong what one of them says would have to wait for each.
+                let mut left = 0u32;
+                let mut lane = 0;
+                while lane < used {
                     // SAFETY: as many moments as packets; it was made for these rays.
                     let look = unsafe {
                         let moment = &*interval.moments.as_ptr().cast::<MaybeUninit<_>>().add(k);
                         shared.look::<S, ONE_ORIGIN>(block, lane, leg, moment, active[k])
                     };
-                    if look.lanes.any() {
-                        // What the look computed is computed again where it is needed: it would be written to memory for it.
-                        let tested =
-                            Tested { number, lane: std::hint::black_box(lane), block, shared: &shared };
-                        let (best, query, end) = (&mut packets[k].best, &queries[k], &mut ends[k]);
-                        // SAFETY: the caller's.
-                        changed |= unsafe { best.test::<QUERY, ONE_ORIGIN>(query, leg, &tested, &look, end) };
+                    left |= u32::from(look.lanes.any()) << lane;
+                    lanes[lane & 3] = look.lanes;
+                    if QUERY == ANY {
+                        looks[lane & 3].write(look);
                     }
+                    lane += 1;
                 }
-                k += 1;
+                while left != 0 {
+                    let lane = left.trailing_zeros() as usize & 3;
+                    left &= left - 1;
+                    let tested = Tested { number, lane, block, shared: &shared };
+                    let (best, query, end) = (&mut packets[k].best, &queries[k], &mut ends[k]);
+                    // SAFETY: the caller's; for this query, that look has been written.
+                    changed |= unsafe {
+                        best.test::<QUERY, ONE_ORIGIN>(query, leg, &tested, lanes[lane], &looks[lane], end)
+                    };
+                }
             }
-            lane += 1;
+            k += 1;
         }
         changed
     }
@@ -74,19 +85,21 @@ impl<S: Simd> Best<S> {
         query: &Query16<S>,
         leg: &Leg<S>,
         tested: &Tested,
-        look: &Look<S>,
+        mut lanes: MaskOf<S>,
+        look: &MaybeUninit<Look<S>>,
         end: &mut S::F16,
     ) -> bool {
         let Tested { lane, block, shared, .. } = *tested;
-        let mut lanes = look.lanes;
         if let Some(filters) = query.lane_filters {
-            lanes = filters.apply(lanes, leg.instance, block.primitive[lane], look.determinant.sign);
+            let sign = Determinant::new(&lane3(&shared.normal, lane), &leg.own.direction).sign;
+            lanes = filters.apply(lanes, leg.instance, block.primitive[lane], sign);
         }
         let mut changed = false;
         if QUERY == ANY {
-            // SAFETY: it was made for this query.
-            let (meets, others) =
-                unsafe { shared.meet::<S, ONE_ORIGIN>(block, lane, leg, look, lanes, *end) };
+            // SAFETY: the caller's.
+            let (meets, others) = unsafe {
+                shared.meet::<S, ONE_ORIGIN>(block, lane, leg, look.assume_init_ref(), lanes, *end)
+            };
             end.replace(meets, S::F16::splat(f32::NEG_INFINITY));
             changed = meets.any();
             lanes = others;
@@ -122,8 +135,8 @@ impl<S: Simd> Best<S> {
         // SAFETY: it was made for these rays.
         let triangle = unsafe { shared.triangle::<S, ONE_ORIGIN>(block, lane, leg, PART) };
         let determinant = Determinant::new(&lane3(&shared.normal, lane), &rays.direction);
-        let slack = triangle.slack(&rays);
-        let planes = triangle.meet_planes(&rays, &determinant, slack);
+        let slack = triangle.plane.slack(rays.edge_slack);
+        let planes = triangle.plane.meet(rays.length, &determinant, slack);
         let lanes = lanes.without(planes.is_beyond(rays.t_min, S::part(end, PART)));
         if QUERY != ANY && !lanes.any() {
             return false;

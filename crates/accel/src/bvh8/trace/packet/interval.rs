@@ -1,7 +1,6 @@
 //! Bounds of rays, to test boxes against all of them at a time.
 
 use super::{Leg, MaskOf};
-use crate::bvh8::trace::single_ray::FARTHEST_VERTEX;
 use crate::simd::{Float, Mask, Simd, Vec3V, cross, each};
 use eosphor_core::intersect::{EXTENT_SLACK, ORIGIN_SLACK};
 use std::mem::MaybeUninit;
@@ -20,9 +19,8 @@ pub(super) struct Interval<S: Simd, const N: usize> {
     pub(super) origin: [f32; 4],
     /// Unless they start at one point: origin cross direction.
     pub(super) moments: MaybeUninit<[Vec3V<S::F16>; N]>,
-    /// At least the distance from there to the first vertex of any triangle of the geometry, with the lengths of two edges
-    /// and the rays' reach.
-    pub(super) most_distance: f32,
+    /// At least the distance from 0 to any of the origins, with the rays' reach.
+    pub(super) origin_distance: f32,
     /// The largest of the rays' edge slacks.
     pub(super) most_slack: f32,
 }
@@ -70,7 +68,7 @@ impl<S: Simd, const N: usize> Interval<S, N> {
             is_one_origin: false,
             origin: [0.0; 4],
             moments: MaybeUninit::uninit(),
-            most_distance: 0.0,
+            origin_distance: 0.0,
             most_slack: 0.0,
         };
         let mut member = 0;
@@ -131,7 +129,7 @@ impl<S: Simd, const N: usize> Interval<S, N> {
                 member += 1;
             }
             // Where an instance placed it, a ray's reach is as much as its origin.
-            interval.most_distance = FARTHEST_VERTEX * leg.extent + 2.0 * (reach[0] + reach[1] + reach[2]);
+            interval.origin_distance = 2.0 * (reach[0] + reach[1] + reach[2]);
             interval.most_slack =
                 extreme!(groups, max, largest, f32::NEG_INFINITY, m => legs[m].local.edge_slack);
         }

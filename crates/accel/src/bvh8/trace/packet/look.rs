@@ -3,10 +3,9 @@
 use super::interval::Interval;
 use super::{Leg, MaskOf};
 use crate::bvh8::TriangleBlock;
-use crate::bvh8::trace::lanes::{Determinant, StepTriangles, distance as distance_of};
-use crate::bvh8::trace::walk::{ANY, Query};
+use crate::bvh8::trace::lanes::{Determinant, StepPlanes, StepTriangles, distance as distance_of};
 use crate::simd::{Float, Mask, Simd, Vec3V, cross, dot, each, subtract};
-use eosphor_core::intersect::{T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK};
+use eosphor_core::intersect::UNDERFLOW_SLACK;
 use std::mem::MaybeUninit;
 
 /// Rays of many origins: over the sum of core's edge slack (8 · 2^-24), its rounding (6 · 2^-24), that of products with
@@ -19,19 +18,10 @@ pub(super) struct Shared {
     /// More than both that rounding and core's can change edge functions by, with its sign turned; for rays of one origin,
     /// times the rays' [`EDGE_SLACK`](eosphor_core::intersect::EDGE_SLACK).
     both_slacks: [f32; 4],
-    /// For [`ANY`].
-    numerators: MaybeUninit<Numerators>,
     /// For rays of one origin.
     seen: MaybeUninit<Seen>,
     /// For rays of many: the edges from the first vertex.
     edges: MaybeUninit<[[[f32; 4]; 3]; 2]>,
-}
-
-/// The normal's product with the first vertex, as seen from where all rays start, or from 0; and what that, less the product
-/// with the rays' origins, may be wrong by.
-struct Numerators {
-    value: [f32; 4],
-    slack: [f32; 4],
 }
 
 /// Triangles as seen from one point.
@@ -40,7 +30,7 @@ struct Seen {
     /// the direction, but for rounding.
     function_u: [[f32; 4]; 3],
     function_v: [[f32; 4]; 3],
-    /// As in [`StepTriangles`].
+    /// As in [`StepPlanes`].
     from_origin: [[f32; 4]; 3],
     distance: [f32; 4],
     distance_with_lengths: [f32; 4],
@@ -74,7 +64,7 @@ pub(super) fn lane3<F: Float>(v: &[[f32; 4]; 3], lane: usize) -> Vec3V<F> {
 
 impl Shared {
     #[inline(always)]
-    pub(super) fn new<S: Simd, const QUERY: Query, const ONE_ORIGIN: bool, const N: usize>(
+    pub(super) fn new<S: Simd, const ONE_ORIGIN: bool, const N: usize>(
         block: &TriangleBlock,
         interval: &Interval<S, N>,
     ) -> Shared {
@@ -83,14 +73,12 @@ impl Shared {
         let e2 = subtract(&load3::<S>(&block.v2), &v0);
         let normal = cross(&e1, &e2);
         let lengths = S::F4::from_array(&block.lengths);
-        let (mut numerators, mut seen, mut edges) =
-            (MaybeUninit::uninit(), MaybeUninit::uninit(), MaybeUninit::uninit());
-        let (distance, numerator, both_slacks);
+        let (mut seen, mut edges) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+        let both_slacks;
         if ONE_ORIGIN {
             let from_origin = subtract(&v0, &each!(k => S::F4::splat(interval.origin[k])));
-            distance = distance_of(&from_origin, S::F4::splat(interval.origin[3]));
+            let distance = distance_of(&from_origin, S::F4::splat(interval.origin[3]));
             let distance_with_lengths = distance.add(lengths.abs());
-            numerator = dot(&normal, &from_origin);
             both_slacks = S::F4::splat(-2.0).mul(distance_with_lengths).mul(lengths);
             seen.write(Seen {
                 function_u: store3::<S>(&cross(&e2, &from_origin)),
@@ -98,23 +86,17 @@ impl Shared {
                 from_origin: store3::<S>(&from_origin),
                 distance: distance.to_array(),
                 distance_with_lengths: distance_with_lengths.to_array(),
-                numerator: numerator.to_array(),
+                numerator: dot(&normal, &from_origin).to_array(),
             });
         } else {
-            distance = S::F4::splat(interval.most_distance);
-            numerator = dot(&normal, &v0);
-            both_slacks = S::F4::splat(-BOTH_SLACKS * interval.most_distance * interval.most_slack)
+            // From 0, where moments are counted from.
+            let distance = distance_of(&v0, S::F4::splat(interval.origin_distance)).add(lengths.abs());
+            both_slacks = S::F4::splat(-BOTH_SLACKS * interval.most_slack)
+                .mul(distance)
                 .fma(lengths, S::F4::splat(-UNDERFLOW_SLACK));
-        }
-        if !ONE_ORIGIN {
             edges.write([store3::<S>(&e1), store3::<S>(&e2)]);
         }
-        if QUERY == ANY {
-            let product = S::F4::splat(T_SLACK).mul(S::F4::from_array(&block.product));
-            let slack = product.fma(distance, S::F4::splat(T_UNDERFLOW)).to_array();
-            numerators.write(Numerators { value: numerator.to_array(), slack });
-        }
-        Shared { normal: store3::<S>(&normal), both_slacks: both_slacks.to_array(), numerators, seen, edges }
+        Shared { normal: store3::<S>(&normal), both_slacks: both_slacks.to_array(), seen, edges }
     }
 
     /// The edges of one of the triangles.
@@ -190,12 +172,12 @@ impl Shared {
         Look { determinant, least, outside, lanes: active.without(least.lt(outside)) }
     }
 
-    /// Of the rays that may meet a triangle, those that meet it for certain, and those that may do so between their ends.
-    /// Double precision would say the same: its errors are nothing beside these bounds. Of rays that are within the edges for
-    /// certain, they hold: the determinant is three times what edge functions may be wrong by.
+    /// Of the rays that may meet a triangle, those that meet it for certain, and those that may do so between their ends. The
+    /// bounds of `t` are core's, which follow from how far each ray starts from the triangle: bounds of the whole tree would
+    /// leave most rays that start near a small triangle undecided.
     ///
     /// # Safety
-    /// It was made for [`ANY`].
+    /// It was made for such rays.
     #[inline(always)]
     pub(super) unsafe fn meet<S: Simd, const ONE_ORIGIN: bool>(
         &self,
@@ -206,25 +188,15 @@ impl Shared {
         lanes: MaskOf<S>,
         end: S::F16,
     ) -> (MaskOf<S>, MaskOf<S>) {
-        let Determinant { sign, size } = look.determinant;
+        let local = leg.local;
         // SAFETY: the caller's.
-        let numerators = unsafe { self.numerators.assume_init_ref() };
-        let mut numerator = S::F16::splat(numerators.value[lane]);
-        if !ONE_ORIGIN {
-            let (normal, origin) = (lane3::<S::F16>(&self.normal, lane), &leg.own.origin);
-            let behind =
-                normal[2].fma(origin[2], normal[1].fma(origin[1], normal[0].fms(origin[0], numerator)));
-            numerator = behind.negate();
-        }
-        let inverse = S::F16::splat(1.0).div(size);
-        let t = numerator.xor(sign).mul(inverse);
-        let slack = S::F16::splat(T_SLACK * block.product[lane]);
-        let along = t.abs().mul(leg.local.length);
-        let error = along.fma(slack, S::F16::splat(numerators.slack[lane])).mul(inverse);
-        let (low, high, t_min) = (t.sub(error), t.add(error), leg.local.t_min);
-        let inside = lanes.and(look.outside.negate().le(look.least));
-        let beyond = inside.and(high.lt(t_min).or(end.lt(low)));
-        let meets = inside.and(t_min.lt(low)).and(high.le(leg.own.t_max));
+        let (_, plane) = unsafe { self.plane::<_, ONE_ORIGIN>(block, lane, &leg.own.origin, local.reach) };
+        let slack = plane.slack(local.edge_slack);
+        let planes = plane.meet(local.length, &look.determinant, slack);
+        let beyond = planes.is_beyond(local.t_min, end);
+        // Core would say the same of these edges: they are further in than it asks for.
+        let inside = lanes.and(look.outside.negate().le(look.least)).and(planes.is_steep);
+        let meets = inside.and(local.t_min.lt(planes.low)).and(planes.high.le(leg.own.t_max));
         (meets, lanes.without(beyond).without(meets))
     }
 
@@ -240,32 +212,44 @@ impl Shared {
         leg: &Leg<S>,
         part: usize,
     ) -> StepTriangles<S::Part> {
-        let lengths = S::Part::splat(block.lengths[lane]);
+        let origin = each!(k => S::part(&leg.own.origin[k], part));
+        // SAFETY: the caller's.
+        unsafe {
+            let (from_origin, plane) =
+                self.plane::<_, ONE_ORIGIN>(block, lane, &origin, S::part(&leg.local.reach, part));
+            let (e1, e2) = self.edges::<_, ONE_ORIGIN>(block, lane);
+            StepTriangles { e1, e2, from_origin, plane }
+        }
+    }
+
+    /// The first vertex and the plane of one of the triangles, as seen from these origins of rays with this reach.
+    ///
+    /// # Safety
+    /// It was made for such rays.
+    #[inline(always)]
+    unsafe fn plane<F: Float, const ONE_ORIGIN: bool>(
+        &self,
+        block: &TriangleBlock,
+        lane: usize,
+        origin: &Vec3V<F>,
+        reach: F,
+    ) -> (Vec3V<F>, StepPlanes<F>) {
+        let lengths = F::splat(block.lengths[lane]);
         let (from_origin, distance, distance_with_lengths, numerator);
         if ONE_ORIGIN {
             // SAFETY: the caller's.
             let seen = unsafe { self.seen() };
             from_origin = lane3(&seen.from_origin, lane);
-            distance = S::Part::splat(seen.distance[lane]);
-            distance_with_lengths = S::Part::splat(seen.distance_with_lengths[lane]);
-            numerator = S::Part::splat(seen.numerator[lane]);
+            distance = F::splat(seen.distance[lane]);
+            distance_with_lengths = F::splat(seen.distance_with_lengths[lane]);
+            numerator = F::splat(seen.numerator[lane]);
         } else {
-            from_origin = subtract(&lane3(&block.v0, lane), &each!(k => S::part(&leg.own.origin[k], part)));
-            distance = distance_of(&from_origin, S::part(&leg.local.reach, part));
+            from_origin = subtract(&lane3(&block.v0, lane), origin);
+            distance = distance_of(&from_origin, reach);
             distance_with_lengths = distance.add(lengths.abs());
             numerator = dot(&lane3(&self.normal, lane), &from_origin);
         }
-        // SAFETY: the caller's.
-        let (e1, e2) = unsafe { self.edges::<_, ONE_ORIGIN>(block, lane) };
-        StepTriangles {
-            e1,
-            e2,
-            product: S::Part::splat(block.product[lane]),
-            lengths,
-            from_origin,
-            distance,
-            distance_with_lengths,
-            numerator,
-        }
+        let product = F::splat(block.product[lane]);
+        (from_origin, StepPlanes { product, lengths, distance, distance_with_lengths, numerator })
     }
 }
