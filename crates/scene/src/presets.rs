@@ -38,12 +38,13 @@ impl Preset {
 
     /// Makes a scene look as in that system.
     ///
-    /// All [`RenderSettings`] but the seed become the preset's, whatever the scene said: they are what the preset is.
-    /// What a scene shows is its own: a camera, and for `eos` lights, are put only where it has none, and the
-    /// default material, which nobody chose, becomes that of the system. Flags of the command line apply after this.
+    /// All [`RenderSettings`] but the seed and the headlight become the preset's, whatever the scene said: they are what
+    /// the preset is. What a scene shows is its own: a camera, and for `eos` lights, are put only where it has none, the
+    /// lights only where the scene lets light be added ([`RenderSettings::headlight`]), and the default material, which
+    /// nobody chose, becomes that of the system. Flags of the command line apply after this.
     pub fn apply(&self, scene: &mut Scene) {
-        let seed = scene.settings.seed;
-        scene.settings = RenderSettings { seed, ..self.settings() };
+        let RenderSettings { seed, headlight, .. } = scene.settings;
+        scene.settings = RenderSettings { seed, headlight, ..self.settings() };
         match self {
             Preset::Eos => eos_scene(scene),
             Preset::Pg1 => {
@@ -134,7 +135,7 @@ fn eos_scene(scene: &mut Scene) {
         ..Camera::default()
     };
     place_camera(scene, camera);
-    if scene.lights.is_empty() && !scene.has_emissive_triangles() {
+    if scene.settings.headlight && scene.lights.is_empty() && !scene.has_emissive_triangles() {
         let place = |x| scene.point_of_file([x, 10.0, 10.0]);
         let light = |x| Light::Point { position: place(x), color: Vec3::ONE };
         let both = [light(-20.0), light(20.0)];
@@ -193,6 +194,19 @@ mod tests {
         Preset::Eos.apply(&mut bare);
         assert_eq!((bare.camera.unwrap().position, bare.lights.len()), (vec3(2.0, 0.0, 5.0), 2));
         assert!(matches!(bare.materials[0].kind, MaterialKind::Mtl(Mtl { illum: 3, Ns: 120.0, .. })));
+    }
+
+    #[test]
+    fn no_preset_brings_light_that_the_scene_does_not_want() {
+        for preset in Preset::ALL {
+            let mut dark = Scene::default();
+            dark.settings.headlight = false;
+            preset.apply(&mut dark);
+            assert!(dark.lights.is_empty() && !dark.settings.headlight, "{preset}");
+            let mut open = Scene::default();
+            preset.apply(&mut open);
+            assert!(open.settings.headlight, "{preset}");
+        }
     }
 
     #[test]

@@ -25,7 +25,7 @@ mod fuzz_tests;
 #[cfg(test)]
 mod winding_tests;
 
-use crate::error::{Place, SceneError, Warning};
+use crate::error::{SceneError, Warning};
 use crate::model::{Instance, Scene};
 use loader::Loader;
 use source::Source;
@@ -38,7 +38,9 @@ pub use course::{
 };
 pub use images::broken_picture;
 pub use json::{scene_reference, scene_schema};
+pub use pg1::{ConfigKey, KeyUse, config_keys};
 pub use requests::{SceneRequests, scene_requests};
+pub use source::near_name;
 
 /// What [`load`] reads, for help texts.
 pub const READ_FORMATS: &str = "OBJ (.obj), glTF (.gltf, .glb), PLY (.ply), Eosphor scenes (.json), PG1 configurations (.json) and builtin:NAME";
@@ -108,8 +110,8 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
     let mut loader = Loader::new(source, options);
     let is_gltf = matches!(extension(path).as_deref(), Some("gltf" | "glb"));
     if options.camera.is_some() && !is_gltf {
-        let message = "only glTF files have cameras to choose from; leave the choice out";
-        return Err(SceneError::invalid(Place::file(path), message));
+        let message = "only glTF files have cameras to choose from; leave the choice out".into();
+        return Err(SceneError::NoSuchCamera { path: path.to_path_buf(), message });
     }
     match extension(path).as_deref() {
         // PG1 configures by JSON too.
@@ -135,7 +137,10 @@ fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneEr
         Some("obj") => obj::read_model(loader, path),
         Some("gltf" | "glb") => gltf::read_model(loader, path),
         Some("ply") => ply::read_model(loader, path),
-        other => Err(unknown_format(path, other)),
+        other => match loader.why_missing(path) {
+            Some(error) => Err(error),
+            None => Err(unknown_format(path, other)),
+        },
     }
 }
 
@@ -162,8 +167,13 @@ mod tests {
 
     #[test]
     fn what_is_not_read_is_said() {
-        assert!(message("a/x.stl").starts_with("a/x.stl: \"stl\" files are not read; give OBJ (.obj), glTF"));
-        assert!(message("scene").contains("no extension"));
+        let unread = |name: &str| {
+            let files = vec![(name.into(), b"solid".to_vec())];
+            load_from_memory(files, name, &LoadOptions::default()).unwrap_err().to_string()
+        };
+        assert!(unread("a/x.stl").starts_with("a/x.stl: \"stl\" files are not read; give OBJ (.obj), glTF"));
+        assert!(unread("scene").contains("no extension"));
+        assert!(message("/nowhere/x.stl").starts_with("/nowhere/x.stl: cannot read: No such file"));
         assert!(message("/nowhere/bunny.obj").starts_with("/nowhere/bunny.obj: cannot read: No such file"));
         assert_eq!(
             message("builtin:x"),

@@ -46,8 +46,8 @@ pub struct RenderSettings {
     pub light_units: LightUnits,
     /// Point and spot lights fall off with the square of the distance.
     pub light_falloff: bool,
-    /// A scene without any light has one at the camera, and a glTF file without lights grey surroundings. An empty list of
-    /// `lights` turns that off.
+    /// A scene without any light has one at the camera (with the preset `eos` that system's two lights instead), and a glTF file
+    /// without lights grey surroundings. An empty list of `lights` turns that off.
     pub headlight: bool,
     /// Radiance of uniform surroundings that surfaces are lit by: the ambient term is this times the diffuse colour.
     #[schemars(range(min = 0, max = 1_000_000))]
