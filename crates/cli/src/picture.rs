@@ -115,6 +115,12 @@ impl PictureJob<'_> {
                 break false;
             }
             state.checkpoint.take(strip);
+            if self.is_share
+                && let Some(error) = state.checkpoint.failure()
+            {
+                // Nobody would have the picture of it.
+                return Err(still_there(Failure::because(error), &state.checkpoint));
+            }
             self.keep_if_due(None, &mut state);
         };
         let share = |samples: u64| samples as f64 / samples_total.max(1) as f64;

@@ -91,6 +91,8 @@ pub(super) struct SumsFile {
     end: u64,
     /// The best records, by first row.
     done: BTreeMap<u32, Place>,
+    /// Nothing was written since it was on the disk.
+    is_on_disk: bool,
 }
 
 /// What is at a path.
@@ -128,7 +130,14 @@ impl SumsFile {
         };
         let (done, end) = read_records(&mut reader, header.size, length).map_err(failed)?;
         drop(reader);
-        Ok(Found::Sums(Box::new(SumsFile { path: path.to_owned(), file, header, end, done })))
+        Ok(Found::Sums(Box::new(SumsFile {
+            path: path.to_owned(),
+            file,
+            header,
+            end,
+            done,
+            is_on_disk: true,
+        })))
     }
 
     /// Makes one, in the place of what is there.
@@ -151,7 +160,7 @@ impl SumsFile {
         let written = file.set_len(0).and_then(|()| file.write_all(&bytes));
         written.and_then(|()| write_owner(&mut file)).map_err(failed)?;
         let end = bytes.len() as u64;
-        Ok(SumsFile { path: path.to_owned(), file, header, end, done: BTreeMap::new() })
+        Ok(SumsFile { path: path.to_owned(), file, header, end, done: BTreeMap::new(), is_on_disk: false })
     }
 
     /// Gets ready to write more: what is half a record goes, and the file says who has it.
@@ -223,6 +232,7 @@ impl SumsFile {
     /// Writes a record at the end; a part of one is taken away again. Where its sums are.
     pub(super) fn append(&mut self, strip: &Strip) -> Result<u64, SumsError> {
         let (begin, Range { start, end }) = (self.end, strip.rows.clone());
+        self.is_on_disk = false;
         let mut head = RECORD.to_vec();
         head.extend([start.to_le_bytes(), end.to_le_bytes()].concat());
         head.extend(crc32fast::hash(&head).to_le_bytes());
@@ -243,6 +253,7 @@ impl SumsFile {
 
     /// Writes over the sums of a record of the same rows.
     pub(super) fn overwrite(&mut self, offset: u64, strip: &Strip) -> Result<(), SumsError> {
+        self.is_on_disk = false;
         let found = self.file.seek(SeekFrom::Start(offset));
         found.and_then(|_| write_body(&mut self.file, strip)).map_err(|error| self.error(error))?;
         let place = Place { end_row: strip.rows.end, samples: strip.samples, offset };
@@ -251,8 +262,12 @@ impl SumsFile {
     }
 
     /// Waits until all of it is on the disk.
-    pub(super) fn sync(&self) -> Result<(), SumsError> {
-        self.file.sync_data().map_err(|error| self.error(error))
+    pub(super) fn sync(&mut self) -> Result<(), SumsError> {
+        if !self.is_on_disk {
+            self.file.sync_data().map_err(|error| self.error(error))?;
+            self.is_on_disk = true;
+        }
+        Ok(())
     }
 
     fn error(&self, source: io::Error) -> SumsError {
@@ -413,7 +428,9 @@ fn write_body(to: &mut impl Write, strip: &Strip) -> io::Result<()> {
     let SampleSums { sums, .. } = &strip.sums;
     let mut bytes = strip.samples.to_le_bytes().to_vec();
     for some in sums.chunks(CHUNK) {
-        bytes.extend(some.iter().flat_map(|sum| sum.units).flat_map(u64::to_le_bytes));
+        for unit in some.iter().flat_map(|sum| sum.units) {
+            bytes.extend_from_slice(&unit.to_le_bytes());
+        }
         hasher.update(&bytes);
         to.write_all(&bytes)?;
         bytes.clear();
