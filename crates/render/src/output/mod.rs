@@ -26,7 +26,9 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use atomic::write_whole;
+#[cfg(unix)]
+pub(crate) use atomic::mode_before_rights;
+pub(crate) use atomic::{take_rights_of, write_whole};
 pub use develop::{DevelopSettings, Developed};
 pub use error::OutputError;
 pub use exr::Layer;

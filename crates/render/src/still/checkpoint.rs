@@ -500,6 +500,29 @@ mod tests {
         }
     }
 
+    /// Nobody may see there what he may not see in the picture.
+    #[cfg(unix)]
+    #[test]
+    fn the_file_is_for_those_who_may_see_the_picture() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        for (name, mode) in [
+            ("a.png.part", 0o600),
+            ("b.png.part", 0o640),
+            ("c.png.0-64.sums", 0o600),
+            ("d.png.part", 0o666),
+            ("e.png.part", 0o444),
+        ] {
+            let picture = folder.path().join(&name[..5]);
+            fs::write(&picture, "").unwrap();
+            fs::set_permissions(&picture, fs::Permissions::from_mode(mode)).unwrap();
+            let path = folder.path().join(name);
+            open(&path, 64, false).unwrap().write(Some(&strip(0..9, 2)));
+            // (Whoever renders goes on with it, too.)
+            assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode | 0o600, "{name}");
+        }
+    }
+
     #[test]
     fn two_cannot_have_it() {
         let folder = tempfile::tempdir().unwrap();

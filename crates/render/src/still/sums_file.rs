@@ -13,7 +13,7 @@
 use super::Strip;
 use super::identity::SumsHeader;
 use crate::SampleSums;
-use crate::output::MAX_SIDE;
+use crate::output::{self, MAX_SIDE};
 use crate::process::this_process;
 use eosphor_core::whitted::ExactSum;
 use std::collections::BTreeMap;
@@ -148,9 +148,16 @@ impl SumsFile {
     pub(super) fn create(path: &Path, header: SumsHeader) -> Result<SumsFile, SumsError> {
         let failed = |source| SumsError::File { path: path.to_owned(), source };
         let mut options = OpenOptions::new();
-        let mut file =
-            options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        options.read(true).write(true).create(true).truncate(false);
+        let picture = picture_of(path);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::OpenOptionsExt;
+            options.mode(output::mode_before_rights(&picture, 0o666));
+        }
+        let mut file = options.open(path).map_err(failed)?;
         lock(path, &mut file)?;
+        output::take_rights_of(&picture, &file, 0o600);
         let json = serde_json::to_vec(&header).map_err(|error| failed(error.into()))?;
         let mut bytes = MAGIC.to_vec();
         bytes.resize(MAGIC.len() + OWNER_BYTES, b' ');
@@ -273,6 +280,12 @@ impl SumsFile {
     fn error(&self, source: io::Error) -> SumsError {
         SumsError::File { path: self.path.clone(), source }
     }
+}
+
+/// The picture that sums in such a file are of: `out.png` of `out.png.part` and `out.png.0-64.sums`.
+fn picture_of(path: &Path) -> PathBuf {
+    let picture = path.with_extension("");
+    if path.extension().is_some_and(|ending| ending == "sums") { picture.with_extension("") } else { picture }
 }
 
 /// Takes the file for this process; it is free again when this process is gone, however it ends.

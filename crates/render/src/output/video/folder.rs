@@ -44,7 +44,7 @@ impl Folder {
         if is_ours(&left) {
             remove(&left).map_err(|error| OutputError::video(&left, error))?;
         }
-        match fs::create_dir(&folder) {
+        match create(&folder, path) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => {
                 return Err(OutputError::video(path, error));
             }
@@ -173,6 +173,23 @@ fn whole<T>(path: &Path, read: Result<T, OutputError>) -> Result<bool, OutputErr
         }
         Err(error) => Err(error),
     }
+}
+
+/// Makes the folder, which only those may enter who may read the video that is there.
+fn create(folder: &Path, video: &Path) -> Result<(), Error> {
+    let mut builder = fs::DirBuilder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::DirBuilderExt;
+        builder.mode(atomic::mode_before_rights(video, 0o777));
+    }
+    builder.create(folder)?;
+    if video.exists()
+        && let Ok(folder) = File::open(folder)
+    {
+        atomic::take_rights_of(video, &folder, 0o700);
+    }
+    Ok(())
 }
 
 /// Where the folder goes to be removed.
