@@ -63,7 +63,7 @@ pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, Traversal, devices 
 #[doc(inline)]
 pub use eosphor_render::output::{
     DevelopSettings, Developed, Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture,
-    PictureWriter, SaveOptions, Stream, Window, check_writable, partial_path, save, save_developed,
+    PictureWriter, SaveOptions, Stream, Window, check_writable, explain, partial_path, save, save_developed,
     save_within,
 };
 #[doc(inline)]

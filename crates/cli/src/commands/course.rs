@@ -1,6 +1,6 @@
 //! `eosphor course`: the task of PLATO's course, by its own input and output.
 
-use super::frames::{check_output, is_video};
+use super::frames::{check_output, is_video, lost_by_ffmpeg};
 #[cfg(feature = "video")]
 use super::video::VideoJob;
 use crate::animation::{FrameSink, FramesJob};
@@ -137,6 +137,7 @@ impl Flight<'_> {
             scene: scene_hash(self.data, &self.options.develop),
             animation: FramesIdentity::hash(&moving),
             file: FramesIdentity::hash(file),
+            stated: vec![("size", format!("{} x {}", self.input.size[0], self.input.size[1]))],
         }
     }
 
@@ -168,9 +169,11 @@ impl Flight<'_> {
         let done = job.run(sink, &ProgressView::new(Verbosity::Quiet))?;
         if done.count < frames.len() {
             let done = kept + done.count;
-            let goes_on = if self.is_piped() { "" } else { ": the same with --resume goes on" };
-            let message = format!("interrupted: {done} of {all} frames are done{goes_on}");
-            return Err(Failure::Interrupted(message));
+            let state = match self.is_piped() {
+                true => lost_by_ffmpeg(done, all as usize),
+                false => format!("{done} of {all} frames are done: the same with --resume goes on"),
+            };
+            return Err(Failure::Interrupted(format!("interrupted: {state}")));
         }
         Ok(())
     }

@@ -30,7 +30,7 @@ mod tests;
 pub(crate) use atomic::mode_before_rights;
 pub(crate) use atomic::{take_rights_of, write_whole};
 pub use develop::{DevelopSettings, Developed};
-pub use error::OutputError;
+pub use error::{OutputError, explain};
 pub use exr::Layer;
 pub use format::Format;
 pub use metadata::{Metadata, PICTURE_VERSION};

@@ -65,7 +65,7 @@ pub enum SumsError {
         owner: String,
     },
     /// It cannot be read or written.
-    #[error("cannot keep what is done of the picture: {}: {source}", path.display())]
+    #[error("cannot keep what is done of the picture: {}: {}", path.display(), output::explain(source))]
     File {
         /// The file.
         path: PathBuf,

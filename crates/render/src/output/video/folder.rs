@@ -44,12 +44,11 @@ impl Folder {
         if is_ours(&left) {
             remove(&left).map_err(|error| OutputError::video(&left, error))?;
         }
-        match create(&folder, path) {
-            Err(error) if error.kind() != ErrorKind::AlreadyExists => {
-                return Err(OutputError::video(path, error));
-            }
-            _ => {}
-        }
+        let is_new = match create(&folder, path) {
+            Ok(()) => true,
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => false,
+            Err(error) => return Err(OutputError::video(path, error)),
+        };
         let in_folder = |error| OutputError::video(&folder, error);
         if fs::metadata(&folder).is_ok_and(|data| !data.is_dir()) {
             return Err(in_folder(misuse(
@@ -57,7 +56,13 @@ impl Folder {
             )));
         }
         let lock = lock(&folder).map_err(in_folder)?;
-        read_settings(&folder, &settings).map_err(in_folder)?;
+        if let Err(error) = read_settings(&folder, &settings) {
+            if is_new {
+                // It would say nothing to anybody.
+                let _ = fs::remove_dir_all(&folder);
+            }
+            return Err(in_folder(error));
+        }
         let folder = Folder { path: folder, settings, _lock: lock };
         let found = folder.scan()?;
         Ok((folder, found))
