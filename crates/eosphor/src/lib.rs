@@ -70,9 +70,9 @@ pub use eosphor_render::output::{
 pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
     Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions,
-    HierarchyStatistics, MisfitKind, OptionMisfit, PixelFeatures, PreparedRegion, PreparedScene, Progress,
-    Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts, SampleSums, Sampled,
-    Scheduler, SimdLevel, check_rows, check_samples, scene_hash,
+    HierarchyStatistics, MisfitKind, OptionMisfit, PickedRows, PixelFeatures, PreparedRegion, PreparedRows,
+    PreparedScene, Progress, Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts,
+    SampleSums, Sampled, Scheduler, SimdLevel, check_rows, check_samples, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

@@ -36,6 +36,7 @@ pub use format::Format;
 pub use metadata::{Metadata, PICTURE_VERSION};
 pub use picture::{ByteImage, Picture};
 pub use save::{SaveOptions, Window, check_writable, save, save_developed, save_within};
+pub(crate) use share::bands;
 pub use share::{BAND_ROWS, ShareError, ShareHeader, ShareReader, ShareWriter, merge, share_path};
 pub use stream::Stream;
 #[cfg(feature = "video")]

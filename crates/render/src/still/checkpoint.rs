@@ -1,9 +1,8 @@
 //! What is done of a still, in memory for a while and in a file, so that it can go on after whatever ended the program.
 
 use super::Strip;
-use super::identity::{SampleShare, SumsHeader};
+use super::identity::{Part, SampleShare, SumsHeader};
 use super::sums_file::{Found, SUM_BYTES, SumsError, SumsFile, header_of};
-use crate::Region;
 use eosphor_scene::SceneData;
 use std::collections::VecDeque;
 use std::fs;
@@ -43,7 +42,7 @@ pub struct Checkpoint {
     /// Without, nothing is kept.
     keeps: bool,
     scene: Arc<SceneData>,
-    region: Option<Region>,
+    part: Part,
     share: Option<SampleShare>,
     /// Hashing a large scene takes a while, and many stills are done before it is needed.
     header: OnceLock<SumsHeader>,
@@ -72,7 +71,7 @@ impl Checkpoint {
     /// [`SumsError::InUse`] where another process has it, also where nothing is to be resumed.
     pub fn open(
         path: &Path,
-        (scene, region): (Arc<SceneData>, Option<Region>),
+        (scene, part): (Arc<SceneData>, Part),
         share: Option<SampleShare>,
         interval: Duration,
         resume: bool,
@@ -80,7 +79,7 @@ impl Checkpoint {
         let mut checkpoint = Checkpoint {
             path: path.to_owned(),
             keeps: true,
-            region,
+            part,
             share,
             interval,
             ..Checkpoint::nowhere(scene)
@@ -101,7 +100,7 @@ impl Checkpoint {
             path: PathBuf::new(),
             keeps: false,
             scene,
-            region: None,
+            part: Part::default(),
             share: None,
             header: OnceLock::new(),
             interval: Duration::MAX,
@@ -157,6 +156,12 @@ impl Checkpoint {
         self.file.as_ref().map_or(Err(None), |file| file.rows_from(row))
     }
 
+    /// All samples, of all pixels together.
+    pub fn samples_total(&self) -> u64 {
+        let (width, height) = self.part.size(&self.scene);
+        u64::from(width) * u64::from(height) * self.samples().len() as u64
+    }
+
     /// What the file has of samples, of all pixels together.
     pub fn samples_done(&self) -> u64 {
         self.file.as_ref().map_or(0, SumsFile::samples)
@@ -170,10 +175,7 @@ impl Checkpoint {
     pub fn strip(&mut self, rows: Range<u32>) -> Result<Strip, SumsError> {
         match &mut self.file {
             Some(file) => file.strip(rows),
-            None => {
-                let width = self.region.map_or(self.scene.settings.width, |region| region.width);
-                Ok(Strip::new(width, rows))
-            }
+            None => Ok(Strip::new(self.part.size(&self.scene).0, rows)),
         }
     }
 
@@ -249,7 +251,7 @@ impl Checkpoint {
     }
 
     fn header(&self) -> &SumsHeader {
-        self.header.get_or_init(|| SumsHeader::of(&self.scene, self.region, self.share.clone()))
+        self.header.get_or_init(|| SumsHeader::of(&self.scene, self.part, self.share.clone()))
     }
 
     /// The file, which is made where there is none.
@@ -306,7 +308,7 @@ mod tests {
     }
 
     fn open(path: &Path, samples: u32, resume: bool) -> Result<Checkpoint, SumsError> {
-        Checkpoint::open(path, (scene(samples, 1), None), None, Duration::ZERO, resume)
+        Checkpoint::open(path, (scene(samples, 1), Part::default()), None, Duration::ZERO, resume)
     }
 
     /// Sums that say which rows and samples they are of.
@@ -368,7 +370,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png.part");
         let long = Duration::from_secs(1 << 20);
-        let mut checkpoint = Checkpoint::open(&path, (scene(2, 1), None), None, long, false).unwrap();
+        let mut checkpoint =
+            Checkpoint::open(&path, (scene(2, 1), Part::default()), None, long, false).unwrap();
         // Three rows.
         checkpoint.most_waiting = 3 * WIDTH as usize * SUM_BYTES as usize;
         checkpoint.take(strip(0..2, 2));
@@ -416,7 +419,9 @@ mod tests {
         open(&path, 16, false).unwrap().write(Some(&strip(0..9, 2)));
         // Of another picture.
         assert!(
-            !Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, false).unwrap().remove()
+            !Checkpoint::open(&path, (scene(16, 2), Part::default()), None, Duration::ZERO, false)
+                .unwrap()
+                .remove()
         );
         assert!(path.exists());
         assert!(open(&path, 32, false).unwrap().remove() && !path.exists());
@@ -436,14 +441,16 @@ mod tests {
         assert!(reason(open(&path, 8, true)).contains("with 16 samples a pixel, more than the 8"));
         // A single sample is elsewhere in its pixel.
         assert!(reason(open(&path, 1, true)).contains("another scene, or with other settings"));
-        let other = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, true);
+        let other = Checkpoint::open(&path, (scene(16, 2), Part::default()), None, Duration::ZERO, true);
         assert!(reason(other).contains("another scene, or with other settings"));
         // Anew, which replaces it when there is something to be kept.
-        let mut anew = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, false).unwrap();
+        let mut anew =
+            Checkpoint::open(&path, (scene(16, 2), Part::default()), None, Duration::ZERO, false).unwrap();
         assert!(!anew.is_kept() && anew.has_other());
         anew.write(Some(&strip(0..1, 3)));
         drop(anew);
-        let again = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, true).unwrap();
+        let again =
+            Checkpoint::open(&path, (scene(16, 2), Part::default()), None, Duration::ZERO, true).unwrap();
         assert_eq!(again.samples_done(), 15);
         drop(again);
         fs::write(
