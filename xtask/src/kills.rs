@@ -35,8 +35,9 @@ struct Work {
     samples: u32,
 }
 
-/// A large still of one band, a small one of 65,536 samples, and one with layers.
-const STILLS: [Work; 3] = [
+/// A large still of one band, a small one of 65,536 samples, one with layers, and one with more sums than wait in memory, of
+/// samples that cost next to nothing.
+const STILLS: [Work; 4] = [
     Work { flags: &["builtin:cornell", "-o", "large.png"], size: (1600, 1200), samples: 2 },
     Work {
         flags: &["builtin:cornell", "--light-samples", "1", "-o", "small.png"],
@@ -47,6 +48,11 @@ const STILLS: [Work; 3] = [
         flags: &["builtin:cornell", "--layers", "all", "-o", "layers.exr"],
         size: (400, 300),
         samples: 30,
+    },
+    Work {
+        flags: &["builtin:cornell", "--lighting", "distance", "-o", "cheap.ppm"],
+        size: (12_000, 10_000),
+        samples: 1,
     },
 ];
 
@@ -112,7 +118,8 @@ impl Soak {
     fn all(&mut self) -> Result<()> {
         let (stills, ranks, sequences) = (self.options.stills, self.options.ranks, self.options.sequences);
         for (number, still) in STILLS.into_iter().enumerate() {
-            let share = |kills: u32| kills / 3 + u32::from((kills % 3) as usize > number);
+            let kinds = STILLS.len() as u32;
+            let share = |kills: u32| kills / kinds + u32::from(kills % kinds > number as u32);
             self.still(still, 0, share(stills))?;
             self.still(still, RANKS, share(ranks))?;
         }

@@ -1,7 +1,7 @@
 //! Files by what they are, not by what they are called, and the folders that they go into.
 
 use crate::failure::Failure;
-use eosphor::{OutputError, check_writable};
+use eosphor::{OutputError, check_writable, explain};
 #[cfg(not(unix))]
 use std::fs::canonicalize as identity_of;
 use std::path::{Path, PathBuf};
@@ -51,8 +51,9 @@ pub(crate) fn make_folder(file: &Path) -> Result<(), Failure> {
     let folder = folder_of(file);
     std::fs::create_dir_all(folder).map_err(|error| {
         Failure::Failed(format!(
-            "cannot make the folder of the output: {}: {error}; choose another one",
-            folder.display()
+            "cannot make the folder of the output: {}: {}",
+            folder.display(),
+            explain(&error)
         ))
     })
 }

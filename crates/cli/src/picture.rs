@@ -9,11 +9,12 @@ use crate::streams::Verbosity;
 use crate::target::Target;
 use crate::text::ratio;
 use cpu_time::ProcessTime;
+use eosphor::shares::{ShareHeader, ShareWriter};
 use eosphor::still::{Checkpoint, Strip, StripPlan};
-use eosphor::{FeaturePass, FeatureRows, PictureWriter, PreparedScene, Progress, RayStatistics};
-use eosphor::{RenderControl, Sampled, SaveOptions, partial_path};
+use eosphor::{BackendError, FeatureRows, Film, OutputError, PictureWriter, PreparedScene, Progress};
+use eosphor::{RayStatistics, RenderControl, Sampled, SaveOptions, partial_path};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -23,13 +24,26 @@ const PIECE: Duration = Duration::from_secs(3);
 /// What is done of a piece is lost where the program is killed, so that several must fit between two checkpoints.
 const PIECES_A_CHECKPOINT: u32 = 4;
 
-/// A picture to be rendered and written, or some of its samples to be kept.
+/// What a picture is rendered for.
+#[derive(Clone, Copy)]
+pub(crate) enum Product<'a> {
+    /// Where it goes, and how each is saved.
+    Pictures(&'a [(Target, SaveOptions)]),
+    /// Some of its samples: what is kept is all that is wanted.
+    Samples,
+    /// A share of its rows, and its file.
+    Rows(&'a Path, &'a ShareHeader),
+}
+
+/// What makes the layers of some rows.
+pub(crate) type Features<'a> = Box<dyn Fn(Range<u32>) -> Result<FeatureRows, BackendError> + 'a>;
+
+/// A picture, or a share of one, to be rendered and written, or some of its samples to be kept.
 pub(crate) struct PictureJob<'a> {
     pub(crate) prepared: &'a dyn PreparedScene,
     /// Where the file has layers.
-    pub(crate) features: Option<FeaturePass>,
-    /// Where it goes, and how each is saved.
-    pub(crate) outputs: &'a [(Target, SaveOptions)],
+    pub(crate) features: Option<Features<'a>>,
+    pub(crate) product: Product<'a>,
     /// Count nodes and tests.
     pub(crate) count_work: bool,
     /// Rows that are in memory at a time.
@@ -37,8 +51,6 @@ pub(crate) struct PictureJob<'a> {
     pub(crate) checkpoint_interval: Duration,
     /// The samples of each pixel: all of them, or a share.
     pub(crate) samples: Range<u32>,
-    /// What is kept is all that is wanted.
-    pub(crate) is_share: bool,
     pub(crate) verbosity: Verbosity,
 }
 
@@ -69,7 +81,38 @@ struct State {
     statistics: RayStatistics,
 }
 
-impl PictureJob<'_> {
+/// A file in the making.
+enum Writer<'a> {
+    Picture(&'a Target, PictureWriter),
+    Rows(ShareWriter),
+}
+
+impl Writer<'_> {
+    fn write_rows(&mut self, film: &Film, features: Option<&FeatureRows>) -> Result<(), OutputError> {
+        match self {
+            Writer::Picture(_, writer) => writer.write_rows(film, features),
+            Writer::Rows(writer) => writer.write_rows(film, features),
+        }
+    }
+
+    /// Ends the file; one that is not complete gets another name, where there are partial ones of its kind.
+    fn end(self, complete: bool) -> Result<(), OutputError> {
+        match self {
+            Writer::Picture(_, writer) if complete => writer.finish(),
+            Writer::Picture(Target::File(file, _), writer) => writer.finish_partial(&partial_path(file)),
+            // Whoever reads a stream wants whole pictures.
+            Writer::Picture(Target::Stdout(_), _) => Ok(()),
+            Writer::Rows(writer) if complete => writer.finish(),
+            Writer::Rows(_) => Ok(()),
+        }
+    }
+
+    fn is_stream(&self) -> bool {
+        matches!(self, Writer::Picture(Target::Stdout(_), _))
+    }
+}
+
+impl<'a> PictureJob<'a> {
     /// Renders and writes all of it, or, after a signal, writes what is done beside it.
     pub(crate) fn run(
         &self,
@@ -89,7 +132,11 @@ impl PictureJob<'_> {
             view,
             statistics: RayStatistics::default(),
         };
+        let is_samples = matches!(self.product, Product::Samples);
         let (mut writers, mut row) = (Vec::new(), 0);
+        if let Product::Rows(..) = self.product {
+            writers = self.open(width, height)?;
+        }
         let complete = loop {
             if row == height {
                 break true;
@@ -101,13 +148,13 @@ impl PictureJob<'_> {
                 self.keep(Some(&strip), &mut state);
             }
             let complete = complete.map_err(|failure| still_there(failure, &state.checkpoint))?;
-            if strip.samples > 0 && !self.is_share {
+            if strip.samples > 0 && !is_samples {
                 timed(&mut seconds.write, || {
                     if writers.is_empty() {
                         writers = self.open(width, height)?;
                     }
                     let film = strip.film();
-                    writers.iter_mut().try_for_each(|(_, writer)| writer.write_rows(&film, features.as_ref()))
+                    writers.iter_mut().try_for_each(|writer| writer.write_rows(&film, features.as_ref()))
                 })?;
             }
             row = strip.rows.end;
@@ -115,31 +162,34 @@ impl PictureJob<'_> {
                 break false;
             }
             state.checkpoint.take(strip);
+            if is_samples && let Some(error) = state.checkpoint.failure() {
+                // Nobody would have the picture of it.
+                return Err(still_there(Failure::because(error), &state.checkpoint));
+            }
             self.keep_if_due(None, &mut state);
         };
         let share = |samples: u64| samples as f64 / samples_total.max(1) as f64;
         state.view.finish();
-        let files = || self.outputs.iter().filter_map(|(target, _)| target.file());
-        let partials: Vec<PathBuf> = files().map(partial_path).collect();
-        let written = match self.is_share {
-            true => vec![state.checkpoint.path().to_owned()],
-            false if complete => files().map(PathBuf::from).collect(),
-            false => partials.clone(),
+        let files: Vec<&Path> = match self.product {
+            Product::Pictures(outputs) => outputs.iter().filter_map(|(target, _)| target.file()).collect(),
+            Product::Samples | Product::Rows(..) => Vec::new(),
+        };
+        let partials: Vec<PathBuf> = files.iter().map(|file| partial_path(file)).collect();
+        let written = match self.product {
+            Product::Samples => vec![state.checkpoint.path().to_owned()],
+            Product::Rows(file, _) if complete => vec![file.to_owned()],
+            _ if complete => files.into_iter().map(PathBuf::from).collect(),
+            _ => partials.clone(),
         };
         // Files first: whoever reads a stream may have closed it.
-        writers.sort_by_key(|(target, _)| target.file().is_none());
-        for (target, writer) in writers {
-            timed(&mut seconds.write, || match target.file() {
-                _ if complete => writer.finish(),
-                Some(file) => writer.finish_partial(&partial_path(file)),
-                // Whoever reads a stream wants whole pictures.
-                None => Ok(()),
-            })?;
+        writers.sort_by_key(Writer::is_stream);
+        for writer in writers {
+            timed(&mut seconds.write, || writer.end(complete))?;
         }
         let mut kept = None;
         if !complete {
             kept = state.checkpoint.is_kept().then(|| state.checkpoint.path().to_owned());
-        } else if self.is_share {
+        } else if is_samples {
             timed(&mut seconds.write, || state.checkpoint.complete()).map_err(Failure::because)?;
         } else if state.checkpoint.remove() {
             // They showed the beginning of this picture.
@@ -163,9 +213,9 @@ impl PictureJob<'_> {
 
     /// Before the colours: after a signal in the middle of these, what is done of them has its layers.
     fn features_of(&self, rows: &Range<u32>, seconds: &mut Seconds) -> Result<Option<FeatureRows>, Failure> {
-        let Some(pass) = &self.features else { return Ok(None) };
+        let Some(features) = &self.features else { return Ok(None) };
         let spent = seconds.layers.get_or_insert_default();
-        Ok(Some(timed(spent, || pass.rows(rows.clone(), None, interrupt::overdue()))?))
+        Ok(Some(timed(spent, || features(rows.clone()))?))
     }
 
     /// Takes the samples that a strip lacks. Not all of them after a signal.
@@ -231,12 +281,19 @@ impl PictureJob<'_> {
         Ok(sampled)
     }
 
-    fn open(&self, width: u32, height: u32) -> Result<Vec<(&Target, PictureWriter)>, eosphor::OutputError> {
-        let mut writers = Vec::with_capacity(self.outputs.len());
-        for (target, options) in self.outputs {
-            writers.push((target, target.open((width, height), options)?));
+    fn open(&self, width: u32, height: u32) -> Result<Vec<Writer<'a>>, OutputError> {
+        match self.product {
+            Product::Pictures(outputs) => outputs
+                .iter()
+                .map(|(target, options)| Ok(Writer::Picture(target, target.open((width, height), options)?)))
+                .collect(),
+            Product::Samples => Ok(Vec::new()),
+            Product::Rows(file, header) => {
+                let writer = ShareWriter::open(file, header)?;
+                interrupt::note_unfinished(writer.temporary_path());
+                Ok(vec![Writer::Rows(writer)])
+            }
         }
-        Ok(writers)
     }
 
     fn keep_if_due(&self, in_work: Option<&Strip>, state: &mut State) {

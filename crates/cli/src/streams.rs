@@ -1,6 +1,7 @@
 //! Writing to stdout and stderr. Neither may panic: a pipe may be closed and a disk may be full.
 
 use crate::failure::Failure;
+use eosphor::explain;
 use serde::Serialize;
 use std::io::{ErrorKind, Write, stderr, stdout};
 
@@ -9,7 +10,7 @@ pub(crate) fn result(text: &str) -> Result<(), Failure> {
     let mut out = stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Failure::Failed(format!("cannot write the result: stdout: {error}")))
+            Err(Failure::Failed(format!("cannot write the result: stdout: {}", explain(&error))))
         }
         _ => Ok(()),
     }

@@ -63,16 +63,16 @@ pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, Traversal, devices 
 #[doc(inline)]
 pub use eosphor_render::output::{
     DevelopSettings, Developed, Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture,
-    PictureWriter, SaveOptions, Stream, Window, check_writable, partial_path, save, save_developed,
+    PictureWriter, SaveOptions, Stream, Window, check_writable, explain, partial_path, save, save_developed,
     save_within,
 };
 #[doc(inline)]
 pub use eosphor_render::{
     Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
     Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions,
-    HierarchyStatistics, MisfitKind, OptionMisfit, PixelFeatures, PreparedRegion, PreparedScene, Progress,
-    Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts, SampleSums, Sampled,
-    Scheduler, SimdLevel, check_rows, check_samples, scene_hash,
+    HierarchyStatistics, MisfitKind, OptionMisfit, PickedRows, PixelFeatures, PreparedRegion, PreparedRows,
+    PreparedScene, Progress, Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts,
+    SampleSums, Sampled, Scheduler, SimdLevel, check_rows, check_samples, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

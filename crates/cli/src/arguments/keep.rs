@@ -30,7 +30,7 @@ impl KeepFlags {
         report: &ReportFlags,
         has_file: bool,
     ) -> Result<(), Failure> {
-        let is_picture = file.tiles.is_none() && show.is_none();
+        let is_picture = show.is_none();
         let is_still = output == OutputKind::Still && is_picture;
         let of_file = |flag, is_given| Need {
             flag,
@@ -53,7 +53,7 @@ impl KeepFlags {
                 flag: "--resume",
                 is_given: self.resume,
                 is_met: is_picture,
-                needs: "a whole picture or frames, not --tiles or --show",
+                needs: "a picture or frames, not --show",
             },
             Need {
                 flag: "--resume",
@@ -65,7 +65,7 @@ impl KeepFlags {
                 flag: "--checkpoint-every",
                 is_given: self.checkpoint_every.is_some(),
                 is_met: is_still,
-                needs: "a still, without --tiles and --show",
+                needs: "a still, without --show",
             },
         ])
     }

@@ -10,6 +10,7 @@ use crate::target::{Target, names};
 use eosphor::{Bands, CostMap, CpuOptions, DevelopSettings, HierarchyStatistics, SaveOptions, SceneData};
 use serde::Serialize;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// Nodes and tests of a pixel's camera rays.
 #[derive(Serialize)]
@@ -32,7 +33,12 @@ pub(super) fn show_cost(
     let mut work = Vec::new();
     for rows in bands {
         work.extend(pass.rows(rows, None, interrupt::flag())?.work);
-        interrupt::check()?;
+        if interrupt::flag().load(Ordering::Relaxed) {
+            let written = names(outputs.iter().map(|(target, _)| target));
+            return Err(Failure::Interrupted(format!(
+                "interrupted: {written}: nothing was written: costs are shown of whole pictures"
+            )));
+        }
     }
     let map = CostMap::new(&work, width, flags.show_max);
     for (target, options) in outputs {

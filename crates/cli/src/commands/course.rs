@@ -1,6 +1,6 @@
 //! `eosphor course`: the task of PLATO's course, by its own input and output.
 
-use super::frames::{check_output, is_video};
+use super::frames::{check_output, is_video, lost_by_ffmpeg, still_there};
 #[cfg(feature = "video")]
 use super::video::VideoJob;
 use crate::animation::{FrameSink, FramesJob};
@@ -21,6 +21,7 @@ use std::fmt::Display;
 use std::io::{Read, stdin};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What errors call the input.
 const INPUT: &str = "standard input";
@@ -137,6 +138,7 @@ impl Flight<'_> {
             scene: scene_hash(self.data, &self.options.develop),
             animation: FramesIdentity::hash(&moving),
             file: FramesIdentity::hash(file),
+            stated: vec![("size", format!("{} x {}", self.input.size[0], self.input.size[1]))],
         }
     }
 
@@ -152,6 +154,7 @@ impl Flight<'_> {
         }
         let prepared = self.backend.prepare(Arc::clone(self.data))?;
         let in_flight = in_flight.map_or_else(|| self.backend.frames_in_flight(), usize::from);
+        let logged = AtomicUsize::new(kept);
         let job = FramesJob {
             prepared: &*prepared,
             moments: &Moments::new(self.scene, self.data),
@@ -161,16 +164,23 @@ impl Flight<'_> {
             one_at_a_time: self.ranks.is_none(),
             count_work: false,
             log: &|done| {
+                logged.fetch_add(1, Ordering::Relaxed);
                 let rays = done.statistics.total_rays();
                 streams::result(&format!("{}\t{:.3}\t{rays}\n", done.frame, done.milliseconds))
             },
         };
-        let done = job.run(sink, &ProgressView::new(Verbosity::Quiet))?;
+        let done = job.run(sink, &ProgressView::new(Verbosity::Quiet));
+        let done = done.map_err(|failure| match self.flags.output.as_deref().is_some_and(is_video) {
+            true => failure,
+            false => still_there(failure, logged.load(Ordering::Relaxed), all as usize, false),
+        })?;
         if done.count < frames.len() {
             let done = kept + done.count;
-            let goes_on = if self.is_piped() { "" } else { ": the same with --resume goes on" };
-            let message = format!("interrupted: {done} of {all} frames are done{goes_on}");
-            return Err(Failure::Interrupted(message));
+            let state = match self.is_piped() {
+                true => lost_by_ffmpeg(done, all as usize),
+                false => format!("{done} of {all} frames are done: the same with --resume goes on"),
+            };
+            return Err(Failure::Interrupted(format!("interrupted: {state}")));
         }
         Ok(())
     }

@@ -9,7 +9,7 @@ use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use crate::{interrupt, memory};
-use eosphor::frames::{FramePattern, FramesIdentity, Manifest, Wanted};
+use eosphor::frames::{FramePattern, FramesIdentity, Manifest, ManifestError, Wanted};
 use eosphor::{
     Backend, Film, Format, HierarchyStatistics, Moments, Move, RayStatistics, SaveOptions, Scene, SceneData,
     save_within, scene_hash,
@@ -101,7 +101,7 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
     let format = Format::of(flags.output())?;
     let SaveOptions { develop: _, jpeg_quality, exr_half, layers: _, alpha: _, metadata, window: _ } =
         options;
-    let identity = sequence.identity("", &format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}"));
+    let identity = sequence.identity(&format!("{format:?} {jpeg_quality} {exr_half} {metadata:?}"));
     let range = sequence.range.clone();
     let wanted = match flags.animation.share {
         true => Wanted::Shared(range),
@@ -109,7 +109,13 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
         false => Wanted::Anew(range),
     };
     files::make_folder(flags.output())?;
-    let manifest = Manifest::open(&pattern.manifest_path(), &identity, wanted).map_err(Failure::because)?;
+    let manifest =
+        Manifest::open(&pattern.manifest_path(), &identity, wanted).map_err(|error| match error {
+            ManifestError::InUse { is_same: true, .. } => {
+                Failure::Failed(format!("{error}; or render other --frames, or let both --share them"))
+            }
+            error => Failure::because(error),
+        })?;
     let is_missing = |frame: &u32| !manifest.is_done(*frame, &pattern.path(*frame));
     let missing: Vec<u32> = sequence.range.clone().filter(is_missing).collect();
     let part = manifest.part();
@@ -130,14 +136,23 @@ pub(super) struct Outcome {
 }
 
 impl Sequence<'_> {
-    /// What the frames are made of. `which` says what else they depend on besides scene and motion.
-    pub(super) fn identity(&self, which: &str, file: &str) -> FramesIdentity {
-        let moves = motions(self.scene);
+    /// What the frames are made of.
+    pub(super) fn identity(&self, file: &str) -> FramesIdentity {
+        let (moves, [width, height]) = (motions(self.scene), self.scene.settings.size);
         FramesIdentity {
             scene: scene_hash(self.data, &self.options.develop),
-            animation: FramesIdentity::hash(&format!("{:?} {moves:?} {which}", self.scene.animation)),
+            animation: FramesIdentity::hash(&format!("{:?} {moves:?}", self.scene.animation)),
             file: FramesIdentity::hash(file),
+            stated: vec![("size", format!("{width} x {height}"))],
         }
+    }
+
+    /// Whether the program ffmpeg encodes, which keeps nothing.
+    fn is_piped(&self) -> bool {
+        #[cfg(feature = "video")]
+        return self.flags.animation.ffmpeg;
+        #[cfg(not(feature = "video"))]
+        return false;
     }
 
     /// Renders the frames that are missing. After Ctrl-C that is a failure, which says how to go on.
@@ -195,17 +210,42 @@ impl Sequence<'_> {
             }
         }
         view.finish();
-        let done = done?;
-        if done.count + done.left < missing.len() {
-            return Err(Failure::Interrupted(format!(
-                "interrupted: {}: {} of {all} frames are done: the same with --resume goes on",
-                self.flags.output().display(),
-                kept + done.count
-            )));
-        }
         let frames = frames.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let done = done.map_err(|failure| match is_video(self.flags.output()) {
+            true => failure,
+            false => still_there(failure, kept + frames.len(), all, self.flags.animation.share),
+        })?;
+        if done.count + done.left < missing.len() {
+            let (output, count) = (self.flags.output().display(), kept + done.count);
+            let state = match self.is_piped() {
+                true => lost_by_ffmpeg(count, all),
+                false => format!("{count} of {all} frames are done: {}", goes_on(self.flags.animation.share)),
+            };
+            return Err(Failure::Interrupted(format!("interrupted: {output}: {state}")));
+        }
         let hierarchy = Some(prepared.hierarchy_statistics());
         Ok(Outcome { kept, done, seconds: start.elapsed().as_secs_f64(), frames, hierarchy })
+    }
+}
+
+/// How frames are gone on with.
+fn goes_on(is_shared: bool) -> &'static str {
+    if is_shared { "the same command goes on" } else { "the same with --resume goes on" }
+}
+
+/// Frames of a video that ended early.
+pub(super) fn lost_by_ffmpeg(count: usize, all: usize) -> String {
+    format!("{count} of {all} frames were done, and none is kept: ffmpeg makes whole videos only")
+}
+
+/// With what is left of a sequence that failed.
+pub(super) fn still_there(failure: Failure, count: usize, all: usize, is_shared: bool) -> Failure {
+    match failure {
+        Failure::Failed(line) if count > 0 => {
+            let goes_on = goes_on(is_shared);
+            Failure::Failed(format!("{line}; {count} of {all} frames are done: {goes_on}"))
+        }
+        failure => failure,
     }
 }
 

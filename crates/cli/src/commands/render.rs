@@ -10,7 +10,7 @@ use crate::backend::{feature_pass, ranks_or_own};
 use crate::command_line::command_line;
 use crate::failure::Failure;
 use crate::files::same_file;
-use crate::picture::{Done, PictureJob};
+use crate::picture::{Done, Features, PictureJob, Product};
 use crate::progress::ProgressView;
 use crate::report::{Report, Seconds, Speed, Work, timed};
 use crate::streams::{self, Verbosity};
@@ -19,7 +19,8 @@ use crate::text::ratio;
 use crate::{interrupt, memory};
 use cpu_time::ProcessTime;
 use eosphor::math::Vec3;
-use eosphor::still::{Checkpoint, SampleShare, checkpoint_path, sample_share_path};
+use eosphor::shares::share_path;
+use eosphor::still::{Checkpoint, Part, SampleShare, checkpoint_path, sample_share_path};
 use eosphor::{Animation, CameraMotion, Move, Note, Scene, SceneData, Transform, load, scene_hash};
 use eosphor::{
     Backend, Camera, FeaturePass, Format, HierarchyStatistics, Metadata, PreparedRegion, PreparedScene,
@@ -95,7 +96,7 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
         if flags.show.is_some() || flags.report.stats || flags.report.json {
             return Err(Failure::Usage("--show, --stats and --json are not for shares of a picture".into()));
         }
-        return tiles::render_share(flags, &*backend, data, options, share);
+        return tiles::render_share(flags, &*backend, data, options, (share, bands.rows()));
     }
     if let Some(SampleRange(samples)) = &flags.file.sample_range
         && samples.end > data.settings.samples
@@ -364,15 +365,19 @@ fn trace(
         true => Some(timed(&mut seconds.build, || layers(flags, data, &*prepared))?),
     };
     interrupt::check()?;
+    let of_rows =
+        |pass: FeaturePass| -> Features { Box::new(move |rows| pass.rows(rows, None, interrupt::overdue())) };
     let job = PictureJob {
         prepared: &*prepared,
-        features,
-        outputs,
+        features: features.map(of_rows),
+        product: match flags.file.sample_range {
+            Some(_) => Product::Samples,
+            None => Product::Pictures(outputs),
+        },
         count_work: flags.report.stats,
         most_rows,
         checkpoint_interval: flags.keep.interval(),
         samples: checkpoint.samples(),
-        is_share: flags.file.sample_range.is_some(),
         verbosity,
     };
     let done = job.run(checkpoint, ProgressView::new(verbosity), seconds)?;
@@ -406,7 +411,7 @@ pub(super) fn layers(
 }
 
 /// What an earlier run has done, where it is to be gone on with.
-fn open_checkpoint(
+pub(super) fn open_checkpoint(
     flags: &RenderFlags,
     output: &Path,
     data: &Arc<SceneData>,
@@ -418,19 +423,20 @@ fn open_checkpoint(
         scene: scene_hash(data, &options.develop),
         options: options.clone(),
     });
-    let path = match &share {
-        Some(share) => sample_share_path(output, &share.samples),
-        None => checkpoint_path(output),
+    let rows = flags.file.tiles.as_ref().map(|Share(share)| *share);
+    let path = match (&share, rows) {
+        (Some(share), _) => sample_share_path(output, &share.samples),
+        (None, Some(share)) => checkpoint_path(&share_path(output, share)),
+        (None, None) => checkpoint_path(output),
     };
+    let part = Part { region: flags.file.region, rows };
     let (resume, interval) = (flags.keep.resume, flags.keep.interval());
-    let checkpoint = Checkpoint::open(&path, (Arc::clone(data), flags.file.region), share, interval, resume)
+    let checkpoint = Checkpoint::open(&path, (Arc::clone(data), part), share, interval, resume)
         .map_err(Failure::because)?;
     let name = path.display();
     let note = match resume {
         true if checkpoint.is_kept() => {
-            let whole = || Region::whole((data.settings.width, data.settings.height));
-            let pixels = flags.file.region.unwrap_or_else(whole).pixels();
-            let all = pixels * checkpoint.samples().len() as u64;
+            let all = checkpoint.samples_total();
             let percent = (1000.0 * ratio(checkpoint.samples_done() as f64, all as f64)).floor() / 10.0;
             Some(format!("{percent} % of the samples are done already"))
         }

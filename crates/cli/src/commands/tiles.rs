@@ -1,32 +1,30 @@
 //! `eosphor render SCENE -o OUT --tiles K/N`: a share of a picture.
 
-use super::render::{layers, prepare};
+use super::render::{layers, open_checkpoint, prepare};
 use crate::arguments::RenderFlags;
 use crate::failure::Failure;
 use crate::files::make_folder;
 use crate::interrupt;
+use crate::picture::{Features, PictureJob, Product};
 use crate::progress::ProgressView;
+use crate::report::Seconds;
 use crate::streams::Verbosity;
 use crate::text::grouped;
-use eosphor::shares::{ShareHeader, ShareWriter, share_path};
+use eosphor::shares::{ShareHeader, share_path};
 use eosphor::{
-    Backend, BackendError, FeatureRows, PICTURE_VERSION, Progress, Region, RenderControl, Rendered,
-    SaveOptions, SceneData, scene_hash,
+    Backend, FeaturePass, PICTURE_VERSION, PickedRows, PreparedRows, PreparedScene, Region, SaveOptions,
+    SceneData, scene_hash,
 };
-use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-/// Bands in work at the same time: each is too small for all threads.
-const AT_A_TIME: usize = 8;
-
+/// Renders a share, some of whose rows may be in memory at a time.
 pub(super) fn render_share(
     flags: &RenderFlags,
     backend: &dyn Backend,
     data: Arc<SceneData>,
     options: SaveOptions,
-    share: (u32, u32),
+    (share, most_rows): ((u32, u32), u32),
 ) -> Result<(), Failure> {
     let start = Instant::now();
     let whole = || Region::whole((data.settings.width, data.settings.height));
@@ -40,55 +38,48 @@ pub(super) fn render_share(
     };
     let path = share_path(flags.output(), share);
     make_folder(&path)?;
-    let mut writer = ShareWriter::open(&path, &header)?;
-    interrupt::note_unfinished(writer.temporary_path());
+    let checkpoint = open_checkpoint(flags, flags.output(), &data, &header.options)?;
     let prepared = prepare(backend, Arc::clone(&data), flags.file.region)?;
     let features = match header.options.needs_features() {
         false => None,
         true => Some(layers(flags, data, &*prepared)?),
     };
-    let bands: Vec<Range<u32>> = header.bands().collect();
-    let rows: u64 = bands.iter().map(|rows| rows.len() as u64).sum();
-    let (pixels_total, view) = (rows * u64::from(width), ProgressView::new(flags.report.verbosity()));
-    let (pixels, rays) = (AtomicU64::new(0), AtomicU64::new(0));
-    let render = |rows: Range<u32>| -> Result<(Rendered, Option<FeatureRows>), BackendError> {
-        let cancel = interrupt::flag();
-        let features = features.as_ref().map(|pass| pass.rows(rows.clone(), None, cancel)).transpose()?;
-        let control = RenderControl { on_progress: &|_| {}, cancel, count_work: false, moment: None };
-        let rendered = prepared.render_rows(rows, &control)?;
-        let (more, more_rays) = (rendered.film.pixels.len() as u64, rendered.statistics.total_rays());
-        view.update(Progress {
-            pixels_done: pixels.fetch_add(more, Ordering::Relaxed) + more,
-            pixels_total,
-            rays: rays.fetch_add(more_rays, Ordering::Relaxed) + more_rays,
-        });
-        Ok((rendered, features))
+    let picked = PickedRows::new(header.bands());
+    let of_rows = |pass: FeaturePass| -> Features {
+        let rows_of = move |rows| pass.rows(rows, None, interrupt::overdue());
+        let picked = &picked;
+        Box::new(move |rows| picked.features(&rows, &rows_of))
     };
-    for some in bands.chunks(AT_A_TIME) {
-        let done: Vec<_> = std::thread::scope(|scope| {
-            let render = &render;
-            let running: Vec<_> = some.iter().map(|rows| scope.spawn(move || render(rows.clone()))).collect();
-            let end = |panic| std::panic::resume_unwind(panic);
-            running.into_iter().map(|band| band.join().unwrap_or_else(end)).collect()
-        });
-        for band in done {
-            let (rendered, features) = band?;
-            if !rendered.complete {
-                let message = format!("interrupted: {}: nothing was written", path.display());
-                return Err(Failure::Interrupted(message));
-            }
-            writer.write_rows(&rendered.film, features.as_ref())?;
-        }
+    let prepared = PreparedRows::new(prepared, picked.clone())?;
+    interrupt::check()?;
+    let verbosity = flags.report.verbosity();
+    let job = PictureJob {
+        prepared: &prepared,
+        features: features.map(of_rows),
+        product: Product::Rows(&path, &header),
+        count_work: false,
+        most_rows,
+        checkpoint_interval: flags.keep.interval(),
+        samples: checkpoint.samples(),
+        verbosity,
+    };
+    let done = job.run(checkpoint, ProgressView::new(verbosity), &mut Seconds::default())?;
+    let (name, rows) = (path.display(), prepared.size().1);
+    if !done.complete {
+        let percent = (done.share * 100.0).floor();
+        return Err(Failure::Interrupted(match done.kept {
+            None => format!("interrupted: {name}: nothing was written"),
+            Some(_) => format!(
+                "interrupted: {name} was not written: {percent:.0} % of its samples are done; the same with --resume goes on"
+            ),
+        }));
     }
-    view.finish();
-    writer.finish()?;
     let text = format!(
-        "{}: {rows} of {height} rows on {} in {:.2} s, {} rays",
-        path.display(),
+        "{name}: {rows} of {height} rows on {} in {:.2} s, {} rays",
         backend.describe(),
         start.elapsed().as_secs_f64(),
-        grouped(rays.into_inner())
+        grouped(done.statistics.total_rays())
     );
-    flags.report.verbosity().say(Verbosity::Normal, &text);
+    verbosity.say(Verbosity::Normal, &text);
     Ok(())
 }

@@ -24,7 +24,7 @@ pub(super) fn render_video(sequence: &Sequence, backend: &dyn Backend) -> Result
         resume: flags.keep.resume,
         range: sequence.range.clone(),
         develop: options.develop,
-        identity: &|file| sequence.identity(&format!("{:?}", sequence.range), file),
+        identity: &|file| sequence.identity(file),
         verbosity: flags.report.verbosity(),
     };
     let render =
@@ -70,8 +70,13 @@ impl VideoJob<'_> {
         let first = self.range.start;
         let mut manifest_path = self.output.to_owned().into_os_string();
         manifest_path.push(".manifest");
-        let identity = (self.identity)(&format!("mp4 {quality} {rate}"));
+        let mut identity = (self.identity)("mp4");
         let range = self.range.clone();
+        identity.stated.extend([
+            ("range of frames", format!("{}..{}", range.start, range.end)),
+            ("number of frames a second", rate.to_string()),
+            ("quality of the video", quality.to_string()),
+        ]);
         let wanted = if self.resume { Wanted::Missing(range) } else { Wanted::Anew(range) };
         let manifest =
             Manifest::open(&PathBuf::from(manifest_path), &identity, wanted).map_err(Failure::because)?;
@@ -106,14 +111,29 @@ impl VideoJob<'_> {
                     drop(sink.writer);
                     let _ = VideoWriter::discard(self.output);
                     manifest.abandon();
+                    return Err(failure);
                 }
-                return Err(failure);
+                return Err(self.still_there(failure, &sink.writer));
             }
         };
-        sink.writer.finish()?;
+        let folder = sink.writer.folder().to_owned();
+        sink.writer.finish().map_err(|error| {
+            let kept = folder.display();
+            Failure::Failed(format!(
+                "{error}; {kept} has {length} of {length} frames: the same with --resume goes on"
+            ))
+        })?;
         manifest.note(first, self.output).map_err(Failure::because)?;
         manifest.finish().map_err(Failure::because)?;
         Ok(Some(done))
+    }
+
+    /// With what is kept of a video that failed.
+    fn still_there(&self, failure: Failure, writer: &VideoWriter) -> Failure {
+        let Failure::Failed(line) = failure else { return failure };
+        let (kept, all) = (writer.folder().display(), self.range.len());
+        let count = all - writer.missing_frames().len();
+        Failure::Failed(format!("{line}; {kept} has {count} of {all} frames: the same with --resume goes on"))
     }
 
     /// Frames go to the program ffmpeg.

@@ -2,6 +2,8 @@
 
 use crate::place::Place;
 use std::fs;
+#[cfg(unix)]
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 /// What all runs have in common.
@@ -132,13 +134,53 @@ fn frames_in_work_are_left_alone() {
         [&[][..], &["--resume"], &["--frames", "2..3"], &["--seed", "7"], &["--seed", "7", "--share"]]
     {
         let run = frames(&place, "a_%d.ppm", &[&long, flags].concat());
-        run.failed_with(&["a_%d.ppm.manifest", &owner, "in work"]);
+        // What can be done meanwhile is said where it can.
+        let can_share = !flags.contains(&"--seed");
+        assert_eq!(run.stderr.contains("or let both --share them"), can_share, "{}", run.stderr);
+        run.failed_with(&["a_%d.ppm.manifest", &owner, "in work: wait for it"]);
     }
     first.kill().unwrap();
     first.wait().unwrap();
     // It is gone, and what it left goes, too.
     frames(&place, "a_%d.ppm", &["--frames", "2..3"]).succeeded();
     assert_eq!(place.names(), ["a_%d.ppm.manifest", "a_2.ppm"]);
+}
+
+/// What is said after a signal is what is so.
+#[cfg(unix)]
+fn interrupted(place: &Place, output: &str, flags: &[&str]) -> String {
+    use std::os::unix::fs::PermissionsExt;
+    // It takes pictures like the real one.
+    fs::write(place.path("ffmpeg"), "#!/bin/sh\ncat > /dev/null\n").unwrap();
+    fs::set_permissions(place.path("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", place.path("").display(), std::env::var("PATH").unwrap());
+    let long = ["--orbit", "6", "-o", output, "--size", "400x400", "--samples", "4000", "-v"];
+    let arguments = [&["render"], &COMMON[..1], &long, flags].concat();
+    let mut command = place.command(&arguments);
+    let mut child = command.env("PATH", path).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.starts_with("rendering")), "it never started");
+    // SAFETY: kill only sends a signal; the child has not been waited for, so its number is its own.
+    assert_eq!(unsafe { libc::kill(child.id() as i32, libc::SIGTERM) }, 0);
+    let last = lines.last().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(143), "{last}");
+    last
+}
+
+#[cfg(unix)]
+#[test]
+fn how_to_go_on_after_a_signal() {
+    let place = Place::new();
+    let said = interrupted(&place, "a_%d.ppm", &[]);
+    assert!(said.ends_with("0 of 6 frames are done: the same with --resume goes on"), "{said}");
+    let said = interrupted(&place, "a_%d.ppm", &["--share"]);
+    assert!(said.ends_with("0 of 6 frames are done: the same command goes on"), "{said}");
+    if cfg!(feature = "video") {
+        let said = interrupted(&place, "a.mp4", &[]);
+        assert!(said.ends_with("the same with --resume goes on"), "{said}");
+        let said = interrupted(&place, "b.mp4", &["--ffmpeg"]);
+        assert!(said.contains("none is kept") && !said.contains("--resume"), "{said}");
+    }
 }
 
 /// The same for shares of a picture.
@@ -225,11 +267,64 @@ fn videos_are_the_same_however_they_were_made() {
     assert!(run.stderr.contains("done already"), "{}", run.stderr);
     let run = frames(&place, "a.mp4", &[size, &["--resume", "--seed", "7"]].concat());
     assert!(run.code == Some(1) && run.stderr.contains("another scene"), "{}", run.stderr);
+    // What differs is said.
+    for (flags, reason) in [
+        (&["--frames", "0..3"][..], "with another range of frames: 0..6, not 0..3"),
+        (&["--fps", "12"], "with another number of frames a second: 24, not 12"),
+        (&["--video-quality", "50"], "with another quality of the video: 90, not 50"),
+        (&["--size", "32x16"], "with another size: 16 x 16, not 32 x 16"),
+    ] {
+        let of_size = if flags[0] == "--size" { &[] } else { size };
+        frames(&place, "a.mp4", &[of_size, flags, &["--resume"]].concat())
+            .failed_with(&["cannot resume", reason]);
+    }
     // Where nothing can be made, nothing is left.
     let before = place.names();
     assert_eq!(frames(&place, "c.mp4", &["--size", "3x3"]).code, Some(2));
     assert_eq!(frames(&place, "/proc/none/c.mp4", size).code, Some(1));
     assert_eq!(place.names(), before);
+}
+
+/// Files may have so many blocks (`ulimit -f`): as on a disk that is full, at a size that tests can choose.
+#[cfg(all(unix, feature = "video"))]
+fn with_small_files(place: &Place, blocks: u32, arguments: &[&str]) -> crate::place::Run {
+    let command = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", &command, env!("CARGO_BIN_EXE_eosphor")]).args(arguments);
+    shell.current_dir(place.path("")).output().unwrap().into()
+}
+
+#[cfg(all(unix, feature = "video"))]
+#[test]
+fn a_disk_without_room_is_said_with_what_is_kept() {
+    let place = Place::new();
+    let flags = ["--size", "32x32", "--orbit", "30", "--video-quality", "100", "--no-metadata", "-q"];
+    let render = |output| [&["render", "builtin:cornell", "-o", output], &COMMON[3..], &flags].concat();
+    // Frames fit, a segment of them does not.
+    let run = with_small_files(&place, 8, &render("a.mp4"));
+    run.failed_with(&["files may not become so large", "a.mp4.part has", "of 30 frames", "--resume goes on"]);
+    assert_eq!(place.names(), ["a.mp4.manifest", "a.mp4.part"]);
+    place.run(&[&render("a.mp4")[..], &["--resume"]].concat()).succeeded();
+    place.run(&render("b.mp4")).succeeded();
+    assert!(bytes(&place.path("a.mp4")) == bytes(&place.path("b.mp4")), "byte for byte");
+    // No frame fits, or nothing at all: nothing is left that would say nothing.
+    let before = place.names();
+    for blocks in [2, 0] {
+        let run = with_small_files(&place, blocks, &render("c.mp4"));
+        assert!(!run.stderr.contains("os error") && !run.stderr.contains("--resume"), "{}", run.stderr);
+        run.failed_with(&["files may not become so large"]);
+        assert_eq!(place.names(), before, "{blocks}");
+    }
+    // A sequence keeps the frames that are whole.
+    let frames =
+        [&["render", "builtin:cornell", "-o", "%d.ppm"], &COMMON[1..], &["--orbit", "2", "-q"]].concat();
+    place.run(&[&frames[..], &["--frames", "0..1"]].concat()).succeeded();
+    with_small_files(&place, 0, &[&frames[..], &["--resume"]].concat())
+        .failed_with(&["files may not become so large"]);
+    with_small_files(&place, 1, &[&frames[..], &["--resume"]].concat()).failed_with(&[
+        "1.ppm: files may not become so large",
+        "1 of 2 frames are done: the same with --resume",
+    ]);
 }
 
 #[test]

@@ -224,3 +224,16 @@ fn frames_of_no_unicode_are_wrong_usage() {
     run.is_wrong_usage(&["-o: \u{fffd}_%d.png", "must be Unicode"]);
     assert_eq!(place.names(), ["input"]);
 }
+
+/// Frames that are whole are kept, and it is said how to go on.
+#[test]
+fn a_frame_that_cannot_be_written_leaves_the_others() {
+    let place = Place::new();
+    course(&place, INPUT, &["--cpu"]).succeeded();
+    fs::remove_file(place.path("out/img_1.data")).unwrap();
+    fs::create_dir(place.path("out/img_1.data")).unwrap();
+    let run = course(&place, INPUT, &["--cpu", "--resume"]);
+    assert_eq!(run.code, Some(1), "{}", run.stderr);
+    let end = "img_1.data: this is a folder; add a file name; 2 of 3 frames are done: the same with --resume goes on\n";
+    assert!(run.stderr.ends_with(end), "{}", run.stderr);
+}

@@ -189,10 +189,7 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
         (&["--orbit", "4"], "--orbit would do nothing here: it needs frames"),
         (&["--fps", "25"], "--fps would do nothing here: it needs frames"),
         (&["--resume", "--stats"], "--resume would do nothing here: it needs a render without --stats"),
-        (
-            &["--resume", "--tiles", "1/2"],
-            "--resume would do nothing here: it needs a whole picture or frames",
-        ),
+        (&["--resume", "--show", "cost"], "--resume would do nothing here: it needs a picture or frames"),
         (
             &["--checkpoint-every", "5", "--show", "cost"],
             "--checkpoint-every would do nothing here: it needs a still",

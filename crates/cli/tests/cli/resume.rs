@@ -141,6 +141,23 @@ fn parts_of_pictures_go_on_too() {
     assert!(fs::read(place.path("a.png")).unwrap() == undisturbed(&flags, "a.png"), "byte for byte");
 }
 
+/// A share of the rows is gone on with as that share, with its layers.
+#[test]
+fn shares_of_rows_go_on_too() {
+    let place = Place::new();
+    let share = ["-o", "b.exr", "--layers", "all", "--tiles", "2/3", "--no-metadata"];
+    let samples = ended_by(&place, libc::SIGTERM, &share, &later);
+    assert_eq!(place.names(), ["b.exr.2-of-3.share.part"]);
+    let flags = [&share[..], &["--samples", &samples]].concat();
+    let stale = [&flags[..], &["--seed", "7", "--resume"]].concat();
+    run(&place, &stale).failed_with(&["cannot resume: b.exr.2-of-3.share.part", "another scene"]);
+    let goes_on = run(&place, &[&flags[..], &["--resume"]].concat()).succeeded();
+    assert!(goes_on.stderr.contains("% of the samples are done already"), "{}", goes_on.stderr);
+    assert_eq!(place.names(), ["b.exr.2-of-3.share"], "nothing else is left");
+    let name = "b.exr.2-of-3.share";
+    assert!(fs::read(place.path(name)).unwrap() == undisturbed(&flags, name), "byte for byte");
+}
+
 #[test]
 fn what_cannot_be_gone_on_with_is_said() {
     let place = Place::new();

@@ -5,7 +5,7 @@
 //! read. The last one that is at work puts the lines in order when it comes to its end.
 
 use super::claims::{Claims, Other, others};
-use crate::output::PICTURE_VERSION;
+use crate::output::{PICTURE_VERSION, explain};
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -28,6 +28,8 @@ pub struct FramesIdentity {
     pub animation: String,
     /// Of how colours become files: development, format, quality.
     pub file: String,
+    /// What else they are made by, in words: names and values, for messages.
+    pub stated: Vec<(&'static str, String)>,
 }
 
 impl FramesIdentity {
@@ -47,7 +49,7 @@ pub enum ManifestError {
         /// The manifest.
         path: PathBuf,
         /// Of what.
-        what: &'static str,
+        what: String,
     },
     /// The file is not a manifest.
     #[error("cannot resume: {}: this is no manifest of frames: delete it, or render without --resume", path.display())]
@@ -56,7 +58,7 @@ pub enum ManifestError {
         path: PathBuf,
     },
     /// Another process has some of the frames in work, or frames of something else under these names.
-    #[error("{}: {owner} has {what} in work: wait for it, render other --frames, or let both --share them", path.display())]
+    #[error("{}: {owner} has {what} in work: wait for it, or render to files of other names", path.display())]
     InUse {
         /// The manifest.
         path: PathBuf,
@@ -64,9 +66,11 @@ pub enum ManifestError {
         owner: String,
         /// Which frames.
         what: String,
+        /// They are frames of the same, so that other ones can be rendered meanwhile.
+        is_same: bool,
     },
     /// It cannot be read or written.
-    #[error("cannot keep account of the frames: {}: {source}", path.display())]
+    #[error("cannot keep account of the frames: {}: {}", path.display(), explain(source))]
     File {
         /// The manifest.
         path: PathBuf,
@@ -120,19 +124,20 @@ impl Manifest {
         let mut file = lock(path).map_err(failed)?;
         let others = others(&stem).map_err(failed)?;
         let (Wanted::Anew(frames) | Wanted::Missing(frames) | Wanted::Shared(frames)) = &wanted;
-        let in_use = |other: &Other, what| {
-            Err(ManifestError::InUse { path: path.to_owned(), owner: other.owner.clone(), what })
+        let in_use = |other: &Other, what: &str, is_same| {
+            let (path, owner) = (path.to_owned(), other.owner.clone());
+            Err(ManifestError::InUse { path, owner, what: what.into(), is_same })
         };
         let mut found = read(&mut file, path, identity);
         if let (Err(ManifestError::Stale { .. } | ManifestError::Malformed { .. }), Some(other)) =
             (&found, others.first())
         {
-            return in_use(other, "frames of something else".into());
+            return in_use(other, "frames of something else", false);
         }
         if !matches!(wanted, Wanted::Shared(_))
             && let Some(other) = others.iter().find(|other| other.has_any(frames))
         {
-            return in_use(other, "some of these frames".into());
+            return in_use(other, "some of these frames", true);
         }
         if let Wanted::Anew(frames) = &wanted {
             // What there is of other frames of the same stays.
@@ -147,17 +152,25 @@ impl Manifest {
         }
         let found = found?;
         let (header, is_resumed) = (header(identity), found.is_some());
-        if !is_resumed {
-            let begun = file
-                .set_len(0)
-                .and_then(|()| file.seek(SeekFrom::Start(0)))
-                .and_then(|_| file.write_all(header.as_bytes()));
-            begun.map_err(failed)?;
-        }
-        let mut claims = Claims::new(&stem).map_err(failed)?;
-        if !matches!(wanted, Wanted::Shared(_)) {
-            claims.set(std::slice::from_ref(frames)).map_err(failed)?;
-        }
+        let mut begin = || {
+            if !is_resumed {
+                file.set_len(0)?;
+                file.seek(SeekFrom::Start(0))?;
+                file.write_all(header.as_bytes())?;
+            }
+            let mut claims = Claims::new(&stem)?;
+            if !matches!(wanted, Wanted::Shared(_)) {
+                claims.set(std::slice::from_ref(frames))?;
+            }
+            Ok(claims)
+        };
+        let claims = begin().map_err(|error| {
+            if !is_resumed && others.is_empty() {
+                // It would say nothing to anybody.
+                let _ = fs::remove_file(path);
+            }
+            failed(error)
+        })?;
         let state = Mutex::new(State { claims, in_work: Vec::new() });
         Ok(Manifest {
             path: path.to_owned(),
@@ -326,8 +339,10 @@ fn is_done(done: &Done, frame: u32, file: &Path) -> bool {
 }
 
 fn header(identity: &FramesIdentity) -> String {
-    let FramesIdentity { scene, animation, file } = identity;
-    format!("{TITLE}\npicture {PICTURE_VERSION}\nscene {scene}\nanimation {animation}\nfile {file}\n")
+    let FramesIdentity { scene, animation, file, stated } = identity;
+    // In words first: these are among what the hashes are of.
+    let stated: String = stated.iter().map(|(name, value)| format!("{name}: {value}\n")).collect();
+    format!("{TITLE}\npicture {PICTURE_VERSION}\n{stated}scene {scene}\nanimation {animation}\nfile {file}\n")
 }
 
 /// The frames that are done; `None` where there is no manifest.
@@ -346,21 +361,35 @@ fn read(file: &mut File, path: &Path, identity: &FramesIdentity) -> Result<Optio
         return Err(ManifestError::Malformed { path: path.to_owned() });
     }
     let expected = header(identity);
-    for (line, what) in expected.lines().skip(1).zip([
-        "by a version of the program with other pictures",
-        "of another scene, or with other settings",
-        "with another animation",
-        "with other settings of the file",
-    ]) {
+    for line in expected.lines().skip(1) {
         match lines.next() {
             Some(found) if found == line => {}
             // The last line may be half one.
             Some(found) if lines.clone().next().is_none() && line.starts_with(found) => return Ok(None),
             None => return Ok(None),
-            Some(_) => return Err(ManifestError::Stale { path: path.to_owned(), what }),
+            Some(found) => {
+                return Err(ManifestError::Stale { path: path.to_owned(), what: difference(found, line) });
+            }
         }
     }
     Ok(Some(parse(&text)))
+}
+
+/// How frames were made, by a line of the header that is not the one that it should be.
+fn difference(found: &str, expected: &str) -> String {
+    let what = match expected.split(' ').next().unwrap_or_default() {
+        "picture" => "by a version of the program with other pictures",
+        "scene" => "of another scene, or with other settings",
+        "animation" => "with another animation",
+        "file" => "with other settings of the file",
+        _ => match (found.split_once(": "), expected.split_once(": ")) {
+            (Some((name, found)), Some((wanted, value))) if name == wanted => {
+                return format!("with another {name}: {found}, not {value}");
+            }
+            _ => "with other settings of the file",
+        },
+    };
+    what.to_owned()
 }
 
 /// The lines of frames, in their order.
@@ -396,7 +425,12 @@ mod tests {
     use super::*;
 
     fn identity() -> FramesIdentity {
-        FramesIdentity { scene: "abc".into(), animation: "def".into(), file: "ghi".into() }
+        FramesIdentity {
+            scene: "abc".into(),
+            animation: "def".into(),
+            file: "ghi".into(),
+            stated: vec![("size", "4 x 3".into())],
+        }
     }
 
     fn open(path: &Path, wanted: Wanted) -> Manifest {
@@ -464,6 +498,10 @@ mod tests {
             refused(&path, &identity, Wanted::Missing(ALL))
         };
         assert!(other(|i| i.scene = "x".into()).contains("another scene"));
+        // What can be said in words is.
+        let wider = other(|i| (i.scene, i.stated[0].1) = ("x".into(), "5 x 3".into()));
+        assert!(wider.contains("made with another size: 4 x 3, not 5 x 3: "), "{wider}");
+        assert!(other(|i| i.stated[0].0 = "width").contains("other settings of the file"));
         assert!(other(|i| i.animation = "x".into()).contains("another animation"));
         assert!(other(|i| i.file = "x".into()).contains("settings of the file"));
         let text = fs::read_to_string(&path).unwrap();
@@ -503,7 +541,7 @@ mod tests {
         drop(last);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1 + 4, "no folder is left");
         let numbers: Vec<String> =
-            fs::read_to_string(&path).unwrap().lines().skip(5).map(|l| l[6..7].into()).collect();
+            fs::read_to_string(&path).unwrap().lines().skip(6).map(|l| l[6..7].into()).collect();
         assert_eq!(numbers, ["0", "2", "3", "4"], "in order");
     }
 

@@ -17,7 +17,7 @@ impl TemporaryFile {
     pub(super) fn beside(path: &Path) -> Result<TemporaryFile, Error> {
         let target = resolve(path)?;
         let file = temporary_beside(&target)?;
-        take_rights_of(&target, &file);
+        take_rights_of(&target, file.as_file(), 0);
         Ok(TemporaryFile { file, target })
     }
 
@@ -26,7 +26,7 @@ impl TemporaryFile {
     pub(super) fn within(folder: &Path, path: &Path) -> Result<TemporaryFile, Error> {
         let target = resolve(path)?;
         let file = temporary_in(folder)?;
-        take_rights_of(&target, &file);
+        take_rights_of(&target, file.as_file(), 0);
         Ok(TemporaryFile { file, target })
     }
 
@@ -55,28 +55,36 @@ impl TemporaryFile {
     }
 }
 
-/// A file that replaces another is for the same people: from the start, since it may be secret. What the system does not
-/// allow stays as it is for any new file.
+/// A file that replaces another, or holds what will, is for the same people: from the start, since it may be secret. Who may
+/// read it may enter it, where it is a folder. The owner has the rights `for_owner` in any case. What the system does not allow
+/// stays as it is for any new file.
 #[cfg(unix)]
-fn take_rights_of(target: &Path, file: &NamedTempFile) {
+pub(crate) fn take_rights_of(target: &Path, file: &File, for_owner: u32) {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
-    let (Ok(old), Ok(new)) = (fs::metadata(target), file.as_file().metadata()) else { return };
-    let mut mode = old.mode() & 0o777;
+    let (Ok(old), Ok(new)) = (fs::metadata(target), file.metadata()) else { return };
+    let mut mode = old.mode() & 0o777 | for_owner;
+    if new.is_dir() {
+        mode |= (mode & 0o444) >> 2;
+    }
     let (owner, group) = (Some(old.uid()), Some(old.gid()));
     let is_same = (old.uid(), old.gid()) == (new.uid(), new.gid());
-    if !is_same
-        && fchown(file.as_file(), owner, group).is_err()
-        && fchown(file.as_file(), None, group).is_err()
-    {
+    if !is_same && fchown(file, owner, group).is_err() && fchown(file, None, group).is_err() {
         // Of another group now: it gets no more than everybody.
         let everybody = (mode & 0o007) << 3;
         mode &= !0o070 | everybody;
     }
-    let _ = file.as_file().set_permissions(fs::Permissions::from_mode(mode));
+    let _ = file.set_permissions(fs::Permissions::from_mode(mode));
 }
 
 #[cfg(not(unix))]
-fn take_rights_of(_target: &Path, _file: &NamedTempFile) {}
+pub(crate) fn take_rights_of(_target: &Path, _file: &File, _for_owner: u32) {}
+
+/// The mode to create a file with that gets the rights of another one then; `usual` where that one is not there. Nobody gets in
+/// before that.
+#[cfg(unix)]
+pub(crate) fn mode_before_rights(target: &Path, usual: u32) -> u32 {
+    if fs::metadata(target).is_ok() { usual & 0o700 } else { usual }
+}
 
 /// Writes a file that is whole or not there.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {

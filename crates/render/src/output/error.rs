@@ -86,19 +86,49 @@ fn explain_reading(path: &Path, error: &Error) -> String {
     }
 }
 
-/// The system's reason, and what to do about it.
-fn explain(error: &Error) -> String {
+/// The system's reason why a file could not be written, and what to do about it.
+pub fn explain(error: &Error) -> String {
     let advice = match error.kind() {
         ErrorKind::NotFound => "no such file or folder; check the path, or create the folder first",
         ErrorKind::PermissionDenied => "permission denied; choose a folder that you may write to",
         ErrorKind::ReadOnlyFilesystem => "the file system is read-only; choose another folder",
         ErrorKind::StorageFull => "no space left on the device; free some, or choose another folder",
+        ErrorKind::FileTooLarge => {
+            "files may not become so large there; raise the limit (ulimit -f), or choose another folder"
+        }
         ErrorKind::QuotaExceeded => "your disk quota is used up; free some space, or choose another folder",
         ErrorKind::NotADirectory => "a part of the path is a file, not a folder",
         ErrorKind::BrokenPipe => "whoever was to read it has closed the pipe",
         ErrorKind::IsADirectory => "this is a folder; add a file name",
         ErrorKind::InvalidFilename => "the file system does not take this file name; choose a shorter one",
-        _ => return error.to_string(),
+        _ => {
+            let text = error.to_string();
+            return match text.split_once(" (os error ") {
+                Some((reason, _)) => format!("{reason}; look what is wrong there, or choose another folder"),
+                None => text,
+            };
+        }
     };
     advice.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn no_reason_is_a_number_alone() {
+        for (code, words) in [
+            (28, "no space left"),
+            (27, "ulimit -f"),
+            (122, "quota"),
+            (5, "choose another folder"),
+            (24, "choose"),
+        ] {
+            let said = explain(&Error::from_raw_os_error(code));
+            assert!(said.contains(words) && !said.contains("os error"), "{said}");
+        }
+        assert_eq!(explain(&Error::other("as it was said")), "as it was said");
+    }
 }

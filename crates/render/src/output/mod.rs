@@ -26,14 +26,17 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use atomic::write_whole;
+#[cfg(unix)]
+pub(crate) use atomic::mode_before_rights;
+pub(crate) use atomic::{take_rights_of, write_whole};
 pub use develop::{DevelopSettings, Developed};
-pub use error::OutputError;
+pub use error::{OutputError, explain};
 pub use exr::Layer;
 pub use format::Format;
 pub use metadata::{Metadata, PICTURE_VERSION};
 pub use picture::{ByteImage, Picture};
 pub use save::{SaveOptions, Window, check_writable, save, save_developed, save_within};
+pub(crate) use share::bands;
 pub use share::{BAND_ROWS, ShareError, ShareHeader, ShareReader, ShareWriter, merge, share_path};
 pub use stream::Stream;
 #[cfg(feature = "video")]

@@ -1,10 +1,10 @@
 //! What is done of a still, in memory for a while and in a file, so that it can go on after whatever ended the program.
 
 use super::Strip;
-use super::identity::{SampleShare, SumsHeader};
+use super::identity::{Part, SampleShare, SumsHeader};
 use super::sums_file::{Found, SUM_BYTES, SumsError, SumsFile, header_of};
-use crate::Region;
 use eosphor_scene::SceneData;
+use std::collections::VecDeque;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,9 +13,6 @@ use std::time::{Duration, Instant};
 
 /// Sums of strips that are done but not in the file yet take at most so much memory.
 const MOST_WAITING: usize = 128 << 20;
-
-/// Strips that took less are rather rendered again than written where there is no memory for them.
-const WORTH_WRITING: Duration = Duration::from_secs(8);
 
 /// The file of what is done of the picture at `path`: `out.png.part`.
 pub fn checkpoint_path(path: &Path) -> PathBuf {
@@ -45,21 +42,21 @@ pub struct Checkpoint {
     /// Without, nothing is kept.
     keeps: bool,
     scene: Arc<SceneData>,
-    region: Option<Region>,
+    part: Part,
     share: Option<SampleShare>,
     /// Hashing a large scene takes a while, and many stills are done before it is needed.
     header: OnceLock<SumsHeader>,
     interval: Duration,
-    /// When something was written last, or it began: what was done since then is lost where the program is killed.
+    /// Bytes of sums that may wait.
+    most_waiting: usize,
+    /// When all was written last, or it began: what was done since then may be lost where the program is killed.
     written: Instant,
     file: Option<SumsFile>,
     /// There is a file of an earlier render, which is not gone on with.
     has_other: bool,
     in_work: InWork,
     /// Strips that are whole and not in the file.
-    waiting: Vec<Strip>,
-    /// When the first of them began.
-    waiting_since: Instant,
+    waiting: VecDeque<Strip>,
     /// Why writing has failed.
     failed: Option<SumsError>,
 }
@@ -74,7 +71,7 @@ impl Checkpoint {
     /// [`SumsError::InUse`] where another process has it, also where nothing is to be resumed.
     pub fn open(
         path: &Path,
-        (scene, region): (Arc<SceneData>, Option<Region>),
+        (scene, part): (Arc<SceneData>, Part),
         share: Option<SampleShare>,
         interval: Duration,
         resume: bool,
@@ -82,7 +79,7 @@ impl Checkpoint {
         let mut checkpoint = Checkpoint {
             path: path.to_owned(),
             keeps: true,
-            region,
+            part,
             share,
             interval,
             ..Checkpoint::nowhere(scene)
@@ -99,21 +96,20 @@ impl Checkpoint {
 
     /// For a picture of which nothing is to be kept.
     pub fn nowhere(scene: Arc<SceneData>) -> Checkpoint {
-        let now = Instant::now();
         Checkpoint {
             path: PathBuf::new(),
             keeps: false,
             scene,
-            region: None,
+            part: Part::default(),
             share: None,
             header: OnceLock::new(),
             interval: Duration::MAX,
-            written: now,
+            most_waiting: MOST_WAITING,
+            written: Instant::now(),
             file: None,
             has_other: false,
             in_work: InWork::default(),
-            waiting: Vec::new(),
-            waiting_since: now,
+            waiting: VecDeque::new(),
             failed: None,
         }
     }
@@ -160,6 +156,12 @@ impl Checkpoint {
         self.file.as_ref().map_or(Err(None), |file| file.rows_from(row))
     }
 
+    /// All samples, of all pixels together.
+    pub fn samples_total(&self) -> u64 {
+        let (width, height) = self.part.size(&self.scene);
+        u64::from(width) * u64::from(height) * self.samples().len() as u64
+    }
+
     /// What the file has of samples, of all pixels together.
     pub fn samples_done(&self) -> u64 {
         self.file.as_ref().map_or(0, SumsFile::samples)
@@ -173,10 +175,7 @@ impl Checkpoint {
     pub fn strip(&mut self, rows: Range<u32>) -> Result<Strip, SumsError> {
         match &mut self.file {
             Some(file) => file.strip(rows),
-            None => {
-                let width = self.region.map_or(self.scene.settings.width, |region| region.width);
-                Ok(Strip::new(width, rows))
-            }
+            None => Ok(Strip::new(self.part.size(&self.scene).0, rows)),
         }
     }
 
@@ -185,35 +184,43 @@ impl Checkpoint {
         self.keeps && self.written.elapsed() + next >= self.interval
     }
 
-    /// Takes a strip that is whole, to be written with the next ones. Of a picture it is not written at all where it took
-    /// little time and such strips would fill the memory.
+    /// Takes a strip that is whole, to be written with the next ones: when it is time, or when there is no more memory for them.
+    /// Only where that fails ([`Checkpoint::failure`]), and there is no memory for them, they are given up.
     pub fn take(&mut self, strip: Strip) {
         if !self.keeps || self.file.as_ref().is_some_and(|file| file.has(&strip.rows, strip.samples)) {
             return;
         }
-        self.waiting.push(strip);
-        let bytes: usize = self.waiting.iter().map(|strip| strip.sums.sums.len() * SUM_BYTES as usize).sum();
-        if bytes > MOST_WAITING {
-            match self.share.is_some() || self.waiting_since.elapsed() >= WORTH_WRITING {
-                true => self.write(None),
-                false => self.forget(),
+        self.waiting.push_back(strip);
+        if self.bytes_waiting() > self.most_waiting {
+            // Whoever kills the program does not take it from the system, so it need not be on the disk before the next strip.
+            let written = self.write_waiting();
+            self.note(written);
+            if self.bytes_waiting() > self.most_waiting {
+                self.waiting.clear();
             }
         }
     }
 
-    fn forget(&mut self) {
-        self.waiting.clear();
-        self.waiting_since = Instant::now();
+    fn bytes_waiting(&self) -> usize {
+        self.waiting.iter().map(|strip| strip.pixels() * SUM_BYTES).sum::<u64>() as usize
     }
 
-    /// Writes what is not in the file, with what is done of the strip in work. Where that fails, [`Checkpoint::failure`] has
-    /// the reason.
+    fn note(&mut self, written: Result<(), SumsError>) {
+        self.failed = self.failed.take().or(written.err());
+    }
+
+    /// Writes what is not in the file, with what is done of the strip in work, and waits until it is on the disk. Where that
+    /// fails, [`Checkpoint::failure`] has the reason.
     pub fn write(&mut self, in_work: Option<&Strip>) {
         let in_work = in_work.filter(|strip| strip.samples > 0);
-        if self.keeps && (!self.waiting.is_empty() || in_work.is_some()) {
-            self.failed = self.write_all(in_work).err();
+        if self.keeps {
+            let written = self.write_waiting().and_then(|()| match in_work {
+                Some(strip) => self.write_in_work(strip),
+                None => Ok(()),
+            });
+            let on_disk = self.file.as_mut().map_or(Ok(()), SumsFile::sync);
+            self.note(written.and(on_disk));
         }
-        self.forget();
         self.written = Instant::now();
     }
 
@@ -244,39 +251,45 @@ impl Checkpoint {
     }
 
     fn header(&self) -> &SumsHeader {
-        self.header.get_or_init(|| SumsHeader::of(&self.scene, self.region, self.share.clone()))
+        self.header.get_or_init(|| SumsHeader::of(&self.scene, self.part, self.share.clone()))
     }
 
-    fn write_all(&mut self, in_work: Option<&Strip>) -> Result<(), SumsError> {
-        let mut file = match self.file.take() {
+    /// The file, which is made where there is none.
+    fn file(&mut self) -> Result<&mut SumsFile, SumsError> {
+        let file = match self.file.take() {
             Some(file) => file,
             None => SumsFile::create(&self.path, self.header().clone())?,
         };
         self.has_other = false;
-        let written = self.write_to(&mut file, in_work);
-        self.file = Some(file);
-        written
+        Ok(self.file.insert(file))
     }
 
-    fn write_to(&mut self, file: &mut SumsFile, in_work: Option<&Strip>) -> Result<(), SumsError> {
-        for strip in std::mem::take(&mut self.waiting) {
-            file.append(&strip)?;
-        }
-        if let Some(strip) = in_work {
-            if self.in_work.rows != strip.rows {
-                self.in_work = InWork { rows: strip.rows.clone(), ..InWork::default() };
-            }
-            let InWork { offsets, newest, .. } = &mut self.in_work;
-            if offsets.len() < 2 {
-                offsets.push(file.append(strip)?);
-                *newest = offsets.len() - 1;
-            } else {
-                // The older of the two.
-                file.overwrite(offsets[1 - *newest], strip)?;
-                *newest = 1 - *newest;
+    /// Writes the strips that wait; those that cannot be written wait for the next time.
+    fn write_waiting(&mut self) -> Result<(), SumsError> {
+        while let Some(strip) = self.waiting.pop_front() {
+            if let Err(error) = self.file().and_then(|file| file.append(&strip)) {
+                self.waiting.push_front(strip);
+                return Err(error);
             }
         }
-        file.sync()
+        Ok(())
+    }
+
+    fn write_in_work(&mut self, strip: &Strip) -> Result<(), SumsError> {
+        if self.in_work.rows != strip.rows {
+            self.in_work = InWork { rows: strip.rows.clone(), ..InWork::default() };
+        }
+        let InWork { offsets, newest, .. } = self.in_work.clone();
+        if offsets.len() < 2 {
+            let offset = self.file()?.append(strip)?;
+            self.in_work.offsets.push(offset);
+            self.in_work.newest = offsets.len();
+        } else {
+            // The older of the two.
+            self.file()?.overwrite(offsets[1 - newest], strip)?;
+            self.in_work.newest = 1 - newest;
+        }
+        Ok(())
     }
 }
 
@@ -295,7 +308,7 @@ mod tests {
     }
 
     fn open(path: &Path, samples: u32, resume: bool) -> Result<Checkpoint, SumsError> {
-        Checkpoint::open(path, (scene(samples, 1), None), None, Duration::ZERO, resume)
+        Checkpoint::open(path, (scene(samples, 1), Part::default()), None, Duration::ZERO, resume)
     }
 
     /// Sums that say which rows and samples they are of.
@@ -351,6 +364,43 @@ mod tests {
         assert!(checkpoint.remove() && !path.exists());
     }
 
+    /// However little time they took: what is done is never forgotten.
+    #[test]
+    fn strips_that_memory_has_no_room_for_are_written_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png.part");
+        let long = Duration::from_secs(1 << 20);
+        let mut checkpoint =
+            Checkpoint::open(&path, (scene(2, 1), Part::default()), None, long, false).unwrap();
+        // Three rows.
+        checkpoint.most_waiting = 3 * WIDTH as usize * SUM_BYTES as usize;
+        checkpoint.take(strip(0..2, 2));
+        checkpoint.take(strip(2..3, 2));
+        assert!(!checkpoint.is_due(Duration::ZERO) && !path.exists(), "there is room");
+        checkpoint.take(strip(3..4, 2));
+        assert_eq!(checkpoint.samples_done(), 5 * 4 * 2);
+        checkpoint.take(strip(4..5, 2));
+        assert!(checkpoint.failure().is_none());
+        drop(checkpoint);
+        // Killed there: no more is lost than memory has room for.
+        assert_eq!(open(&path, 2, true).unwrap().samples_done(), 5 * 4 * 2);
+    }
+
+    #[test]
+    fn strips_that_could_not_be_written_wait_for_the_next_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("none/a.png.part");
+        let mut checkpoint = open(&path, 2, true).unwrap();
+        checkpoint.take(strip(0..3, 2));
+        checkpoint.write(None);
+        assert!(checkpoint.failure().is_some());
+        fs::create_dir(folder.path().join("none")).unwrap();
+        checkpoint.take(strip(3..4, 2));
+        checkpoint.write(None);
+        assert!(checkpoint.failure().is_none());
+        assert_eq!(checkpoint.samples_done(), 5 * 4 * 2);
+    }
+
     #[test]
     fn nothing_is_kept_where_nothing_is_to_be_kept() {
         let mut checkpoint = Checkpoint::nowhere(scene(64, 1));
@@ -369,7 +419,9 @@ mod tests {
         open(&path, 16, false).unwrap().write(Some(&strip(0..9, 2)));
         // Of another picture.
         assert!(
-            !Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, false).unwrap().remove()
+            !Checkpoint::open(&path, (scene(16, 2), Part::default()), None, Duration::ZERO, false)
+                .unwrap()
+                .remove()
         );
         assert!(path.exists());
         assert!(open(&path, 32, false).unwrap().remove() && !path.exists());
@@ -389,14 +441,16 @@ mod tests {
         assert!(reason(open(&path, 8, true)).contains("with 16 samples a pixel, more than the 8"));
         // A single sample is elsewhere in its pixel.
         assert!(reason(open(&path, 1, true)).contains("another scene, or with other settings"));
-        let other = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, true);
+        let other = Checkpoint::open(&path, (scene(16, 2), Part::default()), None, Duration::ZERO, true);
         assert!(reason(other).contains("another scene, or with other settings"));
         // Anew, which replaces it when there is something to be kept.
-        let mut anew = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, false).unwrap();
+        let mut anew =
+            Checkpoint::open(&path, (scene(16, 2), Part::default()), None, Duration::ZERO, false).unwrap();
         assert!(!anew.is_kept() && anew.has_other());
         anew.write(Some(&strip(0..1, 3)));
         drop(anew);
-        let again = Checkpoint::open(&path, (scene(16, 2), None), None, Duration::ZERO, true).unwrap();
+        let again =
+            Checkpoint::open(&path, (scene(16, 2), Part::default()), None, Duration::ZERO, true).unwrap();
         assert_eq!(again.samples_done(), 15);
         drop(again);
         fs::write(
@@ -450,6 +504,29 @@ mod tests {
             if (at as u64) >= older && (at as u64) < older + 8 + 10 * SUM_BYTES {
                 assert_eq!(checkpoint.samples_done(), 5 * (3 * 64 + 2 * 8), "byte {at}");
             }
+        }
+    }
+
+    /// Nobody may see there what he may not see in the picture.
+    #[cfg(unix)]
+    #[test]
+    fn the_file_is_for_those_who_may_see_the_picture() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        for (name, mode) in [
+            ("a.png.part", 0o600),
+            ("b.png.part", 0o640),
+            ("c.png.0-64.sums", 0o600),
+            ("d.png.part", 0o666),
+            ("e.png.part", 0o444),
+        ] {
+            let picture = folder.path().join(&name[..5]);
+            fs::write(&picture, "").unwrap();
+            fs::set_permissions(&picture, fs::Permissions::from_mode(mode)).unwrap();
+            let path = folder.path().join(name);
+            open(&path, 64, false).unwrap().write(Some(&strip(0..9, 2)));
+            // (Whoever renders goes on with it, too.)
+            assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode | 0o600, "{name}");
         }
     }
 

@@ -1,12 +1,33 @@
 //! What sums of samples are of.
 
+use crate::PickedRows;
 use crate::Region;
-use crate::output::{DevelopSettings, PICTURE_VERSION, SaveOptions};
+use crate::output::{DevelopSettings, PICTURE_VERSION, SaveOptions, bands};
 use crate::scene_hash::hash_with;
 use eosphor_core::settings::PixelSampling;
 use eosphor_scene::SceneData;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
+
+/// Which part of a picture sums are of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Part {
+    /// A rectangle; `None`: all of it.
+    #[serde(default)]
+    pub region: Option<Region>,
+    /// Of that, the rows of a share: its number, from 1, and how many there are.
+    #[serde(default)]
+    pub rows: Option<(u32, u32)>,
+}
+
+impl Part {
+    /// Width and height of it, of a scene's picture.
+    pub(super) fn size(&self, scene: &SceneData) -> (u32, u32) {
+        let whole = (scene.settings.width, scene.settings.height);
+        let (width, height) = self.region.map_or(whole, |region| (region.width, region.height));
+        (width, self.rows.map_or(height, |share| PickedRows::new(bands(height, share)).height()))
+    }
+}
 
 /// What sums are of: all that a sample depends on. How many there are of a pixel is not among it, where a sample does not
 /// depend on that, nor how colours become bytes.
@@ -17,9 +38,8 @@ pub(super) struct SumsHeader {
     /// Width and height in pixels.
     pub(super) size: (u32, u32),
     pub(super) scene: String,
-    /// Where they are of a part of the picture, which then has the size above.
-    #[serde(default)]
-    pub(super) region: Option<Region>,
+    /// The part of the picture, which has the size above.
+    pub(super) part: Part,
     /// Where they are some samples of a picture, to be merged with others.
     pub(super) share: Option<SampleShare>,
 }
@@ -54,7 +74,7 @@ impl SampleShare {
 
 impl SumsHeader {
     /// Of a scene.
-    pub(super) fn of(scene: &SceneData, region: Option<Region>, share: Option<SampleShare>) -> SumsHeader {
+    pub(super) fn of(scene: &SceneData, part: Part, share: Option<SampleShare>) -> SumsHeader {
         let mut settings = scene.settings;
         match settings.pixel_sampling {
             // One random sample is in the middle of its pixel.
@@ -63,13 +83,12 @@ impl SumsHeader {
             PixelSampling::Grid => {}
         }
         let hash = hash_with(scene, &settings, &DevelopSettings::default());
-        let size = region.map_or((settings.width, settings.height), |region| (region.width, region.height));
-        SumsHeader { picture: PICTURE_VERSION, size, scene: hash, region, share }
+        SumsHeader { picture: PICTURE_VERSION, size: part.size(scene), scene: hash, part, share }
     }
 
     /// In what another one differs, where its sums cannot be gone on with.
     pub(super) fn difference(&self, other: &SumsHeader) -> Option<String> {
-        let SumsHeader { picture, size, scene, region, share } = other;
+        let SumsHeader { picture, size, scene, part, share } = other;
         let is_same_share = match (&self.share, share) {
             (Some(own), Some(share)) => own.samples == share.samples && own.is_beside(share),
             (own, share) => own.is_none() && share.is_none(),
@@ -79,7 +98,7 @@ impl SumsHeader {
                 Some("by a version of the program with other pictures".to_owned())
             }
             _ if *size != self.size => Some(format!("of {} x {} pixels", size.0, size.1)),
-            _ if *region != self.region => Some("of another part of the picture".to_owned()),
+            _ if *part != self.part => Some("of another part of the picture".to_owned()),
             _ if *scene != self.scene => Some("of another scene, or with other settings".to_owned()),
             _ if !is_same_share => Some("of other samples, or with other settings of the file".to_owned()),
             _ => None,

@@ -10,7 +10,7 @@ mod strip;
 mod sums_file;
 
 pub use checkpoint::{Checkpoint, checkpoint_path, sample_share_path};
-pub use identity::SampleShare;
+pub use identity::{Part, SampleShare};
 pub use merge::{MergeError, merge_samples};
 pub use plan::StripPlan;
 pub use strip::Strip;

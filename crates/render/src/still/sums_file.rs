@@ -13,7 +13,7 @@
 use super::Strip;
 use super::identity::SumsHeader;
 use crate::SampleSums;
-use crate::output::MAX_SIDE;
+use crate::output::{self, MAX_SIDE};
 use crate::process::this_process;
 use eosphor_core::whitted::ExactSum;
 use std::collections::BTreeMap;
@@ -65,7 +65,7 @@ pub enum SumsError {
         owner: String,
     },
     /// It cannot be read or written.
-    #[error("cannot keep what is done of the picture: {}: {source}", path.display())]
+    #[error("cannot keep what is done of the picture: {}: {}", path.display(), output::explain(source))]
     File {
         /// The file.
         path: PathBuf,
@@ -91,6 +91,8 @@ pub(super) struct SumsFile {
     end: u64,
     /// The best records, by first row.
     done: BTreeMap<u32, Place>,
+    /// Nothing was written since it was on the disk.
+    is_on_disk: bool,
 }
 
 /// What is at a path.
@@ -128,7 +130,14 @@ impl SumsFile {
         };
         let (done, end) = read_records(&mut reader, header.size, length).map_err(failed)?;
         drop(reader);
-        Ok(Found::Sums(Box::new(SumsFile { path: path.to_owned(), file, header, end, done })))
+        Ok(Found::Sums(Box::new(SumsFile {
+            path: path.to_owned(),
+            file,
+            header,
+            end,
+            done,
+            is_on_disk: true,
+        })))
     }
 
     /// Makes one, in the place of what is there.
@@ -139,9 +148,16 @@ impl SumsFile {
     pub(super) fn create(path: &Path, header: SumsHeader) -> Result<SumsFile, SumsError> {
         let failed = |source| SumsError::File { path: path.to_owned(), source };
         let mut options = OpenOptions::new();
-        let mut file =
-            options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        options.read(true).write(true).create(true).truncate(false);
+        let picture = picture_of(path);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::OpenOptionsExt;
+            options.mode(output::mode_before_rights(&picture, 0o666));
+        }
+        let mut file = options.open(path).map_err(failed)?;
         lock(path, &mut file)?;
+        output::take_rights_of(&picture, &file, 0o600);
         let json = serde_json::to_vec(&header).map_err(|error| failed(error.into()))?;
         let mut bytes = MAGIC.to_vec();
         bytes.resize(MAGIC.len() + OWNER_BYTES, b' ');
@@ -151,7 +167,7 @@ impl SumsFile {
         let written = file.set_len(0).and_then(|()| file.write_all(&bytes));
         written.and_then(|()| write_owner(&mut file)).map_err(failed)?;
         let end = bytes.len() as u64;
-        Ok(SumsFile { path: path.to_owned(), file, header, end, done: BTreeMap::new() })
+        Ok(SumsFile { path: path.to_owned(), file, header, end, done: BTreeMap::new(), is_on_disk: false })
     }
 
     /// Gets ready to write more: what is half a record goes, and the file says who has it.
@@ -223,6 +239,7 @@ impl SumsFile {
     /// Writes a record at the end; a part of one is taken away again. Where its sums are.
     pub(super) fn append(&mut self, strip: &Strip) -> Result<u64, SumsError> {
         let (begin, Range { start, end }) = (self.end, strip.rows.clone());
+        self.is_on_disk = false;
         let mut head = RECORD.to_vec();
         head.extend([start.to_le_bytes(), end.to_le_bytes()].concat());
         head.extend(crc32fast::hash(&head).to_le_bytes());
@@ -243,6 +260,7 @@ impl SumsFile {
 
     /// Writes over the sums of a record of the same rows.
     pub(super) fn overwrite(&mut self, offset: u64, strip: &Strip) -> Result<(), SumsError> {
+        self.is_on_disk = false;
         let found = self.file.seek(SeekFrom::Start(offset));
         found.and_then(|_| write_body(&mut self.file, strip)).map_err(|error| self.error(error))?;
         let place = Place { end_row: strip.rows.end, samples: strip.samples, offset };
@@ -251,13 +269,23 @@ impl SumsFile {
     }
 
     /// Waits until all of it is on the disk.
-    pub(super) fn sync(&self) -> Result<(), SumsError> {
-        self.file.sync_data().map_err(|error| self.error(error))
+    pub(super) fn sync(&mut self) -> Result<(), SumsError> {
+        if !self.is_on_disk {
+            self.file.sync_data().map_err(|error| self.error(error))?;
+            self.is_on_disk = true;
+        }
+        Ok(())
     }
 
     fn error(&self, source: io::Error) -> SumsError {
         SumsError::File { path: self.path.clone(), source }
     }
+}
+
+/// The picture that sums in such a file are of: `out.png` of `out.png.part` and `out.png.0-64.sums`.
+fn picture_of(path: &Path) -> PathBuf {
+    let picture = path.with_extension("");
+    if path.extension().is_some_and(|ending| ending == "sums") { picture.with_extension("") } else { picture }
 }
 
 /// Takes the file for this process; it is free again when this process is gone, however it ends.
@@ -413,7 +441,9 @@ fn write_body(to: &mut impl Write, strip: &Strip) -> io::Result<()> {
     let SampleSums { sums, .. } = &strip.sums;
     let mut bytes = strip.samples.to_le_bytes().to_vec();
     for some in sums.chunks(CHUNK) {
-        bytes.extend(some.iter().flat_map(|sum| sum.units).flat_map(u64::to_le_bytes));
+        for unit in some.iter().flat_map(|sum| sum.units) {
+            bytes.extend_from_slice(&unit.to_le_bytes());
+        }
         hasher.update(&bytes);
         to.write_all(&bytes)?;
         bytes.clear();

@@ -50,18 +50,23 @@ pub struct ShareHeader {
 impl ShareHeader {
     /// The bands of rows that it has.
     pub fn bands(&self) -> impl Iterator<Item = Range<u32>> + use<> {
-        let (number, count) = (u64::from(self.share.0), u64::from(self.share.1.max(1)));
-        let (height, rows) = (u64::from(self.size.1), u64::from(BAND_ROWS));
-        (number.saturating_sub(1)..)
-            .step_by(count as usize)
-            .map(move |band| band * rows)
-            .take_while(move |row| *row < height)
-            .map(move |row| row as u32..(row + rows).min(height) as u32)
+        bands(self.size.1, self.share)
     }
 
     fn pixel_bytes(&self) -> u64 {
         COLOR_BYTES + if self.options.needs_features() { FEATURE_BYTES } else { 0 }
     }
+}
+
+/// The bands of rows of a share of a picture of this height.
+pub(crate) fn bands(height: u32, (number, count): (u32, u32)) -> impl Iterator<Item = Range<u32>> {
+    let (number, count) = (u64::from(number), u64::from(count.max(1)));
+    let (height, rows) = (u64::from(height), u64::from(BAND_ROWS));
+    (number.saturating_sub(1)..)
+        .step_by(count as usize)
+        .map(move |band| band * rows)
+        .take_while(move |row| *row < height)
+        .map(move |row| row as u32..(row + rows).min(height) as u32)
 }
 
 /// The file of a share of the picture at `path`: `out.png.3-of-8.share`.

@@ -2,7 +2,7 @@
 
 use super::super::{Layer, PictureWriter};
 use super::*;
-use crate::{CameraWork, FeatureRows, Film};
+use crate::{CameraWork, FeatureRows, Film, PickedRows};
 use eosphor_core::math::vec3;
 use std::fs;
 
@@ -30,8 +30,17 @@ fn rows(rows: Range<u32>) -> (Film, FeatureRows) {
 
 fn write(path: &Path, header: &ShareHeader) {
     let mut writer = ShareWriter::open(path, header).unwrap();
-    for band in header.bands() {
-        let (film, features) = rows(band);
+    // In pieces that are other rows than its bands.
+    let all = PickedRows::new(header.bands());
+    for first in (0..all.height()).step_by(11) {
+        let pieces = all.in_picture(&(first..all.height().min(first + 11)));
+        let (mut film, mut features) = (Film::new(SIZE.0, 0), FeatureRows::new(SIZE.0, 0));
+        for (some, some_features) in pieces.into_iter().map(rows) {
+            film.height += some.height;
+            film.pixels.extend(some.pixels);
+            features.pixels.extend(some_features.pixels);
+            features.work.extend(some_features.work);
+        }
         writer.write_rows(&film, (!header.options.layers.is_empty()).then_some(&features)).unwrap();
     }
     writer.finish().unwrap();

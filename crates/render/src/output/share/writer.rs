@@ -2,22 +2,25 @@
 
 use super::super::atomic::TemporaryFile;
 use super::super::{MAX_SIDE, OutputError};
-use super::{MAGIC, ShareHeader};
+use super::{BAND_ROWS, MAGIC, ShareHeader};
 use crate::{CameraWork, FeatureRows, Film, PixelFeatures};
 use eosphor_core::math::Vec3;
 use std::fs::File;
 use std::io::{BufWriter, Error, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes a share band by band. The file is whole or not there.
+/// Writes a share, whose bands come one after another, in pieces of any height. The file is whole or not there.
 pub struct ShareWriter {
     path: PathBuf,
     file: TemporaryFile,
     to: BufWriter<File>,
     sum: crc32fast::Hasher,
     width: u32,
+    rows_written: u64,
     rows_left: u64,
     has_features: bool,
+    /// Features of the band that is not whole yet: they come after its colours.
+    features: Vec<u8>,
 }
 
 impl ShareWriter {
@@ -41,8 +44,10 @@ impl ShareWriter {
             to,
             sum: crc32fast::Hasher::new(),
             width,
+            rows_written: 0,
             rows_left: header.bands().map(|rows| rows.len() as u64).sum(),
             has_features: header.options.needs_features(),
+            features: Vec::new(),
         };
         let header = serde_json::to_vec(header).map_err(|error| fail(Error::other(error)))?;
         let begin = [&MAGIC[..], &(header.len() as u32).to_le_bytes(), &header].concat();
@@ -65,19 +70,30 @@ impl ShareWriter {
             && u64::from(film.height) <= self.rows_left
             && features.is_some() == self.has_features
             && features.is_none_or(|features| features.pixels.len() == film.pixels.len());
-        let mut bytes = Vec::with_capacity(film.pixels.len() * 12);
-        film.pixels.iter().for_each(|&color| put_vector(&mut bytes, color));
-        if let Some(FeatureRows { pixels, work, .. }) = features {
-            for (pixel, work) in pixels.iter().zip(work) {
-                put_features(&mut bytes, pixel, work);
-            }
-        }
         let written = match fits {
-            true => self.write(&bytes),
+            true => (0..film.height).try_for_each(|row| self.write_row(film, features, row)),
             false => Err(Error::other("these are not the rows of the share")),
         };
-        self.rows_left = self.rows_left.saturating_sub(film.height.into());
         written.map_err(|error| OutputError::write(&self.path, error))
+    }
+
+    fn write_row(&mut self, film: &Film, features: Option<&FeatureRows>, row: u32) -> Result<(), Error> {
+        let width = film.width as usize;
+        let of_row = row as usize * width..(row as usize + 1) * width;
+        let mut bytes = Vec::with_capacity(width * 12);
+        film.pixels[of_row.clone()].iter().for_each(|&color| put_vector(&mut bytes, color));
+        if let Some(FeatureRows { pixels, work, .. }) = features {
+            for (pixel, work) in pixels[of_row.clone()].iter().zip(&work[of_row]) {
+                put_features(&mut self.features, pixel, work);
+            }
+        }
+        self.rows_written += 1;
+        self.rows_left -= 1;
+        // Only the last band of a picture has fewer rows.
+        if self.rows_left == 0 || self.rows_written.is_multiple_of(u64::from(BAND_ROWS)) {
+            bytes.append(&mut self.features);
+        }
+        self.write(&bytes)
     }
 
     /// Ends it, and gives it its name.

@@ -44,12 +44,11 @@ impl Folder {
         if is_ours(&left) {
             remove(&left).map_err(|error| OutputError::video(&left, error))?;
         }
-        match fs::create_dir(&folder) {
-            Err(error) if error.kind() != ErrorKind::AlreadyExists => {
-                return Err(OutputError::video(path, error));
-            }
-            _ => {}
-        }
+        let is_new = match create(&folder, path) {
+            Ok(()) => true,
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => false,
+            Err(error) => return Err(OutputError::video(path, error)),
+        };
         let in_folder = |error| OutputError::video(&folder, error);
         if fs::metadata(&folder).is_ok_and(|data| !data.is_dir()) {
             return Err(in_folder(misuse(
@@ -57,7 +56,13 @@ impl Folder {
             )));
         }
         let lock = lock(&folder).map_err(in_folder)?;
-        read_settings(&folder, &settings).map_err(in_folder)?;
+        if let Err(error) = read_settings(&folder, &settings) {
+            if is_new {
+                // It would say nothing to anybody.
+                let _ = fs::remove_dir_all(&folder);
+            }
+            return Err(in_folder(error));
+        }
         let folder = Folder { path: folder, settings, _lock: lock };
         let found = folder.scan()?;
         Ok((folder, found))
@@ -173,6 +178,23 @@ fn whole<T>(path: &Path, read: Result<T, OutputError>) -> Result<bool, OutputErr
         }
         Err(error) => Err(error),
     }
+}
+
+/// Makes the folder, which only those may enter who may read the video that is there.
+fn create(folder: &Path, video: &Path) -> Result<(), Error> {
+    let mut builder = fs::DirBuilder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::DirBuilderExt;
+        builder.mode(atomic::mode_before_rights(video, 0o777));
+    }
+    builder.create(folder)?;
+    if video.exists()
+        && let Ok(folder) = File::open(folder)
+    {
+        atomic::take_rights_of(video, &folder, 0o700);
+    }
+    Ok(())
 }
 
 /// Where the folder goes to be removed.

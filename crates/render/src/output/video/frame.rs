@@ -16,9 +16,8 @@ pub(super) fn write(path: &Path, frame: &Developed) -> Result<(), Error> {
     encoder.set_depth(png::BitDepth::Eight);
     // It is read once and removed: time counts, bytes do not. Compressing took a third of the time that a video took.
     encoder.set_compression(png::Compression::NoCompression);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&frame.rgb)?;
-    writer.finish()?;
+    let mut writer = encoder.write_header().map_err(reason)?;
+    writer.write_image_data(&frame.rgb).and_then(|()| writer.finish()).map_err(reason)?;
     to.flush()?;
     drop(to);
     file.keep()
@@ -38,6 +37,14 @@ pub(super) fn read(path: &Path, (width, height): (u32, u32)) -> Result<Developed
     // What follows the pixels is part of a whole file.
     reader.finish().map_err(explain)?;
     Ok(Developed { width, height, rgb, alpha: Vec::new() })
+}
+
+/// The system's own reason, where there is one.
+fn reason(error: png::EncodingError) -> Error {
+    match error {
+        png::EncodingError::IoError(error) => error,
+        error => Error::other(error.to_string()),
+    }
 }
 
 fn explain(error: png::DecodingError) -> Error {

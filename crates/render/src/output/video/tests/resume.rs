@@ -54,6 +54,22 @@ fn a_run_may_end_after_every_frame() {
     assert_eq!(names(folder.path()), ["a.mp4"]);
 }
 
+/// Nobody may see there what he may not see in the video.
+#[cfg(unix)]
+#[test]
+fn frames_are_for_those_who_may_see_the_video() {
+    use std::os::unix::fs::PermissionsExt;
+    let (_folder, path) = in_folder();
+    for (mode, of_folder) in [(0o600, 0o700), (0o640, 0o750), (0o444, 0o755)] {
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+        let video = open(&path, SIZE, 2, 1);
+        assert_eq!(fs::metadata(video.folder()).unwrap().permissions().mode() & 0o777, of_folder, "{mode:o}");
+        drop(video);
+        VideoWriter::discard(&path).unwrap();
+    }
+}
+
 /// What a killed program leaves: files that were being written, and frames whose segment is written.
 #[test]
 fn what_a_killed_program_leaves_is_tidied_up() {
