@@ -77,14 +77,14 @@ pub use eosphor_render::{
 #[doc(inline)]
 pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, Channel,
-    Composition, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, DeviceKind,
-    DeviceSettings, Image, Instance, Interpolation, Law, LeftOut, Lens, Light, LightKey, LightMotion,
-    LightUnits, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind, MaterialTextures, Mesh, Moment,
-    Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr, PixelSampling, Place,
-    Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError, SceneRequests,
-    Snippet, Solid, Sphere, Structure, Texels, Texture, TextureChannel, TextureContent, Transfer, Transform,
-    TreeBuilder, Triangle, UnknownPreset, UnknownSolid, View, Warning, load, scene_reference, scene_requests,
-    scene_schema,
+    Composition, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions,
+    DeviceKind, DeviceSettings, Image, Instance, Interpolation, KeyUse, Law, LeftOut, Lens, Light, LightKey,
+    LightMotion, LightUnits, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind, MaterialTextures,
+    Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr, PixelSampling,
+    Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError,
+    SceneRequests, Snippet, Solid, Sphere, Structure, Texels, Texture, TextureChannel, TextureContent,
+    Transfer, Transform, TreeBuilder, Triangle, UnknownPreset, UnknownSolid, View, Warning, config_keys,
+    load, near_name, scene_reference, scene_requests, scene_schema,
 };
 
 /// Animations as numbered files.
@@ -113,7 +113,7 @@ pub mod video {
     #[doc(inline)]
     pub use eosphor_render::output::{
         FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
-        VideoWriter, padded_size,
+        VideoWriter, check_video_size, padded_size,
     };
 }
 

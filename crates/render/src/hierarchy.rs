@@ -88,10 +88,12 @@ macro_rules! structures {
                 }
             }
 
-            /// It in numbers.
+            /// It in numbers, under the name that it has here: both octrees are one structure for those who build them.
             pub fn statistics(&self) -> HierarchyStatistics {
                 match self {
-                    $(Hierarchy::$hierarchy(structure) => structure.statistics(),)*
+                    $(Hierarchy::$hierarchy(structure) => {
+                        HierarchyStatistics { structure: $name, ..structure.statistics() }
+                    })*
                 }
             }
 

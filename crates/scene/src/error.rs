@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum SceneError {
     /// A file that cannot be opened or read.
-    #[error("{}: cannot read: {reason}", path.display())]
+    #[error("{}: cannot read: {}", path.display(), system_words(reason))]
     Read {
         /// The file.
         path: PathBuf,
@@ -33,6 +33,14 @@ pub enum SceneError {
         /// The file.
         path: PathBuf,
         /// What is read.
+        message: String,
+    },
+    /// [`crate::LoadOptions::camera`] is none of the file's.
+    #[error("{}: {message}", path.display())]
+    NoSuchCamera {
+        /// The file.
+        path: PathBuf,
+        /// Which cameras it has.
         message: String,
     },
     /// Textures beyond [`crate::LoadOptions::texture_memory_bytes`].
@@ -129,6 +137,15 @@ pub struct Problem {
 impl Problem {
     pub(crate) fn new(what: impl Into<String>, message: impl Into<String>) -> Problem {
         Problem { what: one_line(what), message: one_line(message) }
+    }
+}
+
+/// What the system says, without its number of the error.
+pub(crate) fn system_words(reason: &io::Error) -> String {
+    let words = reason.to_string();
+    match words.rsplit_once(" (os error ") {
+        Some((words, _)) => words.to_owned(),
+        None => words,
     }
 }
 

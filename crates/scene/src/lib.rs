@@ -28,9 +28,10 @@ mod solids;
 
 pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
-    BUILTINS, Builtin, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions,
-    FramePattern, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS, SceneRequests, WrongPattern,
-    broken_picture, load, load_from_memory, scene_reference, scene_requests, scene_schema,
+    BUILTINS, Builtin, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines,
+    CourseOptions, FramePattern, KeyUse, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS,
+    SceneRequests, WrongPattern, broken_picture, config_keys, load, load_from_memory, near_name,
+    scene_reference, scene_requests, scene_schema,
 };
 pub use flatten::{LeftOut, Moment, Moments, Note, Places, SceneData, View};
 pub use model::*;

@@ -1,6 +1,7 @@
 //! What can go wrong with picture files.
 
 use super::Format;
+use eosphor_scene::near_name;
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,7 @@ pub enum OutputError {
         source: Error,
     },
     /// The file could not be read.
-    #[error("cannot read the picture: {}: {}", path.display(), explain_reading(source))]
+    #[error("cannot read the picture: {}: {}", path.display(), explain_reading(path, source))]
     Read {
         /// The file.
         path: PathBuf,
@@ -74,9 +75,12 @@ impl OutputError {
 }
 
 /// The same for a file to be read.
-fn explain_reading(error: &Error) -> String {
+fn explain_reading(path: &Path, error: &Error) -> String {
     match error.kind() {
-        ErrorKind::NotFound => "no such file; check the path".into(),
+        ErrorKind::NotFound => match near_name(path) {
+            Some(near) => format!("no such file; did you mean {near}?"),
+            None => "no such file; check the path".into(),
+        },
         ErrorKind::PermissionDenied => "permission denied; it must be readable for you".into(),
         _ => explain(error),
     }

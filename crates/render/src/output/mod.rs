@@ -39,7 +39,7 @@ pub use stream::Stream;
 #[cfg(feature = "video")]
 pub use video::{
     FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
-    VideoWriter, padded_size,
+    VideoWriter, check_video_size, padded_size,
 };
 pub use writer::{PictureWriter, partial_path};
 

@@ -80,15 +80,26 @@ impl Loader {
     /// The path of a file that another names: as written, with escaped blanks, with `\` for `/`, or, for paths of
     /// another machine, the bare name beside the file that names it.
     pub(super) fn find(&self, folder: &Path, name: &[u8]) -> Option<PathBuf> {
-        let plain = String::from_utf8_lossy(name).into_owned();
-        let unescaped = String::from_utf8_lossy(&unescaped(name)).into_owned();
-        let slashes = plain.replace('\\', "/");
-        let bare = slashes.rsplit('/').next().unwrap_or_default().to_string();
-        [plain, unescaped, slashes, bare]
+        let slashes: Vec<u8> = name.iter().map(|&b| if b == b'\\' { b'/' } else { b }).collect();
+        let bare = slashes.rsplit(|&b| b == b'/').next().unwrap_or_default().to_vec();
+        [name.to_vec(), unescaped(name), slashes, bare]
             .into_iter()
-            .filter(|candidate| !candidate.is_empty() && !candidate.contains('\0'))
-            .map(|candidate| folder.join(candidate))
+            .filter(|candidate| !candidate.is_empty() && !candidate.contains(&0))
+            .map(|candidate| folder.join(path_of(candidate)))
             .find(|path| self.source.exists(path))
+    }
+
+    /// What to say beside "missing" of a file that [`Loader::find`] has not found: the nearest name, where one is near.
+    pub(super) fn near(&self, folder: &Path, name: &[u8]) -> String {
+        let slashes = String::from_utf8_lossy(name).replace('\\', "/");
+        let near = self.source.near(&folder.join(slashes));
+        near.map(|near| format!(" (did you mean {near}?)")).unwrap_or_default()
+    }
+
+    /// The error of a file that is not there.
+    pub(super) fn why_missing(&self, path: &Path) -> Option<SceneError> {
+        let reason = self.source.why_missing(path)?;
+        Some(SceneError::Read { path: path.to_path_buf(), reason: self.source.explain(path, reason) })
     }
 
     /// The number of a picture that a file names: one in a folder, or a built-in one.
@@ -169,6 +180,18 @@ impl Loader {
     pub(super) fn wants_textures(&self) -> bool {
         self.options.textures
     }
+}
+
+/// A name as the system has it: any bytes, where it takes any.
+#[cfg(unix)]
+fn path_of(name: Vec<u8>) -> PathBuf {
+    use std::os::unix::ffi::OsStringExt;
+    std::ffi::OsString::from_vec(name).into()
+}
+
+#[cfg(not(unix))]
+fn path_of(name: Vec<u8>) -> PathBuf {
+    String::from_utf8_lossy(&name).into_owned().into()
 }
 
 /// `\ ` read as a blank.

@@ -25,7 +25,7 @@ mod fuzz_tests;
 #[cfg(test)]
 mod winding_tests;
 
-use crate::error::{Place, SceneError, Warning};
+use crate::error::{SceneError, Warning};
 use crate::model::{Instance, Scene};
 use loader::Loader;
 use source::Source;
@@ -38,7 +38,9 @@ pub use course::{
 };
 pub use images::broken_picture;
 pub use json::{scene_reference, scene_schema};
+pub use pg1::{ConfigKey, KeyUse, config_keys};
 pub use requests::{SceneRequests, scene_requests};
+pub use source::near_name;
 
 /// What [`load`] reads, for help texts.
 pub const READ_FORMATS: &str = "OBJ (.obj), glTF (.gltf, .glb), PLY (.ply), Eosphor scenes (.json), PG1 configurations (.json) and builtin:NAME";
@@ -108,8 +110,8 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
     let mut loader = Loader::new(source, options);
     let is_gltf = matches!(extension(path).as_deref(), Some("gltf" | "glb"));
     if options.camera.is_some() && !is_gltf {
-        let message = "only glTF files have cameras to choose from; leave the choice out";
-        return Err(SceneError::invalid(Place::file(path), message));
+        let message = "only glTF files have cameras to choose from; leave the choice out".into();
+        return Err(SceneError::NoSuchCamera { path: path.to_path_buf(), message });
     }
     match extension(path).as_deref() {
         // PG1 configures by JSON too.
@@ -119,7 +121,11 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
         },
         Some("gltf" | "glb") => gltf::read_scene(&mut loader, path, options.camera.as_deref())?,
         _ => {
-            let instances = read_model(&mut loader, path)?;
+            let instances = read_model(&mut loader, path).map_err(|error| match error {
+                // What is not there has no kind.
+                SceneError::UnknownFormat { .. } => loader.why_missing(path).unwrap_or(error),
+                error => error,
+            })?;
             loader.scene.instances.extend(instances);
             loader.scene.settle_origin();
             let is_lit = surroundings::has_lamps(&loader.scene);
@@ -162,8 +168,13 @@ mod tests {
 
     #[test]
     fn what_is_not_read_is_said() {
-        assert!(message("a/x.stl").starts_with("a/x.stl: \"stl\" files are not read; give OBJ (.obj), glTF"));
-        assert!(message("scene").contains("no extension"));
+        let unread = |name: &str| {
+            let files = vec![(name.into(), b"solid".to_vec())];
+            load_from_memory(files, name, &LoadOptions::default()).unwrap_err().to_string()
+        };
+        assert!(unread("a/x.stl").starts_with("a/x.stl: \"stl\" files are not read; give OBJ (.obj), glTF"));
+        assert!(unread("scene").contains("no extension"));
+        assert!(message("/nowhere/x.stl").starts_with("/nowhere/x.stl: cannot read: No such file"));
         assert!(message("/nowhere/bunny.obj").starts_with("/nowhere/bunny.obj: cannot read: No such file"));
         assert_eq!(
             message("builtin:x"),

@@ -22,13 +22,18 @@ pub struct SceneRequests {
 /// Reads that alone, before a device is opened for the scene. Nothing where the file is no JSON or cannot be read: [`crate::load`]
 /// says what is wrong with it.
 pub fn scene_requests(path: &Path) -> SceneRequests {
+    let Some(bytes) = json_of(path) else { return SceneRequests::default() };
+    match pg1::is_config(&bytes) {
+        true => pg1::requests(&bytes),
+        false => serde_json::from_slice(&bytes).unwrap_or_default(),
+    }
+}
+
+/// The text of a JSON file; nothing where it is called otherwise or cannot be read.
+pub(super) fn json_of(path: &Path) -> Option<Vec<u8>> {
     if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
-        return SceneRequests::default();
+        return None;
     }
-    let bytes = Source::Disk.read(path).unwrap_or_default();
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    match pg1::is_config(bytes) {
-        true => pg1::requests(bytes),
-        false => serde_json::from_slice(bytes).unwrap_or_default(),
-    }
+    let bytes = Source::Disk.read(path).ok()?;
+    Some(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes).to_vec())
 }

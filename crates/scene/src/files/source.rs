@@ -1,6 +1,7 @@
 //! Where the bytes of files come from.
 
 use super::json::nearest::nearest;
+use crate::error::system_words;
 use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -38,20 +39,27 @@ impl Source {
         if reason.kind() != io::ErrorKind::NotFound {
             return reason;
         }
-        let names: Vec<String> = match self {
-            Source::Disk => {
-                let folder =
-                    path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-                let Ok(entries) = std::fs::read_dir(folder) else { return reason };
-                let file = |entry: std::fs::DirEntry| entry.file_name().into_string().ok();
-                entries.take(MOST_NAMES).filter_map(|entry| file(entry.ok()?)).collect()
+        match self.near(path) {
+            Some(near) => {
+                io::Error::new(reason.kind(), format!("{}; did you mean {near}?", system_words(&reason)))
             }
-            Source::Memory(_) => return reason,
-        };
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        match nearest(&name, names.iter().map(String::as_str)) {
-            Some(near) => io::Error::new(reason.kind(), format!("{reason}; did you mean {near}?")),
             None => reason,
+        }
+    }
+
+    /// The name in a file's folder that is most like its own.
+    pub(crate) fn near(&self, path: &Path) -> Option<String> {
+        match self {
+            Source::Disk => near_name(path),
+            Source::Memory(_) => None,
+        }
+    }
+
+    /// Why there is nothing of this name; nothing where there is.
+    pub(crate) fn why_missing(&self, path: &Path) -> Option<io::Error> {
+        match self {
+            Source::Disk => std::fs::metadata(path).err(),
+            Source::Memory(_) => self.read(path).err(),
         }
     }
 
@@ -61,4 +69,14 @@ impl Source {
             Source::Memory(files) => files.iter().any(|(name, _)| name == path),
         }
     }
+}
+
+/// The name in a file's folder that is most like its own, to be asked for where the file is missing.
+pub fn near_name(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let file = |entry: std::fs::DirEntry| entry.file_name().into_string().ok();
+    let entries = std::fs::read_dir(folder).ok()?.take(MOST_NAMES);
+    let names: Vec<String> = entries.filter_map(|entry| file(entry.ok()?)).collect();
+    let name = path.file_name()?.to_string_lossy();
+    nearest(&name, names.iter().map(String::as_str)).map(str::to_owned)
 }

@@ -41,6 +41,17 @@ pub(super) fn build(
     Ok((camera, headlight))
 }
 
+impl Scene {
+    /// Whether its camera spans a view at the first frame, as flattening will ask.
+    ///
+    /// # Errors
+    /// What is wrong with the camera.
+    pub fn check_view(&self) -> Result<(), SceneError> {
+        let [width, height] = self.settings.size;
+        self.camera_at(0).map_or(Ok(()), |camera| from_model(&camera, width, height).map(|_| ()))
+    }
+}
+
 pub(super) fn from_model(camera: &ModelCamera, width: u32, height: u32) -> Result<Camera, SceneError> {
     let direction = camera.look_at.map_or(camera.direction, |p| p - camera.position);
     if direction.normalize_or(Vec3::ZERO) == Vec3::ZERO {

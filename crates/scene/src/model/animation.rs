@@ -320,6 +320,13 @@ impl Scene {
         });
     }
 
+    /// Whether its animation says where the camera is and where it looks, so that position, direction and look-at of its
+    /// own camera do not count.
+    pub fn camera_is_led(&self) -> bool {
+        let motion = self.animation.as_ref().and_then(|animation| animation.camera.as_ref());
+        motion.is_some_and(CameraMotion::sets_view)
+    }
+
     /// Whether an object moves. (One that moves by keys that say nothing moves, too.)
     pub fn has_moving_instances(&self) -> bool {
         self.instances.iter().any(|instance| !instance.moves.is_empty())

@@ -36,7 +36,7 @@ mod tests;
 
 pub use ffmpeg::{FfmpegOptions, FfmpegPipe};
 pub use rate::{FrameRate, InvalidFrameRate};
-pub use settings::{MAX_FRAMES, VideoOptions, padded_size};
+pub use settings::{MAX_FRAMES, VideoOptions, check_video_size, padded_size};
 pub use writer::VideoWriter;
 
 /// Frames of a segment: between pictures that do not need others to be decoded, so players can go to them. Part of the

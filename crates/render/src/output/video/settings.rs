@@ -42,6 +42,22 @@ pub fn padded_size((width, height): (u32, u32)) -> (u32, u32) {
     (even(width), even(height))
 }
 
+/// Whether the encoder takes pictures of this size.
+///
+/// # Errors
+/// What it takes.
+pub fn check_video_size((width, height): (u32, u32)) -> Result<(), String> {
+    let (longer, shorter) = (width.max(height), width.min(height));
+    // What counts is the size with padding: 15 pixels become 16.
+    if padded_size((shorter, shorter)).0 < SMALLEST || longer > LARGEST.0 || shorter > LARGEST.1 {
+        return Err(format!(
+            "{width} x {height} pixels: the encoder takes {SMALLEST} x {SMALLEST} to {} x {}; choose a size between",
+            LARGEST.0, LARGEST.1
+        ));
+    }
+    Ok(())
+}
+
 /// The quantisation parameter of H.264: 6 more are half the precision.
 pub(super) fn quantiser(quality: u8) -> Result<u8, Error> {
     // The encoder knows no finer one than 12.
@@ -72,14 +88,7 @@ impl Settings {
         frames: u32,
         quality: u8,
     ) -> Result<Settings, Error> {
-        let (longer, shorter) = (width.max(height), width.min(height));
-        // What counts is the size with padding: 15 pixels become 16.
-        if padded_size((shorter, shorter)).0 < SMALLEST || longer > LARGEST.0 || shorter > LARGEST.1 {
-            return Err(misuse(format!(
-                "{width} x {height} pixels: the encoder takes {SMALLEST} x {SMALLEST} to {} x {}; choose a size between",
-                LARGEST.0, LARGEST.1
-            )));
-        }
+        check_video_size((width, height)).map_err(misuse)?;
         if !(1..=MAX_FRAMES).contains(&frames) {
             return Err(misuse(format!("{frames} frames: a video has 1 to {MAX_FRAMES}")));
         }

@@ -57,7 +57,7 @@ pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>)
     loader.scene.instances.append(&mut file.instances);
     loader.scene.settle_origin();
     let chosen = cameras::choose(&mut loader.warnings, path, &file.cameras, camera);
-    let chosen = chosen.map_err(|message| invalid(path, message))?;
+    let chosen = chosen.map_err(|message| SceneError::NoSuchCamera { path: path.to_path_buf(), message })?;
     let (camera_motion, light_motions) =
         motions(&file, chosen, &loader.scene).map_err(|message| invalid(path, message))?;
     let scene = &mut loader.scene;

@@ -131,8 +131,10 @@ fn texture(loader: &mut Loader, mtl: &Path, map: &Map) -> Option<u32> {
         MapKind::Color => "the surface is untextured",
         _ => "the surface goes without",
     };
-    let Some(file) = loader.find(mtl.parent().unwrap_or(Path::new("")), &map.file) else {
-        let message = format!("texture \"{}\" is missing; {without}", text(&map.file));
+    let folder = mtl.parent().unwrap_or(Path::new(""));
+    let Some(file) = loader.find(folder, &map.file) else {
+        let near = loader.near(folder, &map.file);
+        let message = format!("texture \"{}\" is missing{near}; {without}", text(&map.file));
         loader.warnings.add(mtl, Some(map.line), message);
         return None;
     };

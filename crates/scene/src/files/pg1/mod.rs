@@ -3,8 +3,11 @@
 
 mod fault;
 mod format;
+mod keys;
 #[cfg(test)]
 mod tests;
+
+pub use keys::{ConfigKey, KeyUse, config_keys};
 
 use super::loader::Loader;
 use super::requests::SceneRequests;

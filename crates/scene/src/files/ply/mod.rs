@@ -198,7 +198,9 @@ fn white(loader: &mut Loader, name: String, texture: Option<u32>, blend: bool) -
 fn texture(loader: &mut Loader, path: &Path, name: &[u8], line: u32) -> Option<u32> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let Some(file) = loader.find(folder, name) else {
-        let message = format!("texture \"{}\" is missing; the surface is untextured", header::text(name));
+        let near = loader.near(folder, name);
+        let message =
+            format!("texture \"{}\" is missing{near}; the surface is untextured", header::text(name));
         loader.warnings.add(path, Some(line), message);
         return None;
     };
