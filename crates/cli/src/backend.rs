@@ -89,28 +89,67 @@ pub(crate) fn backend_with(
 
 /// Fails where flags about the device ask for what there is not, or would do nothing.
 pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<(), Failure> {
-    let is_cpu = *flags.backend() == BackendChoice::Cpu;
+    let is_cpu = match flags.backend() {
+        BackendChoice::Auto => asks_for_cpu(flags, accel),
+        choice => *choice == BackendChoice::Cpu,
+    };
+    let is_cuda = matches!(flags.backend(), BackendChoice::Cuda(_));
     let about_gpus = flags.block_size.is_some() || flags.gpu_traversal != Traversal::default();
-    let gpu = |flag, is_given| Need { flag, is_given, is_met: !is_cpu, needs: "a GPU, not --backend cpu" };
-    hierarchy_options(flags).check(accel).map_err(|OptionMisfit { option, kind }| {
-        let flag = match option {
-            HierarchyOption::Builder => "--builder",
-            HierarchyOption::LeafSize => "--leaf-size",
-            HierarchyOption::TreeDepth => "--tree-depth",
-            HierarchyOption::SahCosts => "--sah-costs",
-        };
-        match kind {
-            MisfitKind::Structure(names) => would_do_nothing(flag, &format!("--accel {names}")),
-            MisfitKind::Range(range) => Failure::Usage(format!("{flag}: it must be {range}")),
-        }
-    })?;
+    let gpu = |flag, is_given| Need {
+        flag,
+        is_given,
+        is_met: !is_cpu,
+        needs: "a GPU, not --backend cpu or what is about the CPU (--threads, --tile, --simd, --accel bvh8)",
+    };
+    let cpu = |flag, is_given| Need {
+        flag,
+        is_given,
+        is_met: !is_cuda,
+        needs: "the CPU to render (--backend cpu)",
+    };
+    hierarchy_options(flags).check(accel).map_err(misfit)?;
     check(&[
         gpu("--block-size", flags.block_size.is_some()),
         gpu("--gpu-traversal", flags.gpu_traversal != Traversal::default()),
+        cpu("--tile", flags.tile.is_some()),
+        cpu("--simd", flags.simd.0.is_some()),
+        cpu("--scheduler", flags.scheduler.is_some()),
     ])?;
     // Where the choice is the program's, what a GPU would take is said even where there is none.
-    if matches!(flags.backend(), BackendChoice::Cuda(_)) || about_gpus {
+    if is_cuda || about_gpus {
         cuda_options(flags, accel, false, vec![0]).check().map_err(Failure::usage)?;
+    }
+    Ok(())
+}
+
+/// What is wrong with an option of hierarchies, and its flag.
+fn misfit(OptionMisfit { option, kind }: OptionMisfit) -> Failure {
+    let flag = match option {
+        HierarchyOption::Builder => "--builder",
+        HierarchyOption::LeafSize => "--leaf-size",
+        HierarchyOption::TreeDepth => "--tree-depth",
+        HierarchyOption::SahCosts => "--sah-costs",
+    };
+    match kind {
+        MisfitKind::Structure(names) => would_do_nothing(flag, &format!("--accel {names}")),
+        MisfitKind::Range(range) => Failure::Usage(format!("{flag}: it must be {range}")),
+    }
+}
+
+/// Fails where an option is out of the range of a structure that has it.
+pub(crate) fn check_ranges(flags: &DeviceFlags) -> Result<(), Failure> {
+    let HierarchyOptions { leaf_size, tree_depth, sah_costs, .. } = hierarchy_options(flags);
+    // One by one, as one that a structure does not have hides the others.
+    let each = [
+        HierarchyOptions { leaf_size, ..HierarchyOptions::default() },
+        HierarchyOptions { tree_depth, ..HierarchyOptions::default() },
+        HierarchyOptions { sah_costs, ..HierarchyOptions::default() },
+    ];
+    for (accel, option) in Accel::ALL.iter().flat_map(|&accel| each.map(|option| (accel, option))) {
+        match option.check(Some(accel)) {
+            Err(wrong) if matches!(wrong.kind, MisfitKind::Range(_)) => return Err(misfit(wrong)),
+            _ => {}
+        }
     }
     Ok(())
 }
@@ -124,7 +163,7 @@ fn first_gpu() -> Option<usize> {
 /// Whether flags are about the CPU, or a structure that is made for it.
 pub(crate) fn asks_for_cpu(flags: &DeviceFlags, accel: Option<Accel>) -> bool {
     let about_cpus = flags.threads.is_some() || flags.tile.is_some() || flags.simd.0.is_some();
-    about_cpus || flags.scheduler != CpuOptions::default().scheduler || accel == Some(Accel::Bvh8)
+    about_cpus || flags.scheduler.is_some() || accel == Some(Accel::Bvh8)
 }
 
 fn cuda_options(
@@ -173,7 +212,7 @@ fn cpu_options(flags: &DeviceFlags, accel: Option<Accel>) -> CpuOptions {
         accel: accel.unwrap_or(CpuOptions::default().accel),
         hierarchy: hierarchy_options(flags),
         simd: flags.simd.0,
-        scheduler: flags.scheduler,
+        scheduler: flags.scheduler.unwrap_or(CpuOptions::default().scheduler),
     }
 }
 

@@ -41,8 +41,8 @@ impl Failure {
 
     pub(crate) fn exit_code(&self) -> ExitCode {
         match self {
+            Failure::Usage(_) | Failure::Scene(SceneError::NoSuchCamera { .. }) => ExitCode::from(2),
             Failure::Failed(_) | Failure::Scene(_) | Failure::Different => ExitCode::from(1),
-            Failure::Usage(_) => ExitCode::from(2),
             Failure::Interrupted(_) => interrupt::exit_code(),
         }
     }
@@ -52,14 +52,27 @@ impl Failure {
         Failure::Failed(reason.to_string())
     }
 
+    /// For `map_err`, of an output that the command line names: an ending that means no format is wrong usage.
+    pub(crate) fn of_output(error: OutputError) -> Failure {
+        match error {
+            OutputError::UnknownFormat { .. } => Failure::usage(error),
+            error => error.into(),
+        }
+    }
+
     /// For `map_err`: the flags are to blame.
     pub(crate) fn usage(reason: impl Display) -> Failure {
         Failure::Usage(reason.to_string())
     }
 }
 
-/// Libraries may say more than one line, and file names may hold anything.
+/// Libraries may say more than one line, and file names may hold anything. Numbers of the system's errors say nothing to people.
 fn one_line(text: &str) -> String {
+    let mut text = text.to_owned();
+    while let Some((start, rest)) = text.split_once(" (os error ") {
+        let Some((_, end)) = rest.split_once(')') else { break };
+        text = format!("{start}{end}");
+    }
     let words = text.split(|c: char| c.is_control()).map(str::trim);
     words.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
 }
@@ -88,5 +101,6 @@ mod tests {
     #[test]
     fn messages_are_one_line() {
         assert_eq!(Failure::because("a\n  b\tc\r\n").line().unwrap(), "a b c");
+        assert_eq!(Failure::because("a: No such file (os error 2); b").line().unwrap(), "a: No such file; b");
     }
 }

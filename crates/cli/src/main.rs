@@ -23,7 +23,6 @@ mod target;
 mod text;
 
 use arguments::{Arguments, Bench, Command};
-use clap::Parser;
 use std::process::ExitCode;
 
 #[global_allocator]
@@ -31,10 +30,10 @@ static ALLOCATOR: allocator::Allocator = allocator::Allocator;
 
 fn main() -> ExitCode {
     interrupt::report_file_size_limits();
-    let mut arguments = match Arguments::try_parse() {
+    let mut arguments = match Arguments::read() {
         Ok(arguments) => arguments,
-        // Of many processes with the same flags one is enough to complain.
-        Err(error) if error.use_stderr() && cluster::is_silent() => return ExitCode::from(2),
+        // Of many processes with the same flags one is enough to complain, and to help.
+        Err(error) if cluster::is_silent() => return ExitCode::from(error.exit_code() as u8),
         Err(error) => error.exit(),
     };
     let done = match &mut arguments.command {
@@ -45,11 +44,12 @@ fn main() -> ExitCode {
         Command::Render(flags) => requests::obey_for_picture(flags)
             .and_then(|()| cluster::run(&flags.of_rank(), |ranks| commands::render(flags, ranks))),
         Command::Course(flags) => cluster::run(&flags.of_rank(), |ranks| commands::course(flags, ranks)),
-        Command::Info(flags) => commands::info(flags),
+        Command::Info(flags) => requests::obey_for_info(flags).and_then(|()| commands::info(flags)),
         Command::Merge(flags) => commands::merge(flags),
         Command::Compare(flags) => commands::compare(flags),
         Command::Bench(flags) => match &mut flags.what {
-            Bench::Rays(flags) => commands::bench_rays(flags),
+            Bench::Rays(flags) => requests::obey(&flags.scene, &mut flags.device, &mut flags.accel)
+                .and_then(|_| commands::bench_rays(flags)),
             Bench::Render(flags) => requests::obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)
                 .and_then(|_| commands::bench_render(flags)),
         },

@@ -1,23 +1,43 @@
 //! What a scene's file asks for besides the picture (`device` in a scene, `renderer` in PG1's configurations), where the command
 //! line does not say it.
 
-use crate::arguments::{BackendChoice, DeviceFlags, RenderFlags};
+use crate::arguments::{AccelChoice, BackendChoice, DeviceFlags, InfoFlags, RenderFlags};
 use crate::failure::Failure;
 use eosphor::{
-    Accel, DeviceKind, DeviceSettings, HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SahCosts,
-    SceneRequests, scene_requests,
+    Accel, DeviceKind, DeviceSettings, Format, HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit,
+    SahCosts, SceneRequests, scene_requests,
 };
 use std::path::{Path, PathBuf};
 
 /// Fills in what is missing of a render's flags.
 pub(crate) fn obey_for_picture(flags: &mut RenderFlags) -> Result<(), Failure> {
+    // The work that is shown is the CPU's.
+    if flags.show.is_some() && flags.device.backend.is_none() {
+        flags.device.backend = Some(BackendChoice::Cpu);
+    }
     let SceneRequests { output, .. } = obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)?;
     if flags.outputs.iter().all(|output| output.as_os_str().is_empty()) {
         // (Standard output is for the command line to name.)
         let file = |name: String| if name == "-" { PathBuf::from("./-") } else { PathBuf::from(name) };
         let named = output.map(file).filter(|output| !output.as_os_str().is_empty());
         let without_name = "the picture has no name: give one by --output, as in -o picture.png (or \"output\" in the scene)";
-        flags.outputs = vec![named.ok_or_else(|| Failure::Usage(without_name.into()))?];
+        let named = named.ok_or_else(|| Failure::Usage(without_name.into()))?;
+        let is_video = named.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mp4"));
+        if !is_video {
+            let scene = flags.scene.display();
+            Format::of(&named).map_err(|error| Failure::Failed(format!("{scene}: output: {error}")))?;
+        }
+        flags.outputs = vec![named];
+    }
+    Ok(())
+}
+
+/// Fills in what is missing of the flags of `info`. A table is of all structures, as they usually are.
+pub(crate) fn obey_for_info(flags: &mut InfoFlags) -> Result<(), Failure> {
+    if !flags.is_table() {
+        let mut accel = flags.one();
+        obey(&flags.scene, &mut flags.device, &mut accel)?;
+        flags.accel = accel.map(AccelChoice::One);
     }
     Ok(())
 }

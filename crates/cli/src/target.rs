@@ -30,7 +30,7 @@ impl Target {
     pub(crate) fn new(output: &Path, format: Option<Format>) -> Result<Target, Failure> {
         match is_stdout(output) {
             true => Ok(Target::Stdout(format.unwrap_or(Format::Png))),
-            false => Ok(Target::File(output.to_owned(), Format::of(output)?)),
+            false => Ok(Target::File(output.to_owned(), Format::of(output).map_err(Failure::of_output)?)),
         }
     }
 

@@ -2,9 +2,10 @@
 
 use super::camera::CameraFlags;
 use super::values::whole;
-use super::{DeviceFlags, PictureFlags, SettingsFlags, TextureFlags, scene_help};
+use super::{BackendChoice, DeviceFlags, Need, PictureFlags, SettingsFlags, TextureFlags, check, scene_help};
+use crate::failure::Failure;
 use clap::{Args, Subcommand};
-use eosphor::Accel;
+use eosphor::{Accel, Traversal};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -19,7 +20,8 @@ pub(crate) struct BenchFlags {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Bench {
-    /// Closest and any hits of camera rays, of one bounce from each, and of the bounces in random order
+    /// Closest and any hits of camera rays, of one bounce from each, and of the bounces in random order; on the CPU unless
+    /// --backend names GPUs
     ///
     /// Prints the median time of each query and the number of answers that are not the CPU's, bit for bit; exits with 1
     /// where there are any.
@@ -77,4 +79,20 @@ pub(crate) struct BenchRaysFlags {
     pub(crate) camera: CameraFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
+}
+
+impl BenchRaysFlags {
+    /// Fails where one of the flags about devices would do nothing.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        let DeviceFlags { tile, scheduler, block_size, gpu_traversal, .. } = self.device;
+        let is_cuda = matches!(self.device.backend(), BackendChoice::Cuda(_));
+        let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
+        let picture = "a picture to be rendered (bench render)";
+        check(&[
+            need("--tile", tile.is_some(), false, picture),
+            need("--scheduler", scheduler.is_some(), false, picture),
+            need("--block-size", block_size.is_some(), false, picture),
+            need("--gpu-traversal", gpu_traversal != Traversal::default(), is_cuda, "--backend cuda"),
+        ])
+    }
 }

@@ -1,6 +1,7 @@
 //! Flags that override the scene's camera.
 
 use super::values::{LENGTHS, OVER_0, place, triple, within};
+use super::{Need, check};
 use crate::failure::Failure;
 use clap::Args;
 use eosphor::math::Vec3;
@@ -53,13 +54,14 @@ impl CameraFlags {
         if !self.is_given() {
             return Ok(());
         }
+        self.check(scene)?;
         let mut camera = match scene.camera {
             Some(camera) => camera,
             None => framed(scene)?,
         };
         self.change(&mut camera, scene)?;
         scene.camera = Some(camera);
-        Ok(())
+        scene.check_view().map_err(Failure::usage)
     }
 
     fn is_given(&self) -> bool {
@@ -69,6 +71,21 @@ impl CameraFlags {
         places.iter().any(Option::is_some)
             || vectors.iter().any(Option::is_some)
             || numbers.iter().any(Option::is_some)
+    }
+
+    /// Fails where one of these would do nothing in this scene.
+    fn check(&self, scene: &Scene) -> Result<(), Failure> {
+        let need = |flag, is_given| Need {
+            flag,
+            is_given,
+            is_met: !scene.camera_is_led(),
+            needs: "a camera that stands still or orbits (--orbit): the scene's animation moves this one",
+        };
+        check(&[
+            need("--eye", self.eye.is_some()),
+            need("--look-at", self.look_at.is_some()),
+            need("--direction", self.direction.is_some()),
+        ])
     }
 
     fn change(&self, camera: &mut Camera, scene: &Scene) -> Result<(), Failure> {

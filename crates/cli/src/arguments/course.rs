@@ -14,8 +14,8 @@ pub(crate) struct CourseFlags {
     /// Render on the GPU; this is usual where there is one
     #[arg(long, conflicts_with = "backend")]
     pub(crate) gpu: bool,
-    /// Print a colourful input, which runs as it is, and exit
-    #[arg(long)]
+    /// Print a colourful input, which runs as it is, and exit; goes with no other flag
+    #[arg(long, exclusive = true)]
     pub(crate) default: bool,
     /// The three bodies: tetrahedron, cube, octahedron, dodecahedron, icosahedron or none [default:
     /// tetrahedron,octahedron,dodecahedron]
@@ -27,8 +27,8 @@ pub(crate) struct CourseFlags {
     /// Write here: frames as in img_%d.png, or one .mp4; its folder is made [default: the path of the input]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Frames a second of an .mp4, over 0 and at most 1000 [default: 24]
-    #[arg(long, value_name = "X", value_parser = super::frames::frame_rate(), allow_hyphen_values = true)]
+    /// Frames a second of an .mp4, over 0 and at most 240 [default: 24]
+    #[arg(long, value_name = "X", value_parser = super::frames::video_rate(), allow_hyphen_values = true)]
     pub(crate) fps: Option<f32>,
     /// Of an .mp4, 1 to 100; losses are hard to see at 90 [default: 90]
     #[cfg(feature = "video")]

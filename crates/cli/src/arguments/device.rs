@@ -44,9 +44,9 @@ pub(crate) struct DeviceFlags {
     /// through nodes of eight children
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = traversals())]
     pub(crate) gpu_traversal: Traversal,
-    /// The order in which the CPU traces rays: batched, or scalar, the reference
-    #[arg(long, value_name = "NAME", default_value = "batched", value_parser = schedulers(), hide = true)]
-    pub(crate) scheduler: Scheduler,
+    /// The order in which the CPU traces rays: batched, or scalar, the reference [default: batched]
+    #[arg(long, value_name = "NAME", value_parser = schedulers(), hide = true)]
+    pub(crate) scheduler: Option<Scheduler>,
 }
 
 impl DeviceFlags {

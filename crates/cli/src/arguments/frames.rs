@@ -17,7 +17,7 @@ pub(crate) struct FrameFlags {
     /// A turntable of N frames, 1 to 6000000: the camera goes once around the point that it looks at
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=MAX_FRAMES), allow_hyphen_values = true)]
     pub(crate) orbit: Option<u32>,
-    /// Frames a second, over 0 and at most 1000 [default: the scene's, 24 where it says nothing]
+    /// Frames a second, over 0 and at most 1000, of an .mp4 at most 240 [default: the scene's, 24 where it says nothing]
     #[arg(long, value_name = "X", value_parser = frame_rate(), allow_hyphen_values = true)]
     pub(crate) fps: Option<f32>,
     /// Of an .mp4, 1 to 100; losses are hard to see at 90 [default: 90]
@@ -70,6 +70,11 @@ fn frame_range(text: &str) -> Result<FrameRange, String> {
 /// Frames a second.
 pub(super) fn frame_rate() -> impl TypedValueParser<Value = f32> {
     within((Bound::Excluded(0.0), Bound::Included(1000.0)))
+}
+
+/// The same of a video.
+pub(super) fn video_rate() -> impl TypedValueParser<Value = f32> {
+    within((Bound::Excluded(0.0), Bound::Included(240.0)))
 }
 
 impl FrameFlags {

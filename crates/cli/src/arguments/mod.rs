@@ -30,8 +30,10 @@ pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, Sampl
 pub(crate) use settings::SettingsFlags;
 pub(crate) use textures::TextureFlags;
 
-use clap::{Args, Parser, Subcommand};
-use eosphor::BUILTINS;
+use crate::failure::Failure;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use eosphor::{Accel, BUILTINS, Traversal};
 use std::path::PathBuf;
 
 /// A ray tracer that gives the same picture on every device, bit for bit
@@ -41,6 +43,29 @@ use std::path::PathBuf;
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Arguments {
+    /// Those of this process.
+    pub(crate) fn read() -> Result<Arguments, clap::Error> {
+        let mut command = Arguments::command();
+        let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+        let mut arguments =
+            Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;
+        if let (Command::Render(flags), Some((_, matches))) = (&mut arguments.command, matches.subcommand()) {
+            flags.given = given(&command, matches);
+        }
+        Ok(arguments)
+    }
+}
+
+/// Long names of the flags of `render` that the command line has.
+fn given(command: &clap::Command, matches: &ArgMatches) -> Vec<String> {
+    let render = command.find_subcommand("render");
+    let flags = render.into_iter().flat_map(clap::Command::get_arguments);
+    let is_given =
+        |arg: &&clap::Arg| matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine);
+    flags.filter(is_given).filter_map(|arg| arg.get_long().map(str::to_owned)).collect()
 }
 
 #[derive(Debug, Subcommand)]
@@ -97,6 +122,47 @@ pub(crate) struct InfoFlags {
     pub(crate) device: DeviceFlags,
 }
 
+impl InfoFlags {
+    /// The one structure that is looked at, where the flags name one.
+    pub(crate) fn one(&self) -> Option<Accel> {
+        match self.accel {
+            Some(AccelChoice::One(accel)) => Some(accel),
+            _ => None,
+        }
+    }
+
+    /// Whether a table is made of several ones.
+    pub(crate) fn is_table(&self) -> bool {
+        matches!(self.accel, Some(AccelChoice::All | AccelChoice::Builders))
+    }
+
+    /// Fails where one of the flags about devices would do nothing, as nothing is rendered.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        let device = &self.device;
+        let (is_table, by_builder) = (self.is_table(), self.accel == Some(AccelChoice::Builders));
+        let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
+        let render = "a picture to be rendered (render, bench render)";
+        let options = "one structure, or --accel all: --accel builders takes each builder as it usually is";
+        check(&[
+            need("--tile", device.tile.is_some(), false, render),
+            need("--block-size", device.block_size.is_some(), false, render),
+            need("--scheduler", device.scheduler.is_some(), false, render),
+            need("--gpu-traversal", device.gpu_traversal != Traversal::default(), false, render),
+            need("--simd", device.simd.0.is_some(), is_table, "rays to be traced (--accel all or builders)"),
+            need(
+                "--backend",
+                matches!(device.backend, Some(BackendChoice::Cuda(_))),
+                !is_table,
+                "one structure: tables are made on the CPU",
+            ),
+            need("--builder", device.builder.is_some(), !by_builder, options),
+            need("--leaf-size", device.leaf_size.is_some(), !by_builder, options),
+            need("--tree-depth", device.tree_depth.is_some(), !by_builder, options),
+            need("--sah-costs", device.sah_costs.is_some(), !by_builder, options),
+        ])
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct MergeFlags {
     /// All shares, in any order; those that lie beside OUT with its name where none is given
@@ -112,9 +178,9 @@ pub(crate) struct MergeFlags {
 
 #[derive(Debug, Args)]
 pub(crate) struct CompareFlags {
-    /// A picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr
+    /// A picture: .png, .ppm, .jpg or .data, or a linear one: .exr or .hdr
     pub(crate) a: PathBuf,
-    /// Another of the same size, linear like the first or not
+    /// Another of the same size. .exr and .hdr are compared with each other only, and .png, .ppm, .jpg and .data with each other
     pub(crate) b: PathBuf,
     /// Write the absolute difference, amplified so that the largest is white
     #[arg(long, value_name = "OUT.png")]

@@ -4,7 +4,8 @@ use super::camera::CameraFlags;
 use super::settings::SettingsFlags;
 use super::values::{place, whole};
 use super::{
-    ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, TextureFlags, check, scene_help,
+    BackendChoice, ClusterFlags, DeviceFlags, FrameFlags, KeepFlags, LightFlags, Need, TextureFlags, check,
+    scene_help,
 };
 use crate::failure::Failure;
 use crate::streams::Verbosity;
@@ -50,9 +51,17 @@ pub(crate) struct RenderFlags {
     pub(crate) cluster: ClusterFlags,
     #[command(flatten)]
     pub(crate) report: ReportFlags,
+    /// Long names of the flags that the command line has.
+    #[arg(skip)]
+    pub(crate) given: Vec<String>,
 }
 
 impl RenderFlags {
+    /// Whether the command line has a flag, by its long name.
+    pub(crate) fn is_given(&self, flag: &str) -> bool {
+        self.given.iter().any(|given| given == flag)
+    }
+
     /// The output; of several ones the first.
     pub(crate) fn output(&self) -> &Path {
         self.outputs.first().map_or(Path::new(""), PathBuf::as_path)
@@ -73,6 +82,13 @@ pub(crate) struct PictureFlags {
     pub(crate) accel: Option<Accel>,
     #[command(flatten)]
     pub(crate) lights: LightFlags,
+}
+
+impl PictureFlags {
+    /// Whether the light of flags takes the place of what is added to a file without any. A preset says itself what is added.
+    pub(crate) fn are_lit(&self) -> bool {
+        self.lights.is_given() && self.preset.is_none()
+    }
 }
 
 /// A path, which may be empty: then the scene's file has to name one.
@@ -227,7 +243,14 @@ impl ReportFlags {
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
         let one_way = "a render without --stats, which goes the way of one ray";
         let traversal = device.gpu_traversal != Traversal::default();
+        let is_cuda = matches!(device.backend(), BackendChoice::Cuda(_));
         check(&[
+            need(
+                "--backend cuda",
+                is_cuda,
+                show.is_none(),
+                "a picture of the scene, not --show, which is of the CPU's work",
+            ),
             need("--json", self.json, !to_stdout, "standard output for itself, not -o -"),
             need("--stats", self.stats, show.is_none(), "a picture of the scene, not --show"),
             need("--gpu-traversal", traversal, !self.stats, one_way),

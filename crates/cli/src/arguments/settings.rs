@@ -72,7 +72,8 @@ pub(crate) struct SettingsFlags {
     /// They do not
     #[arg(long, overrides_with = "light_falloff")]
     no_light_falloff: bool,
-    /// Whether a scene without any light has one at the camera, and a model without lights grey surroundings [default: on]
+    /// Whether a scene without any light has one at the camera (with --preset eos: the two of EOS), and a model without lights
+    /// grey surroundings [default: on]
     #[arg(long, value_name = "ON", value_parser = named([("on", true), ("off", false)]))]
     headlight: Option<bool>,
     /// Radiance of the surroundings that surfaces are lit by, times their diffuse colour, 0 to 1e6 [default: 0]
@@ -108,12 +109,38 @@ pub(crate) struct SettingsFlags {
 impl SettingsFlags {
     /// Fails where one of these does nothing beside the others and what the scene says, which have been applied.
     pub(crate) fn check(&self, settings: &RenderSettings) -> Result<(), Failure> {
-        check(&[Need {
-            flag: "--max-distance",
-            is_given: self.max_distance.is_some(),
-            is_met: settings.lighting == LightingModel::Distance,
-            needs: "--lighting distance",
-        }])
+        check(&[
+            Need {
+                flag: "--max-distance",
+                is_given: self.max_distance.is_some(),
+                is_met: settings.lighting == LightingModel::Distance,
+                needs: "--lighting distance",
+            },
+            Need {
+                flag: "--crease",
+                is_given: self.crease.is_some(),
+                is_met: matches!(settings.normals, NormalMode::Auto | NormalMode::Generated),
+                needs: "--normals auto or generated",
+            },
+        ])
+    }
+
+    /// Fails where one of these does nothing, as nothing is developed: linear files keep colours as they are, and other pictures
+    /// of the scene have theirs.
+    pub(crate) fn check_development(&self, is_developed: bool) -> Result<(), Failure> {
+        let need = |flag, is_given| Need {
+            flag,
+            is_given,
+            is_met: is_developed,
+            needs: "a picture of the scene in bytes (.png, .jpg, .ppm, .data, .mp4), as .exr and .hdr stay linear",
+        };
+        check(&[need("--exposure", self.exposure.is_some()), need("--transfer", self.transfer.is_some())])
+    }
+
+    /// Whether they say the size.
+    #[cfg(feature = "video")]
+    pub(crate) fn has_size(&self) -> bool {
+        self.size.is_some()
     }
 
     /// How a file is read; `camera` is the one to take. Where flags bring light, files without any need none.

@@ -12,7 +12,6 @@ use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
 use eosphor::{Accel, Backend};
 use eosphor_cluster::{ClusterError, World};
-use std::time::Duration;
 
 /// What a rank renders by: flags of the command, which all ranks have.
 pub(crate) struct RankOptions {
@@ -44,13 +43,6 @@ impl CourseFlags {
     }
 }
 
-impl RankOptions {
-    /// How long a rank may say nothing.
-    fn silence(&self) -> Option<Duration> {
-        (self.cluster.rank_timeout > 0).then(|| Duration::from_secs(self.cluster.rank_timeout.into()))
-    }
-}
-
 /// Whether a launcher of MPI started this process as another rank than 0: what all ranks would say, rank 0 says.
 pub(crate) fn is_silent() -> bool {
     eosphor_cluster::launched_rank().is_some_and(|rank| rank > 0)
@@ -62,7 +54,10 @@ pub(crate) fn run(
     options: &RankOptions,
     command: impl FnOnce(Option<&dyn Backend>) -> Result<(), Failure> + Send,
 ) -> Result<(), Failure> {
-    let Some(world) = World::open(options.silence()).map_err(complain)? else { return command(None) };
+    let Some(world) = World::open(options.cluster.silence()).map_err(complain)? else {
+        options.cluster.check(false)?;
+        return command(None);
+    };
     world.abort_handle().on_panic();
     let done = match (world.rank(), world.size()) {
         (_, 1) => command(None),

@@ -14,8 +14,8 @@ use std::fmt::Write;
 pub(crate) fn compare(flags: &CompareFlags) -> Result<(), Failure> {
     start_threads(0)?;
     if let Some(path) = &flags.diff {
-        check_output(path)?;
-        if Format::of(path)?.is_linear() {
+        check_output(path).map_err(Failure::of_output)?;
+        if Format::of(path).map_err(Failure::of_output)?.is_linear() {
             return Err(Failure::Usage(
                 "--diff has bytes, not linear colours: use a name that ends in .png".into(),
             ));

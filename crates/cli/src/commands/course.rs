@@ -76,7 +76,7 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
         Some(output) => flight.to_video(output),
         _ => {
             files::check_output(&input.output.path(0)).map_err(|error| match flags.output {
-                Some(_) => error.into(),
+                Some(_) => Failure::of_output(error),
                 None => in_input(lines.output, "output path", &error),
             })?;
             files::make_folder(&input.output.path(0))?;

@@ -73,17 +73,15 @@ impl fmt::Display for Place {
 }
 
 pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
+    flags.check()?;
     limit_threads(&flags.device)?;
     let mut options = LoadOptions::default();
     options.texture_memory_bytes = flags.textures.memory_bytes();
     let loaded = load(&flags.scene, &options)?;
     let (data, notes) = SceneData::flatten(&loaded.scene)?;
-    let accel = match flags.accel {
-        Some(AccelChoice::One(accel)) => Some(accel),
-        Some(AccelChoice::All) => return structures(flags, &data, false),
-        Some(AccelChoice::Builders) => return structures(flags, &data, true),
-        None => None,
-    };
+    if flags.is_table() {
+        return structures(flags, &data, flags.accel == Some(AccelChoice::Builders));
+    }
     let warnings = loaded.warnings.iter().map(ToString::to_string);
     let notes = warnings.chain(notes.iter().map(ToString::to_string)).collect();
     let files = loaded.files_read.iter().map(|path| path.display().to_string()).collect();
@@ -99,7 +97,7 @@ pub(crate) fn info(flags: &InfoFlags) -> Result<(), Failure> {
         lights: data.lights.len(),
         bounds: bounds(scene).map(|corners| corners.map(|p| Place::new(scene, p))),
         camera: camera_info(scene, &data),
-        hierarchy: backend_for(&flags.device, accel, true, Verbosity::Normal)?
+        hierarchy: backend_for(&flags.device, flags.one(), true, Verbosity::Normal)?
             .prepare(Arc::new(data))?
             .hierarchy_statistics(),
         files,

@@ -4,6 +4,7 @@ use crate::arguments::MergeFlags;
 use crate::failure::Failure;
 use crate::files::{check_output, make_folder};
 use crate::streams;
+use eosphor::near_name;
 use eosphor::shares::merge as merge_shares;
 use eosphor::still::merge_samples;
 use std::path::{Path, PathBuf};
@@ -14,9 +15,11 @@ pub(crate) fn merge(flags: &MergeFlags) -> Result<(), Failure> {
         false => flags.shares.clone(),
     };
     let is_sums = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "sums");
-    check_output(&flags.output)?;
+    check_output(&flags.output).map_err(Failure::of_output)?;
     if let Some(missing) = shares.iter().find(|share| !share.exists()) {
-        let message = format!("{}: no such file: check the path of the share", missing.display());
+        let near = near_name(missing).map(|near| format!("did you mean {near}?"));
+        let advice = near.unwrap_or_else(|| "check the path of the share".into());
+        let message = format!("{}: no such file: {advice}", missing.display());
         return Err(Failure::Failed(message));
     }
     make_folder(&flags.output)?;

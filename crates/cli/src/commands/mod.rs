@@ -3,6 +3,7 @@
 mod bench;
 mod compare;
 mod completions;
+mod config;
 mod cost;
 mod course;
 mod devices;

@@ -1,5 +1,6 @@
 //! `eosphor render SCENE -o OUT`.
 
+use super::config;
 use super::cost::show_cost;
 use super::{frames, tiles};
 use crate::arguments::{
@@ -52,6 +53,8 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     };
     let formats: Vec<Format> = targets.iter().map(Target::format).collect();
     flags.file.check(&formats, to_stdout)?;
+    let is_developed = kind == OutputKind::Video || formats.iter().any(|format| !format.is_linear());
+    flags.settings.check_development(is_developed && flags.show.is_none())?;
     match sequence {
         true => frames::check_output(flags.output())?,
         false => targets.iter().try_for_each(Target::check)?,
@@ -65,6 +68,8 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     let mut notes = Vec::new();
     let scene = timed(&mut seconds.load, || load_scene(flags, &mut notes))?;
     flags.animation.check_fps(kind, &scene)?;
+    #[cfg(feature = "video")]
+    check_video_size(flags, kind, scene.settings.size)?;
     let size = size_of_file(flags, scene.settings.size)?;
     let bands =
         memory::bands(size, !flags.file.layers().is_empty() || flags.file.alpha, flags.file.band_rows)?;
@@ -131,6 +136,16 @@ pub(crate) fn render(flags: &RenderFlags, ranks: Option<&dyn Backend>) -> Result
     }
 }
 
+/// Fails where flags ask for a video of a size that the encoder does not take.
+#[cfg(feature = "video")]
+fn check_video_size(flags: &RenderFlags, kind: OutputKind, size: [u32; 2]) -> Result<(), Failure> {
+    match kind == OutputKind::Video && flags.settings.has_size() && !flags.animation.ffmpeg {
+        true => eosphor::video::check_video_size(size.into())
+            .map_err(|problem| Failure::Usage(format!("--size: {problem}"))),
+        false => Ok(()),
+    }
+}
+
 /// Width and height of what is rendered: the picture, or a part of it.
 fn size_of_file(flags: &RenderFlags, [width, height]: [u32; 2]) -> Result<[u32; 2], Failure> {
     match flags.file.region {
@@ -168,8 +183,8 @@ fn interruption(flags: &RenderFlags, targets: &str, done: &Done) -> String {
 
 /// The scene with everything that the flags change.
 fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Failure> {
-    let are_lit = flags.picture.lights.is_given();
-    let options = flags.settings.load_options(flags.camera.choice(), are_lit, &flags.textures);
+    let options =
+        flags.settings.load_options(flags.camera.choice(), flags.picture.are_lit(), &flags.textures);
     let loaded = load(&flags.scene, &options)?;
     notes.extend(loaded.warnings.iter().map(ToString::to_string));
     let mut scene = loaded.scene;
@@ -187,6 +202,7 @@ fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Fai
     flags.animation.apply(&mut scene);
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
     settle_orbit(&mut scene)?;
+    config::tell(flags, &scene);
     Ok(scene)
 }
 

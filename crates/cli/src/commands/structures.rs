@@ -1,7 +1,7 @@
 //! `eosphor info --accel all SCENE`: every structure over one scene; `--accel builders`: every builder.
 
 use crate::arguments::InfoFlags;
-use crate::backend::{cpu_backend, hierarchy_options};
+use crate::backend::{check_ranges, cpu_backend, hierarchy_options};
 use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
@@ -27,6 +27,7 @@ struct Row {
 
 /// `by_builder`: bounding volume hierarchies alone, by every builder.
 pub(super) fn structures(flags: &InfoFlags, data: &SceneData, by_builder: bool) -> Result<(), Failure> {
+    check_ranges(&flags.device)?;
     let is_built = |accel: &&Accel| matches!(accel, Accel::Bvh | Accel::Bvh8);
     let chosen: Vec<(Accel, HierarchyOptions)> = if by_builder {
         let with = HierarchyOptions::with_builder;

@@ -136,6 +136,36 @@ fn the_course_has_one_log() {
     }
 }
 
+/// What one process does is done, and said, once.
+#[test]
+fn what_is_not_shared_out_is_said_once() {
+    let place = Place::new();
+    place.render("a.png", &[]).succeeded();
+    let tiny = ["--size", "8x6", "--repeats", "1"];
+    let commands: [(&[&str], &str); 8] = [
+        (&["info", "builtin:cornell"], "triangles "),
+        (&["devices"], "instructions "),
+        (&["compare", "a.png", "a.png"], "identical"),
+        (&["bench", "rays", "builtin:cornell", tiny[0], tiny[1], tiny[2], tiny[3]], "shuffled  any hit"),
+        (&["bench", "render", "builtin:cornell", tiny[0], tiny[1], tiny[2], tiny[3]], "Mrays/s"),
+        (&["--version"], "eosphor "),
+        (&["--help"], "Commands:"),
+        (&["render", "--help"], "Examples:"),
+    ];
+    for launcher in launchers() {
+        for (command, words) in commands {
+            let run = run(&place, &launcher, 3, command).succeeded();
+            assert_eq!(
+                run.stdout.matches(words).count(),
+                1,
+                "{}: {command:?}: {}",
+                launcher.display(),
+                run.stdout
+            );
+        }
+    }
+}
+
 /// What is wrong is said once, by whom it concerns.
 #[test]
 fn failures_end_all_ranks_with_one_line() {

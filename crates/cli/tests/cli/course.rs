@@ -162,7 +162,7 @@ fn a_video_of_one_pixel_is_refused_in_one_line() {
     let place = Place::new();
     let before = place.names();
     let run = place.run(&["render", "builtin:solids", "-o", "a.mp4", "--frames", "0..2", "--size", "1x1"]);
-    assert_eq!((run.code, run.stderr.lines().count()), (Some(1), 1), "{}", run.stderr);
+    assert_eq!((run.code, run.stderr.lines().count()), (Some(2), 1), "{}", run.stderr);
     assert!(run.stderr.contains("1 x 1 pixels: the encoder takes 16 x 16 to 3840 x 2160"), "{}", run.stderr);
     assert_eq!(place.names(), before);
 }
@@ -173,4 +173,54 @@ fn frames_go_where_a_flag_says() {
     course(&place, INPUT, &["--cpu", "-o", "there/%d.png"]).succeeded();
     assert!(place.path("there/2.png").exists() && !place.path("out").exists());
     course(&place, INPUT, &["--cpu", "-o", "a.png"]).is_wrong_usage(&["a.png", "%d"]);
+    course(&place, INPUT, &["--cpu", "-o", "%d.tga"]).is_wrong_usage(&["0.tga", "unknown picture format"]);
+}
+
+/// Folders are made for frames, and none for an input that is wrong.
+#[test]
+fn only_right_input_makes_folders() {
+    let place = Place::new();
+    fs::write(place.path("file"), "").unwrap();
+    let input = INPUT.replacen("out/", "new/a/", 1);
+    for (from, to) in [
+        ("16 12 120", "16 0 120"),
+        ("floor.data", "none.data"),
+        ("img_%d.data", "img_%d.xyz"),
+        ("new/a/", "file/a/"),
+    ] {
+        let run = course(&place, &input.replacen(from, to, 1), &["--cpu"]);
+        assert_eq!(run.code, Some(1), "{to}: {}", run.stderr);
+        assert_eq!(place.names(), ["file", "floor.data"], "{to}");
+    }
+    course(&place, INPUT, &["--cpu", "-o", "new/a/%d.tga"]).is_wrong_usage(&["tga"]);
+    assert_eq!(place.names(), ["file", "floor.data"]);
+    course(&place, &input, &["--cpu"]).succeeded();
+    assert!(place.path("new/a/img_2.data").is_file());
+}
+
+/// Without bodies and lights nothing shines: a headlight is added, and this is said.
+#[test]
+fn a_headlight_is_spoken_of() {
+    let place = Place::new();
+    let dark = INPUT.replacen("2\n-10.0 0.0 10.0  1.0 1.0 1.0\n1.0 0.0 10.0  0.0 0.0 1.0\n", "0\n", 1);
+    assert_ne!(dark, INPUT);
+    let run = course(&place, &dark, &["--cpu", "--bodies", "none,none,none"]).succeeded();
+    assert!(run.stderr.contains("note: no light: a headlight"), "{}", run.stderr);
+    let run = course(&place, INPUT, &["--cpu"]).succeeded();
+    assert!(!run.stderr.contains("headlight"), "{}", run.stderr);
+}
+
+/// Numbered frames are Unicode; videos need not be.
+#[cfg(target_os = "linux")]
+#[test]
+fn frames_of_no_unicode_are_wrong_usage() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = Place::new();
+    let output = std::ffi::OsStr::from_bytes(b"\xff_%d.png");
+    let mut command = place.command(&["course", "--cpu", "-o"]);
+    let input = place.path("input");
+    fs::write(&input, INPUT).unwrap();
+    let run: Run = command.arg(output).stdin(fs::File::open(input).unwrap()).output().unwrap().into();
+    run.is_wrong_usage(&["-o: \u{fffd}_%d.png", "must be Unicode"]);
+    assert_eq!(place.names(), ["input"]);
 }

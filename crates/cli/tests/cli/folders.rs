@@ -40,6 +40,17 @@ fn missing_folders_are_made() {
 }
 
 #[test]
+fn merge_says_what_it_made_or_nothing() {
+    let place = Place::new();
+    render(&place, "a.png", &["--tiles", "1/1", "-q"]).succeeded();
+    let said = place.run(&["merge", "-o", "a.png"]).succeeded();
+    assert_eq!((said.stdout.as_str(), said.stderr.as_str()), ("", "a.png: of 1 shares\n"));
+    let quiet = place.run(&["merge", "-q", "-o", "b/a.png", "a.png.1-of-1.share"]).succeeded();
+    assert_eq!((quiet.stdout.as_str(), quiet.stderr.as_str()), ("", ""));
+    assert_eq!(fs::read(place.path("a.png")).unwrap(), fs::read(place.path("b/a.png")).unwrap());
+}
+
+#[test]
 fn what_is_wrong_leaves_no_folder() {
     let place = Place::new();
     fs::write(place.path("file"), "").unwrap();
@@ -59,7 +70,7 @@ fn what_is_wrong_leaves_no_folder() {
     }
     place.run(&["render", "bad.json", "-o", "a/b.png"]).failed_with(&["bad.json"]);
     place.run(&["render", "none.json", "-o", "a/b.png"]).failed_with(&["none.json"]);
-    render(&place, "a/b.xyz", &[]).failed_with(&["a/b.xyz"]);
+    render(&place, "a/b.xyz", &[]).is_wrong_usage(&["a/b.xyz"]);
     render(&place, "file/a/b.png", &[]).failed_with(&["file/a/b.png", "a part of the path is a file"]);
     place.run(&["merge", "none.share", "-o", "a/b.png"]).failed_with(&["none.share"]);
     place.run(&["compare", "none.png", "none.png", "--diff", "a/b.png"]).failed_with(&["none.png"]);

@@ -61,7 +61,7 @@ fn what_cannot_be_written_is_found_before_the_first_ray() {
     };
     run(&["a.png", "/proc/nowhere/a.exr"]).failed_with(&["/proc/nowhere/a.exr"]);
     run(&["a.png", "folder.png"]).failed_with(&["folder.png", "folder"]);
-    run(&["a.png", "a.tiff"]).failed_with(&["a.tiff", "unknown picture format"]);
+    run(&["a.png", "a.tiff"]).is_wrong_usage(&["a.tiff", "unknown picture format"]);
     for (outputs, words) in [
         (&["a.png", "./a.png"][..], ["./a.png", "name it once"]),
         (&["-", "-"], ["standard output", "name it once"]),

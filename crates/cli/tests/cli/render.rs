@@ -128,8 +128,8 @@ fn outputs_that_cannot_be_written_are_found_before_rendering() {
     place.render("/proc/no/a.png", &huge).failed_with(&["/proc/no/a.png"]);
     place.render("/dev/full/x.png", &huge).failed_with(&["/dev/full/x.png", "not a folder"]);
     place.render("folder.png", &huge).failed_with(&["folder.png", "this is a folder"]);
-    place.render("a.tga", &huge).failed_with(&["a.tga", ".png, .ppm, .jpg, .hdr, .exr or .data"]);
-    place.render("a", &huge).failed_with(&[".png, .ppm, .jpg, .hdr, .exr or .data"]);
+    place.render("a.tga", &huge).is_wrong_usage(&["a.tga", ".png, .ppm, .jpg, .hdr, .exr or .data"]);
+    place.render("a", &huge).is_wrong_usage(&[".png, .ppm, .jpg, .hdr, .exr or .data"]);
     place.render(&format!("{}.png", "n".repeat(300)), &huge).failed_with(&["shorter"]);
     assert_eq!(place.names(), ["folder.png"]);
 }
@@ -217,6 +217,36 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
             &["--backend", "cpu", "--gpu-traversal", "vote"],
             "--gpu-traversal would do nothing here: it needs a GPU",
         ),
+        (&["--threads", "2", "--block-size", "64"], "--block-size would do nothing here: it needs a GPU"),
+        (
+            &["--simd", "baseline", "--gpu-traversal", "vote"],
+            "--gpu-traversal would do nothing here: it needs a GPU",
+        ),
+        (&["--backend", "cuda", "--tile", "8"], "--tile would do nothing here: it needs the CPU"),
+        (&["--backend", "cuda", "--simd", "baseline"], "--simd would do nothing here: it needs the CPU"),
+        (
+            &["--backend", "cuda", "--scheduler", "scalar"],
+            "--scheduler would do nothing here: it needs the CPU",
+        ),
+        (
+            &["--backend", "cuda", "--show", "cost"],
+            "--backend cuda would do nothing here: it needs a picture of the scene, not --show",
+        ),
+        (
+            &["--crease", "20", "--normals", "flat"],
+            "--crease would do nothing here: it needs --normals auto or generated",
+        ),
+        (&["--crease", "20", "--preset", "pg1"], "--crease would do nothing here"),
+        (&["--rank-timeout", "5"], "--rank-timeout would do nothing here: it needs many processes"),
+        (
+            &["--exposure", "1", "-o", "a.exr"],
+            "--exposure would do nothing here: it needs a picture of the scene",
+        ),
+        (
+            &["--transfer", "linear", "-o", "a.hdr", "-o", "b.exr"],
+            "--transfer would do nothing here: it needs a picture of the scene in bytes",
+        ),
+        (&["--exposure", "1", "--show", "cost"], "--exposure would do nothing here"),
     ];
     for (flags, words) in bad {
         let usual = ["render", "builtin:cornell", "--size", "8x8", "--light-samples", "1"];
@@ -224,6 +254,30 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
         place.run(&[&usual[..], output, flags].concat()).is_wrong_usage(&[words]);
     }
     assert!(place.names().is_empty());
+}
+
+/// Where laws or keys say where the camera is and where it looks, flags cannot.
+#[test]
+fn a_camera_that_is_led_takes_no_other_place() {
+    let place = Place::new();
+    let keys = r#"{"eosphor": 2, "camera": {"position": [0, 0, 5], "direction": [0, 0, -1]}, "spheres": [{"center": [1, 0, 0],
+        "radius": 1}], "animation": {"frames": 2, "camera": {"keys": {"keys": [{"seconds": 0, "position": [0, 0, 4],
+        "look-at": [0, 0, 0]}]}}}}"#;
+    fs::write(place.path("keys.json"), keys).unwrap();
+    for scene in ["builtin:solids", "keys.json"] {
+        let render = |name: &str, more: &[&str]| {
+            place.run(&[&["render", scene, "-o", name, "--size", "16x12", "-q"], more].concat())
+        };
+        for flags in [["--eye", "9,9,9"], ["--look-at", "1,0,0"], ["--direction", "1,0,0"]] {
+            render("a.png", &flags).is_wrong_usage(&[flags[0], "would do nothing", "animation"]);
+        }
+        render("a.ppm", &[]).succeeded();
+        for flags in [&["--fov", "20"][..], &["--up", "1,1,0"]] {
+            render("b.ppm", flags).succeeded();
+            assert_eq!(place.run(&["compare", "a.ppm", "b.ppm"]).code, Some(1), "{scene} {flags:?}");
+        }
+        render("%d.ppm", &["--orbit", "2", "--eye", "9,9,9"]).succeeded();
+    }
 }
 
 #[test]
@@ -342,6 +396,29 @@ fn headlights_can_be_turned_off() {
     assert!(render("d.png", &["--headlight", "on"]).stderr.contains("headlight") && !is_black("d.png"));
     scene(r#""lights": [],"#);
     assert!(!render("e.png", &[]).stderr.contains("headlight") && is_black("e.png"));
+    // No preset brings back what the scene does not want. (Grey surroundings are PG1's own.)
+    for keys in [r#""lights": [],"#, r#""settings": {"headlight": false},"#] {
+        scene(keys);
+        for preset in ["eos", "pg1", "course"] {
+            let flags = ["--preset", preset, "--background", "0,0,0", "--ambient", "0", "--eye", "0,0,4"];
+            let run = render("f.png", &flags);
+            assert!(
+                !run.stderr.contains("headlight") && is_black("f.png"),
+                "{keys} {preset}: {}",
+                run.stderr
+            );
+        }
+    }
+    scene("");
+    for (preset, has_headlight) in [("eos", false), ("pg1", true), ("course", true)] {
+        let run = render("g.png", &["--preset", preset, "--eye", "0,0,4"]);
+        assert!(run.stderr.contains("headlight") == has_headlight && !is_black("g.png"), "{preset}");
+    }
+    // The sun comes to the two lights of EOS, not in their place.
+    let eos = ["--preset", "eos", "--eye", "0,0,4"];
+    let rays =
+        |more: &[&str]| render("h.png", &[&eos[..], &["-q", "--json"], more].concat()).json()["rays"].clone();
+    assert!(rays(&["--sun", "0,0,-1"])["shadow"].as_u64() > rays(&[])["shadow"].as_u64());
 }
 
 #[test]
@@ -350,4 +427,42 @@ fn a_missing_file_names_the_nearest() {
     std::fs::write(place.path("bunny.obj"), "").unwrap();
     let run = place.run(&["render", "buny.obj", "-o", "a.png"]);
     run.failed_with(&["buny.obj: cannot read: No such file", "did you mean bunny.obj?"]);
+    // Also where the ending is of no kind that is read, and of pictures and shares.
+    std::fs::write(place.path("bunny.png"), "").unwrap();
+    std::fs::write(place.path("bunny.share"), "").unwrap();
+    let wrong_ending = place.run(&["render", "bunny.oj", "-o", "a.png"]);
+    wrong_ending.failed_with(&["bunny.oj: cannot read: No such file", "did you mean bunny.obj?"]);
+    place.run(&["compare", "buny.png", "bunny.png"]).failed_with(&["buny.png", "did you mean bunny.png?"]);
+    place
+        .run(&["merge", "buny.share", "-o", "a.png"])
+        .failed_with(&["buny.share", "did you mean bunny.share?"]);
+    for command in [&["render", "nothing.obj", "-o", "a.png"][..], &["compare", "x.png", "y.png"]] {
+        let run = place.run(command);
+        assert!(run.code == Some(1) && !run.stderr.contains("os error"), "{}", run.stderr);
+    }
+}
+
+/// A texture that is missing names near matches in the warning; one whose name is no UTF-8 is found.
+#[cfg(target_os = "linux")]
+#[test]
+fn textures_of_materials_are_found_by_any_name() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = Place::new();
+    let odd = std::ffi::OsStr::from_bytes(b"holz\xff.ppm");
+    fs::write(place.path(".").join(odd), [&b"P6 1 1 255\n"[..], &[255, 0, 0]].concat()).unwrap();
+    fs::write(
+        place.path("t.obj"),
+        "mtllib t.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n",
+    )
+    .unwrap();
+    let material = |name: &[u8]| {
+        fs::write(place.path("t.mtl"), [b"newmtl m\nKd 1 1 1\nmap_Kd ", name, b"\n"].concat()).unwrap();
+    };
+    material(b"holz\xff.ppm");
+    let info = place.run(&["info", "t.obj", "--json"]).succeeded();
+    assert!(info.json()["textures"] == 1 && !info.stdout.contains("missing"), "{}", info.stdout);
+    fs::write(place.path("wood.ppm"), "").unwrap();
+    material(b"wod.ppm");
+    let run = place.run(&["render", "t.obj", "-o", "a.png", "--size", "8x8"]).succeeded();
+    assert!(run.stderr.contains("texture \"wod.ppm\" is missing (did you mean wood.ppm?)"), "{}", run.stderr);
 }

@@ -28,8 +28,9 @@ fn scene(place: &Place, keys: &str) {
 #[test]
 fn a_configuration_of_pg1_runs_as_it_is() {
     let place = Place::new();
-    // (Both ways through an octree go through one structure.)
-    for (name, expected) in [("octree", "octree"), ("octee_parametric", "octree"), ("none", "none")] {
+    for (name, expected) in
+        [("octree", "octree"), ("octee_parametric", "octree-parametric"), ("none", "none")]
+    {
         pg1(
             &place,
             &format!(
@@ -37,7 +38,9 @@ fn a_configuration_of_pg1_runs_as_it_is() {
                     {{"name": "{name}", "max_triangles_per_BB": 1, "max_depth": 3}}}}"#
             ),
         );
-        let report = place.run(&["render", "c.json", "--json", "-q"]).succeeded().json();
+        let run = place.run(&["render", "c.json", "--json"]).succeeded();
+        assert!(run.stderr.contains(&format!("hierarchy        {expected}, built in")), "{}", run.stderr);
+        let report = run.json();
         assert_eq!(report["hierarchy"]["structure"], expected);
         assert!(report["backend"].as_str().unwrap().starts_with("CPU"), "{report}");
         assert_eq!(report["output"], "out.ppm");
@@ -62,6 +65,110 @@ fn flags_win_over_what_a_file_asks_for() {
     assert_eq!(fs::read(place.path("f.png")).unwrap(), fs::read(place.path("g.png")).unwrap());
     let bench = ["bench", "render", "s.json", "--repeats", "1", "--json"];
     assert!(place.run(&bench).succeeded().stdout.contains("CPU"));
+}
+
+/// What a file asks for is there for all commands that have hierarchies and devices.
+#[test]
+fn all_commands_obey_a_file() {
+    let place = Place::new();
+    scene(&place, r#""device": {"backend": "cpu", "accel": "octree", "tree-depth": 2},"#);
+    let info = |more: &[&str]| {
+        let report = place.run(&[&["info", "s.json", "--json"], more].concat()).succeeded().json();
+        let hierarchy = &report["hierarchy"];
+        (hierarchy["structure"].as_str().unwrap().to_owned(), hierarchy["max_leaf_depth"].as_u64().unwrap())
+    };
+    let (structure, depth) = info(&[]);
+    assert!(structure == "octree" && depth <= 2, "{structure} {depth}");
+    assert_eq!(info(&["--accel", "grid"]).0, "grid");
+    assert!(info(&["--tree-depth", "1"]).1 <= 1);
+    place.run(&["info", "s.json", "--accel", "all"]).succeeded();
+    let rays = |more: &[&str]| {
+        let fixed = ["bench", "rays", "s.json", "--size", "8x6", "--repeats", "1", "--json"];
+        place.run(&[&fixed[..], more].concat()).succeeded().json()["accel"].as_str().unwrap().to_owned()
+    };
+    assert_eq!((rays(&[]), rays(&["--accel", "kdtree"])), ("octree".into(), "kdtree".into()));
+    scene(&place, r#""device": {"accel": "grid", "leaf-size": 4},"#);
+    for command in [&["info", "s.json"][..], &["bench", "rays", "s.json"], &["bench", "render", "s.json"]] {
+        place.run(command).failed_with(&["leaf-size", "would do nothing"]);
+    }
+}
+
+/// Each key has a line that says what became of it.
+#[test]
+fn every_key_of_pg1_is_accounted_for() {
+    let place = Place::new();
+    fs::write(place.path("a.obj"), OBJ).unwrap();
+    let text = r#"{"seed": 7, "obj_loader": {"triangulate": false, "basepath": "models"},
+        "renderer": {"render_mode": "cpu", "max_depth": 3, "samples_per_triangle": 5, "render_type": "phong",
+            "max_distance": 9.5, "shading_type": "flat", "cull_backfaces": false, "background_color": [0, 0.5, 1],
+            "acceleratied_data_structure": {"name": "octee_parametric", "max_triangles_per_BB": 1, "max_depth": 3},
+            "output": {"filename": "inner.ppm"}},
+        "output": {"filename": "out.ppm"},
+        "scene": {"source_file": "a.obj", "camera": {"pos": [0.5, 0.5, 4], "dir": [0, 0, -1], "up": [0, 1, 0],
+            "fov": 1, "width": 12, "height": 8, "samples_per_pixel": 2},
+            "point_lights": [{"pos": [0, 1, 5], "color": [1, 1, 1]}]}}"#;
+    fs::write(place.path("c.json"), text).unwrap();
+    let lines = |more: &[&str]| {
+        let run = place.run(&[&["render", "c.json", "-v"], more].concat()).succeeded();
+        let ours = run.stderr.lines().filter_map(|line| line.strip_prefix("c.json: "));
+        ours.map(str::to_owned).collect::<Vec<String>>()
+    };
+    let usual = [
+        "obj_loader.basepath = \"models\": not used: the model is not there but beside this file",
+        "obj_loader.triangulate = false: not used: faces become triangles in any case",
+        "output.filename = \"out.ppm\": obeyed as output",
+        "renderer.acceleratied_data_structure.max_depth = 3: obeyed as tree-depth",
+        "renderer.acceleratied_data_structure.max_triangles_per_BB = 1: obeyed as leaf-size",
+        "renderer.acceleratied_data_structure.name = \"octee_parametric\": obeyed as accel",
+        "renderer.background_color = [0,0.5,1]: obeyed as background",
+        "renderer.cull_backfaces = false: obeyed as cull",
+        "renderer.max_depth = 3: obeyed as depth",
+        "renderer.max_distance = 9.5: not used: it is for the lighting distance",
+        "renderer.output.filename = \"inner.ppm\": not used: the \"output\" of the whole file is taken",
+        "renderer.render_mode = \"cpu\": obeyed as backend",
+        "renderer.render_type = \"phong\": obeyed as lighting",
+        "renderer.samples_per_triangle = 5: obeyed as light-samples",
+        "renderer.shading_type = \"flat\": obeyed as normals",
+        "scene.camera.dir = [0,0,-1]: obeyed as direction",
+        "scene.camera.fov = 1: obeyed as fov",
+        "scene.camera.height = 8: obeyed as height of the size",
+        "scene.camera.pos = [0.5,0.5,4]: obeyed as eye",
+        "scene.camera.samples_per_pixel = 2: obeyed as samples",
+        "scene.camera.up = [0,1,0]: obeyed as up",
+        "scene.camera.width = 12: obeyed as width of the size",
+        "scene.point_lights[0].color = [1,1,1]: obeyed as colour of a light",
+        "scene.point_lights[0].pos = [0,1,5]: obeyed as position of a light",
+        "scene.source_file = \"a.obj\": obeyed as the model",
+        "seed = 7: obeyed as seed",
+    ];
+    let mut all = lines(&[]);
+    all.sort();
+    assert_eq!(all, usual);
+    // Flags win.
+    for (flags, key, winner) in [
+        (&["--depth", "1"][..], "renderer.max_depth", "--depth"),
+        (&["--preset", "eos"], "renderer.shading_type", "--preset"),
+        (&["--size", "8x8"], "scene.camera.width", "--size"),
+        (&["--no-cull"], "renderer.cull_backfaces", "--no-cull"),
+        (&["-o", "b.png"], "output.filename", "--output"),
+        (&["--accel", "grid"], "renderer.acceleratied_data_structure.max_depth", "--accel"),
+        (&["--leaf-size", "2"], "renderer.acceleratied_data_structure.max_triangles_per_BB", "--leaf-size"),
+        (&["--look-at", "0,0,0"], "scene.camera.dir", "--look-at"),
+        (&["--backend", "cpu"], "renderer.render_mode", "--backend"),
+    ] {
+        let all = lines(flags);
+        let line = all.iter().find(|line| line.starts_with(&format!("{key} = "))).unwrap();
+        assert!(line.ends_with(&format!(": overridden by {winner}")), "{line}");
+        assert_eq!(all.len(), usual.len());
+    }
+    let same = lines(&["--accel", "octree-parametric"]);
+    assert!(same.iter().all(|line| !line.contains("overridden")), "{same:?}");
+    let distance = lines(&["--lighting", "distance"]);
+    assert!(distance.contains(&"renderer.max_distance = 9.5: obeyed as max-distance".to_owned()));
+    // Other files have none.
+    scene(&place, r#""output": "o.png","#);
+    let run = place.run(&["render", "s.json", "-v"]).succeeded();
+    assert!(!run.stderr.contains("obeyed"), "{}", run.stderr);
 }
 
 #[test]

@@ -69,6 +69,102 @@ fn negative_numbers_are_values() {
     }
 }
 
+/// Flags that cannot be meant exit with 2 wherever that is found out; what a file's content makes fail exits with 1.
+#[test]
+fn what_flags_make_fail_is_wrong_usage() {
+    let place = Place::new();
+    fs::write(place.path("t.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    fs::write(place.path("t.gltf"), r#"{"asset": {"version": "2.0"}}"#).unwrap();
+    let before = place.names();
+    let render = |more: &[&str]| {
+        place.run(&[&["render", "builtin:cornell", "-o", "a.png", "--size", "8x8"], more].concat())
+    };
+    render(&["--up", "0,0,0"]).is_wrong_usage(&["camera", "up"]);
+    render(&["--eye", "1,2,3", "--look-at", "1,2,3"]).is_wrong_usage(&["camera", "look-at"]);
+    render(&["--direction", "0,0,0"]).is_wrong_usage(&["camera", "direction"]);
+    for scene in ["t.obj", "t.gltf"] {
+        for command in [&["render", scene, "-o", "a.png"][..], &["bench", "render", scene]] {
+            place.run(&[command, &["--camera", "1"]].concat()).is_wrong_usage(&[scene, "camera"]);
+        }
+    }
+    for command in [
+        &["render", "builtin:cornell", "-o", "x.tga"][..],
+        &["render", "builtin:cornell", "-o", "x_%d.tga", "--orbit", "2"],
+        &["compare", "a.png", "b.png", "--diff", "x.tga"],
+        &["merge", "a.share", "-o", "x.tga"],
+    ] {
+        place.run(command).is_wrong_usage(&["unknown picture format", ".png"]);
+    }
+    #[cfg(feature = "video")]
+    for size in ["1x1", "5000x5000"] {
+        let command = ["render", "builtin:solids", "-o", "a.mp4", "--frames", "0..2", "--size", size];
+        place.run(&command).is_wrong_usage(&["--size", "the encoder takes 16 x 16 to 3840 x 2160"]);
+    }
+    assert_eq!(place.names(), before);
+
+    let scene = |keys: &str| {
+        let text = format!(r#"{{"eosphor": 2, {keys} "spheres": [{{"center": [0, 0, 0], "radius": 1}}]}}"#);
+        fs::write(place.path("s.json"), text).unwrap();
+    };
+    scene(r#""camera": {"position": [0, 0, 5], "look-at": [0, 0, 5]},"#);
+    place.run(&["render", "s.json", "-o", "a.png"]).failed_with(&["s.json:1"]);
+    scene(r#""output": "x.tga","#);
+    place.run(&["render", "s.json"]).failed_with(&["s.json: output: unknown picture format"]);
+    #[cfg(feature = "video")]
+    {
+        scene(r#""settings": {"size": [1, 1]}, "animation": {"frames": 2},"#);
+        place.run(&["render", "s.json", "-o", "a.mp4", "-q"]).failed_with(&["the encoder takes 16 x 16"]);
+    }
+}
+
+/// What looks at a scene and measures takes no flag in vain either.
+#[test]
+fn flags_about_devices_are_never_ignored() {
+    let place = Place::new();
+    let check = |command: &[&str], flags: &[&str]| {
+        place.run(&[command, flags].concat()).is_wrong_usage(&[flags[0], "would do nothing"]);
+    };
+    let info = ["info", "builtin:cornell"];
+    for flags in [
+        &["--tile", "8"][..],
+        &["--block-size", "64"],
+        &["--gpu-traversal", "vote"],
+        &["--scheduler", "scalar"],
+        &["--simd", "baseline"],
+    ] {
+        check(&info, flags);
+    }
+    for flags in
+        [&["--builder", "morton"][..], &["--leaf-size", "4"], &["--tree-depth", "9"], &["--sah-costs", "1,1"]]
+    {
+        check(&[&info[..], &["--accel", "builders"]].concat(), flags);
+    }
+    for table in ["all", "builders"] {
+        check(&[&info[..], &["--accel", table]].concat(), &["--backend", "cuda"]);
+    }
+    for (flag, value, range) in [
+        ("--leaf-size", "300", "with a bvh to 255"),
+        ("--sah-costs", "-5,-1", "0 or more"),
+        ("--tree-depth", "50", "1 to 16 with an octree"),
+    ] {
+        let run = place.run(&[&info[..], &["--accel", "all", flag, value]].concat());
+        run.is_wrong_usage(&[flag, "it must be", range]);
+    }
+    let rays = ["bench", "rays", "builtin:cornell", "--size", "8x8", "--repeats", "1"];
+    for flags in [
+        &["--block-size", "64"][..],
+        &["--gpu-traversal", "vote"],
+        &["--tile", "8"],
+        &["--scheduler", "scalar"],
+    ] {
+        check(&rays, flags);
+    }
+    for flags in [&["--cpu"][..], &["--edge-lights"], &["-o", "a_%d.png"], &["--threads", "1"]] {
+        let run = place.run(&[&["course", "--default"], flags].concat());
+        run.is_wrong_usage(&["--default", "cannot be used with"]);
+    }
+}
+
 #[test]
 fn what_is_missing_has_failed() {
     let place = Place::new();

@@ -41,6 +41,7 @@ enum Device<'a> {
 }
 
 pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
+    flags.check()?;
     check_device(&flags.device, flags.accel)?;
     limit_threads(&flags.device)?;
     let mut options = LoadOptions::default();

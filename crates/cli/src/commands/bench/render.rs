@@ -30,8 +30,8 @@ struct Report {
 
 pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
-    let are_lit = flags.picture.lights.is_given();
-    let options = flags.settings.load_options(flags.camera.choice(), are_lit, &flags.textures);
+    let options =
+        flags.settings.load_options(flags.camera.choice(), flags.picture.are_lit(), &flags.textures);
     let mut scene = load(&flags.scene, &options)?.scene;
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
     let backend = backend_for(&flags.device, flags.picture.accel, false, Verbosity::Normal)?;
