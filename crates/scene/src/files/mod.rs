@@ -121,7 +121,11 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
         },
         Some("gltf" | "glb") => gltf::read_scene(&mut loader, path, options.camera.as_deref())?,
         _ => {
-            let instances = read_model(&mut loader, path)?;
+            let instances = read_model(&mut loader, path).map_err(|error| match error {
+                // What is not there has no kind.
+                SceneError::UnknownFormat { .. } => loader.why_missing(path).unwrap_or(error),
+                error => error,
+            })?;
             loader.scene.instances.extend(instances);
             loader.scene.settle_origin();
             let is_lit = surroundings::has_lamps(&loader.scene);
@@ -137,10 +141,7 @@ fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instance>, SceneEr
         Some("obj") => obj::read_model(loader, path),
         Some("gltf" | "glb") => gltf::read_model(loader, path),
         Some("ply") => ply::read_model(loader, path),
-        other => match loader.why_missing(path) {
-            Some(error) => Err(error),
-            None => Err(unknown_format(path, other)),
-        },
+        other => Err(unknown_format(path, other)),
     }
 }
 
