@@ -1,6 +1,7 @@
 //! Colour textures.
 
-use crate::math::{Vec3, clamp, floor, fma, vec3};
+use crate::math::{Vec3, clamp, floor, fma, min, vec3};
+use crate::out_of_line::out_of_line;
 
 /// How a colour is read between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,18 +29,28 @@ pub enum TextureWrap {
     Mirror,
 }
 
-/// What the texels of a texture are.
+/// What the components of a texture's texels are. A texel has 1 to 4 of them, without gaps to the next texel's: grey; grey
+/// and alpha; red, green and blue; these and alpha. Bytes and halves fill words from the low end up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TexelFormat {
-    /// 8 bits a channel, colours sRGB-coded, alpha linear: one word a texel, red in the low byte.
+    /// Bytes, colours sRGB-coded, alpha linear.
     Srgb8,
-    /// 8 bits a channel, all linear: one word a texel, red in the low byte.
+    /// Bytes, all linear.
     Linear8,
-    /// Single-precision floats: four words a texel, red first.
+    /// A word a texel, whatever the number of components: bytes of red, green, blue and their exponent, as in Radiance
+    /// pictures, from the low byte up.
+    Rgbe,
+    /// Half-precision floats as in OpenEXR pictures: not negative, colours multiplied by alpha; infinity is
+    /// [`MAX_TEXEL`].
+    Half,
+    /// Single-precision floats.
     Float,
 }
+
+/// What infinity in a picture stands for, and the largest number of a scene.
+pub const MAX_TEXEL: f32 = 1e12;
 
 /// Where a texture lies in the array of words and how it is read. `u` runs right and `v` runs up: `(0, 0)` is the
 /// lower left corner of the picture, as in OBJ; rows are stored top first.
@@ -53,8 +64,10 @@ pub struct Texture {
     pub width: u32,
     /// Rows, at least 1.
     pub height: u32,
-    /// What the texels are.
+    /// What the components are.
     pub format: TexelFormat,
+    /// Components of a texel, 1 to 4.
+    pub channels: u32,
     /// Between texels.
     pub filter: TextureFilter,
     /// Outside the unit square, along `u`.
@@ -158,19 +171,102 @@ impl Textures<'_> {
     fn texel(&self, t: &Texture, column: u32, row: u32) -> Rgba {
         debug_assert!(column < t.width && row < t.height);
         let number = row as usize * t.width as usize + column as usize;
+        let channels = t.channels as usize;
         // Checked reads: headers come from scene data, and this costs little beside the read itself.
         let word = |i: usize| self.words.get(t.first_word as usize + i).copied().unwrap_or(0);
         if t.format == TexelFormat::Float {
-            let value = |k: usize| f32::from_bits(word(4 * number + k));
-            return Rgba { color: vec3(value(0), value(1), value(2)), alpha: value(3) };
+            let [first, second, third, fourth] =
+                [0, 1, 2, 3].map(|k| f32::from_bits(word(number * channels + k)));
+            let (green, blue) = if channels < 3 { (first, first) } else { (second, third) };
+            let last = if channels == 2 { second } else { fourth };
+            let alpha = if channels & 1 == 0 { last } else { 1.0 };
+            return Rgba { color: vec3(first, green, blue), alpha };
         }
-        let [r, g, b, alpha] = word(number).to_le_bytes();
+        let is_bytes = matches!(t.format, TexelFormat::Srgb8 | TexelFormat::Linear8);
+        let packed = if is_bytes & (channels == 4) {
+            // The quick way for most.
+            word(number)
+        } else {
+            let size = match t.format {
+                TexelFormat::Rgbe => 4,
+                TexelFormat::Half => 2 * channels,
+                _ => channels,
+            };
+            // A texel may lie across the border of two words, but then has no part in a third.
+            let byte = number * size;
+            let (low, high, shift) = (word(byte / 4), word(byte / 4 + 1), byte as u32 % 4 * 8);
+            if !is_bytes {
+                return high_range_texel(low, high, shift, t.channels, t.format == TexelFormat::Half);
+            }
+            // In two steps, since shifting by 32 is none.
+            with_all_channels(low >> shift | high << 1 << (31 - shift), t.channels)
+        };
+        let [r, g, b, alpha] = packed.to_le_bytes();
         let linear = |byte: u8| byte as f32 / 255.0;
         let decode = |byte: u8| {
             if t.format == TexelFormat::Srgb8 { self.srgb_decode[byte as usize] } else { linear(byte) }
         };
         Rgba { color: vec3(decode(r), decode(g), decode(b)), alpha: linear(alpha) }
     }
+}
+
+out_of_line! {
+    /// A texel of halves, or of a Radiance picture, which begins at bit `shift` of two words. Few pictures are of these, and
+    /// the code is long.
+    fn high_range_texel(low: u32, high: u32, shift: u32, channels: u32, is_half: bool) -> Rgba {
+        let bits = (low as u64 | (high as u64) << 32) >> shift;
+        if !is_half {
+            return Rgba { color: radiance(bits as u32), alpha: 1.0 };
+        }
+        let value = |k: u32| half((bits >> (k * 16)) as u32);
+        let red = value(0);
+        let (green, blue) = if channels < 3 { (red, red) } else { (value(1), value(2)) };
+        let alpha = match channels {
+            2 => value(1),
+            4 => value(3),
+            _ => 1.0,
+        };
+        let divisor = if alpha > 0.0 { alpha } else { 1.0 };
+        let plain = |x: f32| min(x / divisor, MAX_TEXEL);
+        Rgba { color: vec3(plain(red), plain(green), plain(blue)), alpha }
+    }
+}
+
+/// Bytes of 1 to 3 channels, in the low end of a word, as four: red, green, blue and alpha.
+#[inline(always)]
+fn with_all_channels(bytes: u32, channels: u32) -> u32 {
+    let opaque = 0xff00_0000;
+    let grey = (bytes & 0xff) * 0x01_0101;
+    match channels {
+        1 => opaque | grey,
+        2 => (bytes & 0xff00) << 16 | grey,
+        _ => opaque | bytes,
+    }
+}
+
+/// The colour of a texel of a Radiance picture: mantissas times 2^(exponent - 136), all 0 where the exponent is 0.
+#[inline(always)]
+fn radiance(word: u32) -> Vec3 {
+    let [r, g, b, exponent] = word.to_le_bytes();
+    // 2^(exponent - 127), but for the two largest exponents, which are far beyond the limit, as 253 is. Multiplying by
+    // powers of two is exact: even what is denormal is a multiple of 2^-135.
+    let scale = f32::from_bits((exponent as u32).min(253) << 23);
+    let channel = |mantissa: u8| min(mantissa as f32 * (1.0 / 512.0) * scale, MAX_TEXEL);
+    vec3(channel(r), channel(g), channel(b))
+}
+
+/// The number that 16 bits are as a half-precision float, exactly; infinity is [`MAX_TEXEL`]. The sign and all higher bits
+/// are left out.
+#[inline(always)]
+fn half(bits: u32) -> f32 {
+    let bits = bits & 0x7fff;
+    let value = match bits {
+        // Denormal: whole multiples of 2^-24.
+        0..=0x3ff => bits as f32 * f32::from_bits((127 - 24) << 23),
+        // Exponents count from 127 instead of 15.
+        _ => f32::from_bits((bits << 13) + ((127 - 15) << 23)),
+    };
+    if bits < 0x7c00 { value } else { MAX_TEXEL }
 }
 
 /// A coordinate taken into [0, 1]; zero when it is NaN, or infinite and not clamped.
@@ -241,6 +337,7 @@ mod tests {
             width: 4,
             height: 2,
             format: if srgb { TexelFormat::Srgb8 } else { TexelFormat::Linear8 },
+            channels: 4,
             filter,
             wrap_u: wrap,
             wrap_v: wrap,
@@ -397,5 +494,128 @@ mod tests {
         let textures = Textures { textures: &textures, words: &TEXELS, srgb_decode: &curve() };
         let got = textures.sample(0, &[[0.25, 0.5], [0.0; 2]]).color;
         assert_eq!(got, sample(Nearest, Repeat, false, 0.375, 0.625));
+    }
+
+    /// Texels in bytes, four of them a texel, packed as files have `channels` of them.
+    fn packed(texels: &[[u8; 4]], channels: usize) -> Vec<u32> {
+        let bytes: Vec<u8> = texels
+            .iter()
+            .flat_map(|&[r, g, b, a]| match channels {
+                1 => vec![r],
+                2 => vec![r, a],
+                3 => vec![r, g, b],
+                _ => vec![r, g, b, a],
+            })
+            .collect();
+        let word = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, &byte| word << 8 | byte as u32);
+        // Nothing lies behind the last texel.
+        bytes.chunks(4).map(word).collect()
+    }
+
+    /// What a texture of these gives at places between and on its texels.
+    fn samples(texture: &Texture, words: &[u32]) -> Vec<Rgba> {
+        let textures = [Nearest, Bilinear].map(|filter| Texture { filter, ..*texture });
+        let textures = Textures { textures: &textures, words, srgb_decode: &curve() };
+        let places = (0..4 * texture.width).map(|i| (i as f32 + 0.7) / (4 * texture.width) as f32);
+        places.flat_map(|x| [0, 1].map(|number| textures.sample(number, &[[x, 1.3 * x]; 2]))).collect()
+    }
+
+    /// Bits of colour and alpha.
+    fn bits(samples: &[Rgba]) -> Vec<[u32; 4]> {
+        let bits = |s: &Rgba| [s.color.x, s.color.y, s.color.z, s.alpha].map(f32::to_bits);
+        samples.iter().map(bits).collect()
+    }
+
+    /// All 256 values in each channel, behind another texture, at any place within a word.
+    #[test]
+    fn fewer_bytes_are_what_four_of_them_are() {
+        let texels = |channels: usize| -> Vec<[u8; 4]> {
+            let all = (0..3 * 256u32).map(|i| [i, i * 7 + 1, i * 31 + 2, i * 101 + 3].map(|x| x as u8));
+            all.map(|[r, g, b, a]| match channels {
+                1 => [r, r, r, 255],
+                2 => [r, r, r, a],
+                3 => [r, g, b, 255],
+                _ => [r, g, b, a],
+            })
+            .collect()
+        };
+        for (channels, srgb) in (1..=4).flat_map(|channels| [(channels, false), (channels, true)]) {
+            let texels = texels(channels as usize);
+            let texture = Texture { first_word: 1, width: 256, height: 3, ..header(Nearest, Repeat, srgb) };
+            let words = |channels| [vec![0xdead_beef], packed(&texels, channels)].concat();
+            let expected = samples(&texture, &words(4));
+            let got = samples(&Texture { channels, ..texture }, &words(channels as usize));
+            assert_eq!(bits(&got), bits(&expected), "{channels} {srgb}");
+        }
+    }
+
+    /// The definition, in double precision, which holds all of it exactly.
+    #[test]
+    fn every_mantissa_and_exponent_of_radiance_pictures() {
+        for (mantissa, exponent) in (0..=255u32).flat_map(|m| (0..=255u32).map(move |e| (m, e))) {
+            let exact = mantissa as f64 * 2f64.powi(exponent as i32 - 136);
+            let expected = if exponent == 0 { 0.0 } else { (exact as f32).min(MAX_TEXEL) };
+            let got = radiance(exponent << 24 | mantissa << 8 | (255 - mantissa));
+            assert_eq!(got.y.to_bits(), expected.to_bits(), "{mantissa} {exponent}");
+        }
+    }
+
+    #[test]
+    fn every_half_is_exact() {
+        for bits in 0..0x7c00u32 {
+            let (exponent, mantissa) = ((bits >> 10) as i32, (bits & 0x3ff) as f64);
+            let expected = match exponent {
+                0 => mantissa * 2f64.powi(-24),
+                _ => (1024.0 + mantissa) * 2f64.powi(exponent - 25),
+            };
+            assert_eq!(half(0xabcd_0000 | bits) as f64, expected, "{bits:x}");
+        }
+        assert_eq!((half(0x3c00), half(0x7bff), half(0x7c00)), (1.0, 65_504.0, MAX_TEXEL));
+    }
+
+    /// Halves and floats of 1 to 4 components, against floats of four.
+    #[test]
+    fn floats_of_all_numbers_of_components() {
+        // 0, 1/4, 1/2, ... and alpha.
+        let of = |i: u32, k: u32| if k == 3 { (i % 5) as f32 * 0.25 } else { (i * 3 + k) as f32 * 0.25 };
+        let half_of = |x: f32| if x == 0.0 { 0 } else { (x.to_bits() >> 13) - (112 << 10) };
+        for channels in 1..=4u32 {
+            let source = |k: u32| match (channels, k) {
+                (1 | 2, 0..=2) => Some(0),
+                (1 | 3, 3) => None,
+                _ => Some(k),
+            };
+            let at = |i: u32, k: u32| source(k).map_or(1.0, |k| of(i, k));
+            let stored = |i: u32| (0..4).filter(move |&k| source(k) == Some(k)).map(move |k| of(i, k));
+            let texture = Texture {
+                first_word: 0,
+                width: 7,
+                height: 3,
+                channels: 4,
+                format: TexelFormat::Float,
+                ..header(Nearest, Repeat, false)
+            };
+            let plain: Vec<u32> = (0..21).flat_map(|i| (0..4).map(move |k| at(i, k).to_bits())).collect();
+            let floats: Vec<u32> = (0..21).flat_map(stored).map(f32::to_bits).collect();
+            assert_eq!(floats.len(), 21 * channels as usize);
+            let got = samples(&Texture { channels, ..texture }, &floats);
+            assert_eq!(bits(&got), bits(&samples(&texture, &plain)), "{channels}");
+
+            let divided =
+                |i: u32, k: u32| if k < 3 && at(i, 3) > 0.0 { at(i, k) / at(i, 3) } else { at(i, k) };
+            let plain: Vec<u32> =
+                (0..21).flat_map(|i| (0..4).map(move |k| divided(i, k).to_bits())).collect();
+            let halves: Vec<u32> = (0..21).flat_map(stored).map(half_of).collect();
+            let halves: Vec<u32> =
+                halves.chunks(2).map(|h| h[0] | h.get(1).copied().unwrap_or(0) << 16).collect();
+            let got = samples(&Texture { channels, format: TexelFormat::Half, ..texture }, &halves);
+            assert_eq!(bits(&got), bits(&samples(&texture, &plain)), "{channels}");
+        }
+        // Beyond the limit is at it, by infinity and by division.
+        let texture =
+            Texture { first_word: 0, width: 1, height: 1, channels: 4, ..header(Nearest, Clamp, false) };
+        let texture = Texture { format: TexelFormat::Half, ..texture };
+        let got = samples(&texture, &[0x7bff_7c00, 0x0001_0000])[0];
+        assert_eq!(got, Rgba { color: vec3(MAX_TEXEL, MAX_TEXEL, 0.0), alpha: 2f32.powi(-24) });
     }
 }

@@ -82,9 +82,9 @@ pub use eosphor_scene::{
     LightMotion, LightUnits, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind, MaterialTextures,
     Mesh, Moment, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr, PixelSampling,
     Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData, SceneError,
-    SceneRequests, Snippet, Solid, Sphere, Structure, Texels, Texture, TextureChannel, TextureContent,
-    Transfer, Transform, TreeBuilder, Triangle, UnknownPreset, UnknownSolid, View, Warning, config_keys,
-    load, near_name, scene_reference, scene_requests, scene_schema,
+    SceneRequests, Snippet, Solid, Sphere, Structure, TexelLayout, Texels, Texture, TextureChannel,
+    TextureContent, Transfer, Transform, TreeBuilder, Triangle, UnknownPreset, UnknownSolid, View, Warning,
+    config_keys, load, near_name, scene_reference, scene_requests, scene_schema,
 };
 
 /// Animations as numbered files.

@@ -129,7 +129,7 @@ mod tests {
             |data| data.triangle_shading[7].material += 1,
             |data| data.spheres.push(Sphere { center: Vec3::ZERO, radius: 1.0 }),
             |data| data.materials[0].diffuse.x += 1e-6,
-            |data| data.texture_words.push(0),
+            |data| std::sync::Arc::make_mut(&mut data.texture_words).push(0),
             |data| data.lights.truncate(1),
             |data| data.camera.eye.x += 1e-6,
             |data| data.settings.seed += 1,

@@ -305,7 +305,7 @@ fn textured_floor() {
     for filter in [TextureFilter::Nearest, TextureFilter::Bilinear] {
         let mut scene = spheres();
         let texels = (0..64u32).map(|i| 0xff00_0000 | ((i * 0x0003_0501) & 0x00ff_ffff)).collect();
-        let texels = Texels::Rgba8(texels);
+        let texels = Texels::rgba8(texels);
         scene.images.push(Image { name: "dots".into(), width: 8, height: 8, texels });
         scene.textures.push(Texture { filter, ..Texture::of_image(0) });
         scene.materials[0].textures.color = Some(0);

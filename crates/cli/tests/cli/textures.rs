@@ -12,7 +12,7 @@ const SCENE: &str = r#"{ "eosphor": 2,
 fn the_budget_holds_in_every_command_that_loads_a_scene() {
     let place = Place::new();
     fs::write(place.path("s.json"), SCENE).unwrap();
-    fs::write(place.path("wood.ppm"), [&b"P5 32 16 255\n"[..], &[200; 512]].concat()).unwrap();
+    fs::write(place.path("wood.ppm"), [&b"P5 64 32 255\n"[..], &[200; 2048]].concat()).unwrap();
     let commands: [&[&str]; 4] = [
         &["render", "s.json", "-o", "a.png", "--size", "8x8"],
         &["info", "s.json"],

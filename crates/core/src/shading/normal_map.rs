@@ -52,6 +52,7 @@ mod tests {
             width: 1,
             height: 1,
             format: TexelFormat::Float,
+            channels: 4,
             filter: TextureFilter::Nearest,
             wrap_u: TextureWrap::Repeat,
             wrap_v: TextureWrap::Repeat,

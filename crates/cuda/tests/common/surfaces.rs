@@ -6,8 +6,8 @@ use eosphor_core::settings::ShadowMode;
 use eosphor_core::texture::{TextureFilter, TextureWrap};
 use eosphor_scene::{
     AlphaMode, Camera, Channel, DeviceSettings, Image, Instance, Light, Material, MaterialKind, Mesh,
-    NO_INDEX, Parallelogram, Pbr, RenderSettings, Scene, Sphere, Texels, Texture, TextureChannel,
-    TextureContent, Transform, Triangle,
+    NO_INDEX, Parallelogram, Pbr, RenderSettings, Scene, Sphere, TexelLayout, Texels, Texture,
+    TextureChannel, TextureContent, Transform, Triangle,
 };
 
 /// A bumpy sheet of `n` by `n` quads with colours and two sets of texture coordinates.
@@ -29,15 +29,20 @@ fn sheet(n: u32) -> Mesh {
     mesh
 }
 
-/// Three pictures: colours with alpha, data, floats.
+/// Four pictures, each of another layout: colours with alpha, data, floats of either kind.
 fn images() -> Vec<Image> {
-    let bytes = |k: u32| (0..48u32).map(|i| (i + k).wrapping_mul(0x9e37_79b9)).collect();
-    let float = |i: u32| [0.2 * (i % 7) as f32, 0.5, 0.1 * (i % 3) as f32, 1.0];
-    let image = |name: &str, texels| Image { name: name.into(), width: 8, height: 6, texels };
+    let words =
+        |k: u32, texel_bytes: u32| (0..12 * texel_bytes).map(move |i| (i + k).wrapping_mul(0x9e37_79b9));
+    let image = |name: &str, layout, words: Vec<u32>| {
+        let texels = Texels::new(layout, 48, words);
+        Image { name: name.into(), width: 8, height: 6, texels }
+    };
     vec![
-        image("colors", Texels::Rgba8(bytes(1))),
-        image("data", Texels::Rgba8(bytes(2))),
-        image("floats", Texels::Float((0..48).map(float).collect())),
+        image("colors", TexelLayout::Bytes(4), words(1, 4).collect()),
+        image("data", TexelLayout::Bytes(3), words(2, 3).collect()),
+        // Below 1, denormal ones too.
+        image("halves", TexelLayout::Halves(4), words(3, 8).map(|two| two & 0x3bff_3bff).collect()),
+        image("radiance", TexelLayout::Rgbe, words(4, 4).map(|w| w & 0x00ff_ffff | 0x8000_0000).collect()),
     ]
 }
 
@@ -47,7 +52,7 @@ fn textures() -> Vec<Texture> {
         Texture { wrap_u: TextureWrap::Mirror, ..Texture::of_image(0) },
         Texture { content: TextureContent::Data, filter: TextureFilter::Nearest, ..Texture::of_image(1) },
         Texture { wrap_v: TextureWrap::Clamp, picture_from_mesh_uv: turned, ..Texture::of_image(2) },
-        Texture { uv_set: 1, ..Texture::of_image(0) },
+        Texture { uv_set: 1, ..Texture::of_image(3) },
     ]
 }
 

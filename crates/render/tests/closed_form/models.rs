@@ -27,7 +27,7 @@ fn seen(scene: &Scene) -> Vec3 {
 }
 
 fn one_texel(scene: &mut Scene, texel: [f32; 4]) -> u32 {
-    let texels = Texels::Float(vec![texel]);
+    let texels = Texels::rgba_floats(&[texel]);
     scene.images.push(Image { name: "one".into(), width: 1, height: 1, texels });
     let texture =
         Texture { content: TextureContent::Data, ..Texture::of_image(scene.images.len() as u32 - 1) };
@@ -251,8 +251,8 @@ fn textures_take_the_second_coordinates_and_their_map() {
     let mut scene = scene();
     scene.settings.lighting = LightingModel::Diffuse;
     let m = matte(&mut scene, Vec3::ONE);
-    let ramp = (0..4).map(|i| [i as f32, 0.0, 0.0, 1.0]).collect();
-    scene.images.push(Image { name: "ramp".into(), width: 4, height: 1, texels: Texels::Float(ramp) });
+    let ramp: Vec<[f32; 4]> = (0..4).map(|i| [i as f32, 0.0, 0.0, 1.0]).collect();
+    scene.images.push(Image { name: "ramp".into(), width: 4, height: 1, texels: Texels::rgba_floats(&ramp) });
     // u' = v / 2 + 1/4: from texel 1 to 3 as v goes from 0 to 1.
     let map = [[0.0, 0.5, 0.25], [1.0, 0.0, 0.0]];
     scene.textures.push(Texture { uv_set: 1, picture_from_mesh_uv: map, ..Texture::of_image(0) });

@@ -100,7 +100,7 @@ fn textured_shadow(kind: MaterialKind, texel: u32) -> Vec3 {
         name: "plain".into(),
         width: 1,
         height: 1,
-        texels: Texels::Rgba8(vec![texel]),
+        texels: Texels::rgba8(vec![texel]),
     });
     scene.textures.push(Texture::of_image(0));
     scene.materials[m as usize].textures.color = Some(0);

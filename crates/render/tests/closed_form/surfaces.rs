@@ -142,7 +142,7 @@ fn a_checker_on_a_parallelogram_is_tinted_by_kd() {
         scene.settings.lighting = LightingModel::Diffuse;
         let m = matte(&mut scene, KD);
         scene.materials[m as usize].textures.color = Some(0);
-        let texels = Texels::Rgba8(texels.clone());
+        let texels = Texels::rgba8(texels.clone());
         scene.images.push(Image { name: "checker".into(), width: 2, height: 2, texels });
         let wrap = TextureWrap::Clamp;
         let filter = TextureFilter::Nearest;

@@ -48,7 +48,7 @@ mod tests {
     use crate::files::{LoadOptions, load, load_from_memory};
     use crate::{LoadedScene, SceneError};
 
-    /// 2 x 2 texels of 8 bits: 16 bytes.
+    /// 2 x 2 texels of three bytes: 12 bytes.
     const FOUR: &str = "P3 2 2 255 0 0 0 1 1 1 2 2 2 3 3 3";
     /// Its head is right, its texels are not.
     const BROKEN: &str = "P3 2 2 255 0 0 0 1 1 1 x x x x x x x x";
@@ -94,18 +94,18 @@ mod tests {
         for model in models() {
             let name = model[0].0;
             let with = |a, b| [&model[..], &[("a.ppm", a), ("b.ppm", b)]].concat();
-            let loaded = read(&with(FOUR, FOUR), 32).unwrap();
+            let loaded = read(&with(FOUR, FOUR), 24).unwrap();
             assert_eq!(loaded.scene.images.len(), 2, "{name}");
             let bytes: u64 = loaded.scene.images.iter().map(|i| i.texels.bytes()).sum();
-            assert_eq!(bytes, 32, "{name}: {:?}", loaded.warnings);
-            for (limit, first) in [(31, "b.ppm"), (16, "b.ppm"), (15, "a.ppm"), (0, "a.ppm")] {
+            assert_eq!(bytes, 24, "{name}: {:?}", loaded.warnings);
+            for (limit, first) in [(23, "b.ppm"), (12, "b.ppm"), (11, "a.ppm"), (0, "a.ppm")] {
                 // What does not fit is not decoded: that it is broken is not even found.
-                let b = if limit < 16 { FOUR } else { BROKEN };
+                let b = if limit < 12 { FOUR } else { BROKEN };
                 match read(&with(FOUR, b), limit).unwrap_err() {
                     SceneError::TextureMemory { picture, needed_bytes, budget_bytes } => {
                         assert_eq!(
                             (picture.as_str(), needed_bytes, budget_bytes),
-                            (first, 32, limit),
+                            (first, 24, limit),
                             "{name}"
                         );
                     }
@@ -114,7 +114,7 @@ mod tests {
             }
             // What is broken takes nothing.
             if name != "s.json" {
-                let loaded = read(&with(BROKEN, FOUR), 32).unwrap();
+                let loaded = read(&with(BROKEN, FOUR), 24).unwrap();
                 assert_eq!(loaded.scene.images.len(), 1, "{name}");
             }
         }

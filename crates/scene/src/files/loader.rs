@@ -7,7 +7,7 @@ use super::warnings::Warnings;
 use super::{LoadOptions, LoadedScene, images};
 use crate::error::{Place, Problem, SceneError};
 use crate::model::origin::APART;
-use crate::model::{Image, Material, RenderSettings, Scene, Texture};
+use crate::model::{Image, Material, RenderSettings, Scene, Texture, share_words};
 use crate::solids::{PARQUET, parquet};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -46,6 +46,7 @@ impl Loader {
     /// The finished scene, validated. What moves has an animation.
     pub(super) fn finish(mut self, path: &Path) -> Result<LoadedScene, SceneError> {
         self.budget.check()?;
+        share_words(&mut self.scene.images);
         if self.scene.animation.is_none() {
             self.scene.animate(None, Vec::new());
         }

@@ -45,6 +45,9 @@ impl SceneData {
         if self.triangle_shading.iter().any(|t| t.extra != NONE && t.extra as usize >= extras) {
             return wrong("scene data: triangles", "one has vertex colours that are not there");
         }
+        if self.textures.iter().any(|t| t.width == 0 || t.height == 0 || !(1..=4).contains(&t.channels)) {
+            return wrong("scene data: textures", "one has no texels, or not 1 to 4 channels");
+        }
         let texture = |t: u32| t == NONE || (t as usize) < self.textures.len();
         let textures = |m: &Material| {
             [m.diffuse_texture, m.specular_texture, m.emission_texture, m.normal_texture]

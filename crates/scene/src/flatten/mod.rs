@@ -26,6 +26,7 @@ use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, Triangle
 use eosphor_core::texture::Texture;
 use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3, settings::Settings};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 pub use framing::{LeftOut, View};
 pub use moment::{Moment, Moments, Places};
@@ -55,8 +56,9 @@ pub struct SceneData {
     pub materials: Vec<Material>,
     /// Headers of the textures.
     pub textures: Vec<Texture>,
-    /// Words of the texels of all textures.
-    pub texture_words: Vec<u32>,
+    /// Words of the texels of all textures; the scene's own, where it was loaded.
+    #[serde(with = "textures::words_of_its_own")]
+    pub texture_words: Arc<Vec<u32>>,
     /// Linear value of each sRGB byte.
     #[serde(skip, default = "textures::srgb_decode")]
     pub srgb_decode: [f32; 256],

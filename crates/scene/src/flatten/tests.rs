@@ -514,9 +514,9 @@ fn textures_lie_one_after_another() {
     use eosphor_core::texture::TexelFormat;
     let image = |texels: Texels| Image { name: "t".into(), width: texels.len() as u32, height: 1, texels };
     let images = vec![
-        image(Texels::Rgba8(vec![0, 1])),
-        image(Texels::Float(vec![[1.0, 2.0, 3.0, 4.0]])),
-        image(Texels::Rgba8(vec![0, 1, 2])),
+        image(Texels::rgba8(vec![0, 1])),
+        image(Texels::rgba_floats(&[[1.0, 2.0, 3.0, 4.0]])),
+        image(Texels::rgba8(vec![0, 1, 2])),
     ];
     let texture = |image, content| Texture { content, ..Texture::of_image(image) };
     let textures = vec![
@@ -533,8 +533,41 @@ fn textures_lie_one_after_another() {
     let headers: Vec<_> = data.textures.iter().map(|t| (t.first_word, t.width, t.format)).collect();
     let (srgb, linear) = (TexelFormat::Srgb8, TexelFormat::Linear8);
     assert_eq!(headers, [(6, 3, srgb), (0, 2, linear), (2, 1, TexelFormat::Float), (6, 3, linear)]);
+    assert_eq!(data.textures.iter().map(|t| t.channels).collect::<Vec<_>>(), [4; 4]);
     assert_eq!((data.srgb_decode[0], data.srgb_decode[255]), (0.0, 1.0));
     assert!((data.srgb_decode[128] - 0.215_860_5).abs() < 1e-6);
+}
+
+/// Pictures of a loaded scene are there once, however often it is flattened; others are copied.
+#[test]
+fn texels_are_not_copied() {
+    use crate::{LoadOptions, TexelLayout, load_from_memory};
+    let scene = r#"{ "eosphor": 2, "materials": {
+        "a": { "matte": { "color": [1, 1, 1] }, "texture": "a.pgm" },
+        "b": { "matte": { "color": [1, 1, 1] }, "texture": "b.ppm" } },
+        "spheres": [{ "center": [0, 0, 0], "radius": 1, "material": "a" },
+                    { "center": [0, 0, 3], "radius": 1, "material": "b" }] }"#;
+    let files = [
+        ("s.json", scene.as_bytes()),
+        ("a.pgm", b"P5 3 1 255\n\x01\x02\x03"),
+        ("b.ppm", b"P6 2 1 255\n\x04\x05\x06\x07\x08\x09"),
+    ];
+    let files = files.map(|(name, bytes)| (name.into(), bytes.to_vec())).to_vec();
+    let mut scene = load_from_memory(files, "s.json", &LoadOptions::default()).unwrap().scene;
+    let [first, second] = [flatten(&scene).0, flatten(&scene.clone()).0];
+    assert!(std::sync::Arc::ptr_eq(&first.texture_words, &second.texture_words));
+    assert!(std::sync::Arc::ptr_eq(&first.texture_words, scene.images[0].texels.shared()));
+    assert_eq!(*first.texture_words, [0x0706_0504, 0x0908, 0x0003_0201]);
+    let headers: Vec<_> = first.textures.iter().map(|t| (t.first_word, t.channels)).collect();
+    assert_eq!(headers, [(2, 1), (0, 3)]);
+
+    let texels = Texels::new(TexelLayout::Bytes(2), 1, vec![0x0b0a]);
+    scene.images.push(Image { name: "c".into(), width: 1, height: 1, texels });
+    scene.textures.push(Texture::of_image(2));
+    let (data, _) = flatten(&scene);
+    assert_eq!(*data.texture_words, [0x0003_0201, 0x0706_0504, 0x0908, 0x0b0a]);
+    let headers: Vec<_> = data.textures.iter().map(|t| (t.first_word, t.channels)).collect();
+    assert_eq!(headers, [(0, 1), (1, 3), (3, 2)]);
 }
 
 #[test]

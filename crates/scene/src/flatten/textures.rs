@@ -1,49 +1,40 @@
 //! Textures: one array of words for all texels, and the table that decodes sRGB.
 
 use crate::error::{Problem, SceneError};
-use crate::model::{Scene, Texels, TextureContent};
+use crate::model::{Image, Scene, TexelLayout, TextureContent};
 use eosphor_core::math::elementary64;
 use eosphor_core::texture::{TexelFormat, Texture};
+use std::sync::Arc;
 
 /// All textures of a scene.
 pub(super) struct Textures {
     pub(super) headers: Vec<Texture>,
-    pub(super) words: Vec<u32>,
+    pub(super) words: Arc<Vec<u32>>,
 }
 
 pub(super) fn build(scene: &Scene) -> Result<Textures, SceneError> {
-    let words_of = |texels: &Texels| match texels {
-        Texels::Rgba8(texels) => texels.len() as u64,
-        Texels::Float(texels) => texels.len() as u64 * 4,
-    };
-    let total: u64 = scene.images.iter().map(|image| words_of(&image.texels)).sum();
-    if total > u64::from(u32::MAX) {
+    let (first_words, words) = words(&scene.images);
+    if words.len() as u64 > u64::from(u32::MAX) {
         let message = format!(
-            "{total} words of texels are too many (1 a texel of 8 bits, 4 of floats); the limit is 2^32 - 1. Use \
-             smaller pictures"
+            "{} bytes of texels are too many; the limit is 16 GiB. Use smaller pictures",
+            words.len() as u64 * 4
         );
         return Err(Problem::new("textures", message).into());
-    }
-    let mut words = Vec::with_capacity(total as usize);
-    let mut first_words = Vec::with_capacity(scene.images.len());
-    for image in &scene.images {
-        first_words.push(words.len() as u32);
-        match &image.texels {
-            Texels::Rgba8(texels) => words.extend_from_slice(texels),
-            Texels::Float(texels) => words.extend(texels.iter().flatten().map(|x| x.to_bits())),
-        }
     }
     let header = |t: &crate::model::Texture| {
         let image = &scene.images[t.image as usize];
         Texture {
-            first_word: first_words[t.image as usize],
+            first_word: first_words[t.image as usize] as u32,
             width: image.width,
             height: image.height,
-            format: match (&image.texels, t.content) {
-                (Texels::Float(_), _) => TexelFormat::Float,
+            format: match (image.texels.layout(), t.content) {
+                (TexelLayout::Halves(_), _) => TexelFormat::Half,
+                (TexelLayout::Floats(_), _) => TexelFormat::Float,
+                (TexelLayout::Rgbe, _) => TexelFormat::Rgbe,
                 (_, TextureContent::Color) if scene.settings.srgb_textures => TexelFormat::Srgb8,
                 _ => TexelFormat::Linear8,
             },
+            channels: image.texels.layout().channels(),
             filter: t.filter,
             wrap_u: t.wrap_u,
             wrap_v: t.wrap_v,
@@ -54,6 +45,23 @@ pub(super) fn build(scene: &Scene) -> Result<Textures, SceneError> {
     Ok(Textures { headers: scene.textures.iter().map(header).collect(), words })
 }
 
+/// The words of all images, and where each begins. Those of a loaded scene are one array, which is shared; only images
+/// from elsewhere are copied.
+fn words(images: &[Image]) -> (Vec<usize>, Arc<Vec<u32>>) {
+    let Some(shared) = images.first().map(|image| image.texels.shared()) else { return Default::default() };
+    if images.iter().all(|image| Arc::ptr_eq(image.texels.shared(), shared)) {
+        return (images.iter().map(|image| image.texels.first_word()).collect(), Arc::clone(shared));
+    }
+    let total = images.iter().map(|image| image.texels.words().len()).sum();
+    let mut words = Vec::with_capacity(total);
+    let mut first_words = Vec::with_capacity(images.len());
+    for image in images {
+        first_words.push(words.len());
+        words.extend_from_slice(image.texels.words());
+    }
+    (first_words, Arc::new(words))
+}
+
 /// The linear value of each sRGB byte.
 pub(super) fn srgb_decode() -> [f32; 256] {
     let mut table = [0.0; 256];
@@ -61,4 +69,18 @@ pub(super) fn srgb_decode() -> [f32; 256] {
         *linear = elementary64::srgb_to_linear(byte as f64 / 255.0) as f32;
     }
     table
+}
+
+/// Shared words, written and read as if they were not.
+pub(super) mod words_of_its_own {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::sync::Arc;
+
+    pub(crate) fn serialize<S: Serializer>(words: &Arc<Vec<u32>>, to: S) -> Result<S::Ok, S::Error> {
+        words.as_slice().serialize(to)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<Vec<u32>>, D::Error> {
+        Vec::deserialize(from).map(Arc::new)
+    }
 }

@@ -226,7 +226,7 @@ impl Body {
 
 /// The number of a texture of one white texel.
 fn white(scene: &mut Scene) -> u32 {
-    let texels = Texels::Rgba8(vec![u32::MAX]);
+    let texels = Texels::rgba8(vec![u32::MAX]);
     let image = scene.images.iter().position(|i| i.texels == texels).unwrap_or_else(|| {
         scene.images.push(Image { name: "white".into(), width: 1, height: 1, texels });
         scene.images.len() - 1

@@ -234,7 +234,7 @@ fn the_floor_has_one_picture() {
     let texture = &scene.textures[material.textures.color.unwrap() as usize];
     assert_eq!((texture.wrap_u, texture.wrap_v), (TextureWrap::Clamp, TextureWrap::Clamp));
     let image = &scene.images[texture.image as usize];
-    assert_eq!(image.texels, Texels::Rgba8(vec![0x0000_00ff, 0x00ff_0000]));
+    assert_eq!(image.texels, Texels::rgba8(vec![0x0000_00ff, 0x00ff_0000]));
     // Half of picture times tint scatters; nothing passes.
     let (data, _) = SceneData::flatten(&scene).unwrap();
     let flat = &data.materials[floor.material as usize];

@@ -1,7 +1,7 @@
 //! `.data`: width and height as 32-bit little-endian numbers, then R, G, B and A of each texel, top row first.
 
 use super::{Header, Picture, limits};
-use crate::model::Texels;
+use crate::model::TexelLayout;
 
 pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
     let Some(([w0, w1, w2, w3, h0, h1, h2, h3], body)) = bytes.split_first_chunk::<8>() else {
@@ -12,7 +12,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
         u64::try_from(side).map_err(|_| format!("{side} is no width or height"))
     };
     let (width, height) = (side([*w0, *w1, *w2, *w3])?, side([*h0, *h1, *h2, *h3])?);
-    let header = limits::size(width, height, limits::RGBA8)?;
+    let header = limits::size(width, height, TexelLayout::Bytes(4))?;
     let needed = width * height * 4;
     if body.len() as u64 != needed {
         let have = body.len();
@@ -24,8 +24,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let Header { width, height, .. } = header(bytes)?;
-    let body = &bytes[8..];
-    let texels = body.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect();
-    Ok(Picture { width, height, texels: Texels::Rgba8(texels) })
+    let header = header(bytes)?;
+    let words = bytes[8..].chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]]));
+    Ok(Picture::new(&header, words.collect()))
 }

@@ -6,7 +6,7 @@
 use super::Header as PictureHeader;
 use super::float::usable;
 use super::{Picture, broken_picture, limits};
-use crate::model::Texels;
+use crate::model::TexelLayout;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::*;
@@ -29,21 +29,22 @@ fn open(bytes: &[u8]) -> std::result::Result<(PictureHeader, Channels), String> 
     let meta =
         MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| broken_picture("EXR", e))?;
     let (header, channels) = layer(&meta.headers).ok_or_else(|| no_colors(&meta.headers))?;
-    Ok((check(header, bytes.len())?, channels))
+    Ok((check(header, layout(header, &channels), bytes.len())?, channels))
 }
 
 pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
-    let (PictureHeader { width, height, .. }, channels) = open(bytes)?;
+    let (header, channels) = open(bytes)?;
     let say = |e: Error| broken_picture("EXR", e);
     let file = || Cursor::new(bytes);
-    let columns = width as usize;
+    let (columns, layout) = (header.width as usize, header.layout);
+    let words = || vec![0; (header.bytes / 4) as usize];
     let read = read().no_deep_data().largest_resolution_level().specific_channels();
     let texels = match channels {
         Channels::Colors([r, g, b], alpha) => {
             let read = read.required(r).required(g).required(b).optional(alpha, 1.0f32).collect_pixels(
-                |size, _| vec![[0.0; 4]; size.area()],
-                move |texels: &mut Vec<[f32; 4]>, Vec2(x, y), (r, g, b, a): (f32, f32, f32, f32)| {
-                    texels[y * columns + x] = texel([r, g, b], a);
+                move |_, _| words(),
+                move |words: &mut Vec<u32>, Vec2(x, y), (r, g, b, a): (f32, f32, f32, f32)| {
+                    store(words, layout, y * columns + x, [r, g, b], a);
                 },
             );
             read.first_valid_layer()
@@ -53,9 +54,9 @@ pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
         }
         Channels::Grey(grey, alpha) => {
             let read = read.required(grey).optional(alpha, 1.0f32).collect_pixels(
-                |size, _| vec![[0.0; 4]; size.area()],
-                move |texels: &mut Vec<[f32; 4]>, Vec2(x, y), (grey, a): (f32, f32)| {
-                    texels[y * columns + x] = texel([grey; 3], a);
+                move |_, _| words(),
+                move |words: &mut Vec<u32>, Vec2(x, y), (grey, a): (f32, f32)| {
+                    store(words, layout, y * columns + x, [grey; 3], a);
                 },
             );
             read.first_valid_layer()
@@ -64,7 +65,7 @@ pub(super) fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
                 .map(|i| i.layer_data.channel_data.pixels)
         }
     };
-    Ok(Picture { width, height, texels: Texels::Float(texels.map_err(say)?) })
+    Ok(Picture::new(&header, texels.map_err(say)?))
 }
 
 /// The first layer with R, G and B, else with channels that end in them (`diffuse.R`), else with Y.
@@ -87,6 +88,20 @@ fn layer(headers: &[Header]) -> Option<(&Header, Channels)> {
     first(&|h| colors(h, "")).or_else(|| first(&prefixed)).or_else(|| first(&grey))
 }
 
+/// What its texels are: halves where all channels are.
+fn layout(header: &Header, channels: &Channels) -> TexelLayout {
+    let kind = |name: &Text| header.channels.list.iter().find(|c| c.name == *name).map(|c| c.sample_type);
+    let (colors, alpha) = match channels {
+        Channels::Colors(colors, alpha) => (&colors[..], alpha),
+        Channels::Grey(grey, alpha) => (std::slice::from_ref(grey), alpha),
+    };
+    let kinds: Vec<SampleType> = colors.iter().chain([alpha]).filter_map(kind).collect();
+    match kinds.iter().all(|kind| *kind == SampleType::F16) {
+        true => TexelLayout::Halves(kinds.len() as u32),
+        false => TexelLayout::Floats(kinds.len() as u32),
+    }
+}
+
 fn no_colors(headers: &[Header]) -> String {
     let names = headers.iter().flat_map(|h| &h.channels.list).map(|c| c.name.to_string());
     let names: Vec<String> = names.take(16).collect();
@@ -95,7 +110,11 @@ fn no_colors(headers: &[Header]) -> String {
 }
 
 /// The size of a layer that can be read and whose bytes can be there.
-fn check(header: &Header, file_bytes: usize) -> std::result::Result<PictureHeader, String> {
+fn check(
+    header: &Header,
+    layout: TexelLayout,
+    file_bytes: usize,
+) -> std::result::Result<PictureHeader, String> {
     let convert = match header.compression {
         Compression::DWAA(_) => Some("DWAA"),
         Compression::DWAB(_) => Some("DWAB"),
@@ -112,16 +131,33 @@ fn check(header: &Header, file_bytes: usize) -> std::result::Result<PictureHeade
         return Err("subsampled channels are not read; save it as plain RGB".into());
     }
     let Vec2(columns, rows) = header.layer_size;
-    let size = limits::size(columns as u64, rows as u64, limits::FLOAT)?;
+    let size = limits::size(columns as u64, rows as u64, layout)?;
     let raw = columns as u64 * rows as u64 * header.channels.bytes_per_pixel as u64;
     limits::holds(raw, BYTES_A_BYTE, file_bytes)?;
     Ok(size)
 }
 
-/// In EXR files colours are multiplied by alpha; textures have them plain.
-fn texel(color: [f32; 3], alpha: f32) -> [f32; 4] {
+/// Puts a texel where it belongs. In EXR files colours are multiplied by alpha. Halves stay so, and reading them divides;
+/// floats are divided here.
+fn store(words: &mut [u32], layout: TexelLayout, number: usize, color: [f32; 3], alpha: f32) {
     let alpha = if alpha < 1.0 { usable(alpha) } else { 1.0 };
+    let channels = layout.channels() as usize;
+    let colors = if channels < 3 { 1 } else { 3 };
+    let first = number * channels;
+    if let TexelLayout::Halves(_) = layout {
+        // They were halves, so this is exact.
+        let bits = |x: f32| u32::from(f16::from_f32(if x > 0.0 { x } else { 0.0 }).to_bits());
+        let mut put = |k: usize, x: f32| words[(first + k) / 2] |= bits(x) << ((first + k) % 2 * 16);
+        color.iter().take(colors).enumerate().for_each(|(k, &x)| put(k, x));
+        if channels > colors {
+            put(colors, alpha);
+        }
+        return;
+    }
     let plain = |x: f32| usable(if alpha > 0.0 { x / alpha } else { x });
-    let [r, g, b] = color.map(plain);
-    [r, g, b, alpha]
+    let texel = &mut words[first..][..channels];
+    texel.iter_mut().zip(color).take(colors).for_each(|(word, x)| *word = plain(x).to_bits());
+    if channels > colors {
+        texel[colors] = alpha.to_bits();
+    }
 }

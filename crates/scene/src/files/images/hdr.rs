@@ -1,8 +1,7 @@
 //! Radiance pictures (RGBE): a shared exponent a texel, with either of the two run-length codes or none.
 
-use super::float::usable;
 use super::{Header, Picture, limits};
-use crate::model::Texels;
+use crate::model::TexelLayout;
 
 /// Longer headers are no headers.
 const MAX_HEADER: usize = 1 << 16;
@@ -28,15 +27,15 @@ fn open(bytes: &[u8]) -> Result<(Header, Size, &[u8]), String> {
     }
     let size = lines.next().ok_or("the header does not end")?;
     let size = Size::parse(size)?;
-    let header = limits::size(size.width, size.height, limits::FLOAT)?;
+    let header = limits::size(size.width, size.height, TexelLayout::Rgbe)?;
     limits::holds(size.width * size.height, TEXELS_A_BYTE, bytes.len())?;
     Ok((header, size, &bytes[lines.taken..]))
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let (Header { width, height, .. }, Size { from_bottom, from_right, .. }, mut rest) = open(bytes)?;
-    let (columns, rows) = (width as usize, height as usize);
-    let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; columns * rows];
+    let (header, Size { from_bottom, from_right, .. }, mut rest) = open(bytes)?;
+    let (columns, rows) = (header.width as usize, header.height as usize);
+    let mut words = vec![0; columns * rows];
     let mut row = vec![[0; 4]; columns];
     for y in 0..rows {
         rest = read_row(rest, &mut row)?;
@@ -44,19 +43,11 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
             row.reverse();
         }
         let y = if from_bottom { rows - 1 - y } else { y };
-        for (texel, code) in texels[y * columns..][..columns].iter_mut().zip(&row) {
-            *texel = color(*code);
+        for (word, code) in words[y * columns..][..columns].iter_mut().zip(&row) {
+            *word = u32::from_le_bytes(*code);
         }
     }
-    Ok(Picture { width, height, texels: Texels::Float(texels) })
-}
-
-/// Mantissas times a power of two: exact, but for the cut to what is usable.
-fn color([r, g, b, exponent]: [u8; 4]) -> [f32; 4] {
-    // 2^(exponent - 136), whose smallest is 2^-135: below what a normal number holds, but not in double precision.
-    let scale = f64::from_bits((u64::from(exponent) + 1023 - 136) << 52);
-    let channel = |mantissa: u8| usable((f64::from(mantissa) * scale) as f32);
-    if exponent == 0 { [0.0, 0.0, 0.0, 1.0] } else { [channel(r), channel(g), channel(b), 1.0] }
+    Ok(Picture::new(&header, words))
 }
 
 struct Lines<'a> {

@@ -5,8 +5,8 @@
 //! decoder in whole numbers, the same on every machine. A test holds its texels against a known hash, and so fails
 //! where another crate of a workspace turns those features on and that changes a texel.
 
-use super::{Header, Picture, broken_picture, limits, rgba};
-use crate::model::Texels;
+use super::{Header, Picture, broken_picture, limits};
+use crate::model::TexelLayout;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::bytestream::ZCursor;
@@ -42,19 +42,24 @@ fn open(bytes: &[u8]) -> Result<(Decoder<'_>, Header), String> {
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().map_err(say)?;
     let info = decoder.info().ok_or("the header of this JPEG is damaged; get it again")?;
-    let header = limits::size(info.width.into(), info.height.into(), limits::RGBA8)?;
+    let is_grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
+    if is_grey {
+        decoder.set_options(options.jpeg_set_out_colorspace(ColorSpace::Luma));
+    }
+    let layout = TexelLayout::Bytes(if is_grey { 1 } else { 3 });
+    let header = limits::size(info.width.into(), info.height.into(), layout)?;
     limits::holds(u64::from(header.width) * u64::from(header.height), TEXELS_A_BYTE, bytes.len())?;
     Ok((decoder, header))
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let (mut decoder, Header { width, height, .. }) = open(bytes)?;
-    let samples = decoder.decode().map_err(say)?;
-    if samples.len() as u64 != u64::from(width) * u64::from(height) * 3 {
-        return Err("a JPEG of unusual colours; convert it to RGB".into());
-    }
-    let texels = samples.chunks_exact(3).map(|c| rgba(c[0], c[1], c[2], 255)).collect();
-    Ok(Picture { width, height, texels: Texels::Rgba8(texels) })
+    let (mut decoder, header) = open(bytes)?;
+    Picture::of_bytes(&header, |samples| {
+        if decoder.output_buffer_size() != Some(samples.len()) {
+            return Err("a JPEG of unusual colours; convert it to RGB".into());
+        }
+        decoder.decode_into(samples).map_err(say)
+    })
 }
 
 /// Whether an end follows the last scan. The decoder alone does not notice a cut within the last row of blocks. Within

@@ -2,6 +2,7 @@
 //! picture costs nothing.
 
 use super::Header;
+use crate::model::TexelLayout;
 
 /// Texels a row, and rows.
 const MAX_SIDE: u64 = 65_535;
@@ -9,23 +10,19 @@ const MAX_SIDE: u64 = 65_535;
 /// Bytes of one decoded picture: 2 GiB.
 const MAX_BYTES: u64 = 2 << 30;
 
-/// Bytes of a texel of whole numbers, and of one of floats.
-pub(super) const RGBA8: u64 = 4;
-pub(super) const FLOAT: u64 = 16;
-
 /// The header of a picture, if its size is within the limits.
-pub(super) fn size(width: u64, height: u64, texel_bytes: u64) -> Result<Header, String> {
+pub(super) fn size(width: u64, height: u64, layout: TexelLayout) -> Result<Header, String> {
     if width == 0 || height == 0 {
         return Err("the picture is empty; save it anew".into());
     }
     if width > MAX_SIDE || height > MAX_SIDE {
         return Err(format!("its size is {width} x {height}; sides must be at most {MAX_SIDE}"));
     }
-    let bytes = width * height * texel_bytes;
+    let bytes = layout.bytes(width * height);
     if bytes > MAX_BYTES {
         return Err(format!("{width} x {height} texels take more than 2 GiB; use a smaller picture"));
     }
-    Ok(Header { width: width as u32, height: height as u32, bytes })
+    Ok(Header { width: width as u32, height: height as u32, layout, bytes })
 }
 
 /// Whether a file of this size can hold so much: a format packs no more than `most` units into a byte.

@@ -1,7 +1,8 @@
 //! Decoding of pictures: PNG, JPEG, PPM, Radiance HDR, OpenEXR, `.data`, TGA and BMP.
 //!
 //! Texels reach pixels, so a file must decode to the same bits on every machine. PNG, PPM, `.data`, TGA and BMP are
-//! moves of whole numbers; `jpeg.rs` and `exr.rs` say how they keep to it.
+//! moves of whole numbers; `jpeg.rs` and `exr.rs` say how they keep to it. Texels stay as files have them; only what has
+//! another number of bits than 8, palettes and runs are expanded to bytes, 16 bits rounded.
 
 mod broken;
 mod data;
@@ -16,7 +17,7 @@ mod pnm;
 #[cfg(test)]
 pub(super) mod tests;
 
-use crate::model::Texels;
+use crate::model::{TexelLayout, Texels};
 
 pub use broken::broken_picture;
 
@@ -31,7 +32,26 @@ pub(super) struct Picture {
 impl Picture {
     /// One white texel.
     pub(super) fn white() -> Picture {
-        Picture { width: 1, height: 1, texels: Texels::Rgba8(vec![u32::MAX]) }
+        Picture { width: 1, height: 1, texels: Texels::rgba8(vec![u32::MAX]) }
+    }
+
+    /// Of words, as the header says.
+    fn new(header: &Header, words: Vec<u32>) -> Picture {
+        let Header { width, height, layout, .. } = *header;
+        Picture { width, height, texels: Texels::new(layout, header.texels(), words) }
+    }
+
+    /// Of bytes, as the header says, which a decoder puts where they stay.
+    fn of_bytes(
+        header: &Header,
+        fill: impl FnOnce(&mut [u8]) -> Result<(), String>,
+    ) -> Result<Picture, String> {
+        let mut words = vec![0u32; (header.bytes / 4) as usize];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut words);
+        fill(&mut bytes[..header.texels() * header.layout.channels() as usize])?;
+        // The first byte is the lowest of a word.
+        words.iter_mut().for_each(|word| *word = u32::from_le(*word));
+        Ok(Picture::new(header, words))
     }
 }
 
@@ -43,8 +63,15 @@ const KINDS: &str = "PNG, JPEG, PPM, HDR, EXR, BMP, TGA and .data";
 pub(super) struct Header {
     pub(super) width: u32,
     pub(super) height: u32,
+    pub(super) layout: TexelLayout,
     /// Of all texels, decoded.
     pub(super) bytes: u64,
+}
+
+impl Header {
+    fn texels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
 }
 
 enum Kind {
@@ -114,11 +141,6 @@ fn unknown(bytes: &[u8]) -> String {
         _ => return format!("this is no picture of a kind that is read: {KINDS}"),
     };
     format!("{kind} pictures are not read; convert it to one of {KINDS}")
-}
-
-/// R, G, B and A as one word, R in the low byte.
-fn rgba(r: u8, g: u8, b: u8, a: u8) -> u32 {
-    u32::from_le_bytes([r, g, b, a])
 }
 
 /// A number of 0 to `most` as one of 0 to 255, rounded; with 65,535 that is 16 bits as 8.

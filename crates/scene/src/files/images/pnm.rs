@@ -1,7 +1,7 @@
 //! PPM, PGM and PBM, as text and as bytes.
 
-use super::{Header, Picture, limits, rgba, to_byte};
-use crate::model::Texels;
+use super::{Header, Picture, limits, to_byte};
+use crate::model::TexelLayout;
 
 pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
     Ok(open(bytes)?.header)
@@ -25,14 +25,14 @@ fn open(bytes: &[u8]) -> Result<Opened<'_>, String> {
     if !(1..=65_535).contains(&most) {
         return Err(format!("{most} is no largest value; it must be 1 to 65535"));
     }
-    let header = limits::size(width.into(), height.into(), limits::RGBA8)?;
+    let channels = if matches!(kind, 3 | 6) { 3 } else { 1 };
+    let header = limits::size(width.into(), height.into(), TexelLayout::Bytes(channels))?;
     let text = kind <= 3;
-    let channels: u64 = if matches!(kind, 3 | 6) { 3 } else { 1 };
     if !text {
         // One byte of white space, then the samples.
         reader.rest = reader.rest.get(1..).unwrap_or(&[]);
     }
-    let row = u64::from(width) * channels;
+    let row = u64::from(width) * u64::from(channels);
     let needed = match kind {
         // A digit a sample.
         1 => row * u64::from(height),
@@ -46,34 +46,26 @@ fn open(bytes: &[u8]) -> Result<Opened<'_>, String> {
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let Opened { header: Header { width, height, .. }, kind, most, mut reader } = open(bytes)?;
-    let mut texels = Vec::with_capacity(width as usize * height as usize);
-    let sample = |value: u32| to_byte(value, most);
-    for _ in 0..height {
+    let Opened { header, kind, most, mut reader } = open(bytes)?;
+    let columns = header.width as usize;
+    Picture::of_bytes(&header, |bytes| {
         if kind == 4 {
-            let (bits, rest) = reader.rest.split_at(width.div_ceil(8) as usize);
-            reader.rest = rest;
-            texels.extend((0..width as usize).map(|x| grey(ink(bits[x / 8] >> (7 - x % 8) & 1))));
-            continue;
+            for row in bytes.chunks_exact_mut(columns) {
+                let (bits, rest) = reader.rest.split_at(columns.div_ceil(8));
+                reader.rest = rest;
+                row.iter_mut().enumerate().for_each(|(x, byte)| *byte = ink(bits[x / 8] >> (7 - x % 8) & 1));
+            }
+            return Ok(());
         }
-        for _ in 0..width {
-            texels.push(match kind {
-                1 => grey(ink(reader.bit()?)),
-                3 => rgba(sample(reader.number()?), sample(reader.number()?), sample(reader.number()?), 255),
-                2 => grey(sample(reader.number()?)),
-                6 => {
-                    let [r, g, b] = [reader.binary(most)?, reader.binary(most)?, reader.binary(most)?];
-                    rgba(sample(r), sample(g), sample(b), 255)
-                }
-                _ => grey(sample(reader.binary(most)?)),
-            });
+        for byte in bytes {
+            *byte = match kind {
+                1 => ink(reader.bit()?),
+                2 | 3 => to_byte(reader.number()?, most),
+                _ => to_byte(reader.binary(most)?, most),
+            };
         }
-    }
-    Ok(Picture { width, height, texels: Texels::Rgba8(texels) })
-}
-
-fn grey(value: u8) -> u32 {
-    rgba(value, value, value, 255)
+        Ok(())
+    })
 }
 
 /// In bitmaps 1 is black.

@@ -5,7 +5,7 @@ use super::map::{Map, MapKind};
 use super::mtl::{self, MtlEntry};
 use crate::files::loader::{Loader, unescaped};
 use crate::model::{
-    AlphaMode, Channel, Material, MaterialKind, Texels, Texture, TextureChannel, TextureContent,
+    AlphaMode, Channel, Material, MaterialKind, TexelLayout, Texture, TextureChannel, TextureContent,
 };
 use std::collections::HashMap;
 use std::path::Path;
@@ -165,9 +165,22 @@ fn opacity_channel(loader: &Loader, texture: u32) -> Channel {
         values.any(|x| Some(x) != first)
     }
     let image = loader.scene.textures[texture as usize].image;
-    let alpha_varies = match &loader.scene.images[image as usize].texels {
-        Texels::Rgba8(texels) => varies(texels.iter().map(|t| t >> 24)),
-        Texels::Float(texels) => varies(texels.iter().map(|t| t[3])),
+    let texels = &loader.scene.images[image as usize].texels;
+    let alpha_varies = match texels.layout() {
+        TexelLayout::Bytes(channels @ (2 | 4)) => {
+            let channels = channels as usize;
+            varies(texels.channel_bytes().take(texels.len() * channels).skip(channels - 1).step_by(channels))
+        }
+        TexelLayout::Floats(channels @ (2 | 4)) => {
+            let channels = channels as usize;
+            varies(texels.words().iter().skip(channels - 1).step_by(channels).map(|&x| f32::from_bits(x)))
+        }
+        TexelLayout::Halves(channels @ (2 | 4)) => {
+            let halves = texels.words().iter().flat_map(|two| [two & 0xffff, two >> 16]);
+            let channels = channels as usize;
+            varies(halves.take(texels.len() * channels).skip(channels - 1).step_by(channels))
+        }
+        _ => false,
     };
     if alpha_varies { Channel::Alpha } else { Channel::Red }
 }

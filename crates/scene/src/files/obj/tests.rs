@@ -4,7 +4,8 @@ use crate::error::SceneError;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene, load_from};
 use crate::model::{
-    AlphaMode, Channel, MaterialKind, Mtl, NO_INDEX, Scene, Texels, TextureChannel, TextureContent,
+    AlphaMode, Channel, MaterialKind, Mtl, NO_INDEX, Scene, TexelLayout, Texels, TextureChannel,
+    TextureContent,
 };
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::texture::TextureWrap;
@@ -185,7 +186,7 @@ fn textures_are_read_once_and_broken_ones_warn() {
     let loaded = read(&[("a.obj", &obj), ("m.mtl", mtl), ("t.ppm", "P3\n1 1\n255\n255 0 0\n")]).unwrap();
     let textures: Vec<Option<u32>> = loaded.scene.materials.iter().map(|m| m.textures.color).collect();
     assert_eq!(textures, [Some(0), Some(0), None, None]);
-    assert_eq!(loaded.scene.images[0].texels, Texels::Rgba8(vec![0xff00_00ff]));
+    assert_eq!(loaded.scene.images[0].texels, Texels::new(TexelLayout::Bytes(3), 1, vec![0x0000_00ff]));
     let list: Vec<String> = loaded.warnings.iter().map(|w| w.to_string()).collect();
     assert_eq!(
         list,

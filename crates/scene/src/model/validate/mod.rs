@@ -4,7 +4,7 @@ mod animation;
 
 use super::{
     AlphaMode, Camera, CameraMotion, Image, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr,
-    PixelSampling, RenderSettings, Scene, Texels, Texture,
+    PixelSampling, RenderSettings, Scene, TexelLayout, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -231,9 +231,13 @@ fn check_image(image: &Image) -> Check {
         let sides = format!("{} x {}", image.width, image.height);
         return Err(Problem::new(what(), format!("{} texels do not fill {sides}", image.texels.len())));
     }
-    match &image.texels {
-        Texels::Float(texels) if texels.iter().flatten().any(|x| !x.is_finite()) => {
+    let words = image.texels.words();
+    match image.texels.layout() {
+        TexelLayout::Floats(_) if words.iter().any(|&x| !f32::from_bits(x).is_finite()) => {
             Err(Problem::new(what(), "a texel is not finite"))
+        }
+        TexelLayout::Halves(_) if words.iter().any(|&two| two & 0xffff > 0x7c00 || two >> 16 > 0x7c00) => {
+            Err(Problem::new(what(), "a texel is negative or no number"))
         }
         _ => Ok(()),
     }
