@@ -78,6 +78,8 @@ struct State {
     /// Samples of all pixels together.
     samples_done: u64,
     samples_total: u64,
+    /// What layers take for a sample of a pixel; 0 until it is known.
+    layer_seconds: f64,
     statistics: RayStatistics,
 }
 
@@ -130,6 +132,7 @@ impl<'a> PictureJob<'a> {
             samples_total,
             checkpoint,
             view,
+            layer_seconds: 0.0,
             statistics: RayStatistics::default(),
         };
         let is_samples = matches!(self.product, Product::Samples);
@@ -142,7 +145,7 @@ impl<'a> PictureJob<'a> {
                 break true;
             }
             let mut strip = self.begin(row, &mut state)?;
-            let features = self.features_of(&strip.rows, seconds)?;
+            let features = self.features_of(&strip, &mut state, seconds)?;
             let complete = self.take_samples(&mut strip, &mut state, seconds);
             if !matches!(complete, Ok(true)) {
                 self.keep(Some(&strip), &mut state);
@@ -205,17 +208,35 @@ impl<'a> PictureJob<'a> {
         match state.checkpoint.rows_from(row) {
             Ok(rows) => state.checkpoint.strip(rows).map_err(Failure::because),
             Err(next) => {
-                let rows = state.plan.rows(row, next.unwrap_or(height), self.samples.len() as u32);
+                let mut rows = state.plan.rows(row, next.unwrap_or(height), self.samples.len() as u32);
+                if state.layer_seconds > 0.0 {
+                    // Layers of a strip are one piece of work.
+                    let row_seconds = state.layer_seconds * f64::from(width) * self.samples.len() as f64;
+                    let most = (self.piece().as_secs_f64() / row_seconds) as u32;
+                    rows.end = rows.end.min(rows.start.saturating_add(most.max(1)));
+                }
                 Ok(Strip::new(width, rows))
             }
         }
     }
 
-    /// Before the colours: after a signal in the middle of these, what is done of them has its layers.
-    fn features_of(&self, rows: &Range<u32>, seconds: &mut Seconds) -> Result<Option<FeatureRows>, Failure> {
+    /// Before the colours: after a signal in the middle of these, what is done of them has its layers. What is done of other
+    /// strips does not wait for them.
+    fn features_of(
+        &self,
+        strip: &Strip,
+        state: &mut State,
+        seconds: &mut Seconds,
+    ) -> Result<Option<FeatureRows>, Failure> {
         let Some(features) = &self.features else { return Ok(None) };
-        let spent = seconds.layers.get_or_insert_default();
-        Ok(Some(timed(spent, || features(rows.clone()))?))
+        let units = (strip.pixels() * self.samples.len() as u64).max(1) as f64;
+        if state.checkpoint.is_due(self.piece() + Duration::from_secs_f64(state.layer_seconds * units)) {
+            self.keep(None, state);
+        }
+        let start = Instant::now();
+        let rows = timed(seconds.layers.get_or_insert_default(), || features(strip.rows.clone()))?;
+        state.layer_seconds = start.elapsed().as_secs_f64() / units;
+        Ok(Some(rows))
     }
 
     /// Takes the samples that a strip lacks. Not all of them after a signal.

@@ -146,7 +146,9 @@ fn parts_of_pictures_go_on_too() {
 fn shares_of_rows_go_on_too() {
     let place = Place::new();
     let share = ["-o", "b.exr", "--layers", "all", "--tiles", "2/3", "--no-metadata"];
-    let samples = ended_by(&place, libc::SIGTERM, &share, &later);
+    let kept = place.path("b.exr.2-of-3.share.part");
+    let often = [&share[..], &["--checkpoint-every", "1"]].concat();
+    let samples = ended_by(&place, libc::SIGTERM, &often, &|| kept.exists());
     assert_eq!(place.names(), ["b.exr.2-of-3.share.part"]);
     let flags = [&share[..], &["--samples", &samples]].concat();
     let stale = [&flags[..], &["--seed", "7", "--resume"]].concat();
