@@ -191,7 +191,7 @@ pub(crate) fn wild(ray: &Ray, size: f32, random: &mut Random) -> Ray {
         4 => Ray { t_min: -2.0 * size, t_max: -any * size, ..*ray },
         // Far away, aimed at the same place.
         5 | 6 => {
-            let far = 10f32.powf(6.0 + 11.0 * any);
+            let far = 10f32.powf(2.0 + 15.0 * any);
             Ray { origin: ray.origin - ray.direction * far, ..*ray }
         }
         // Another length.

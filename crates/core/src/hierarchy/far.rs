@@ -52,64 +52,109 @@ impl FarRay {
     /// away, the rounding of that moves it.
     #[inline(always)]
     pub fn to_instances(ray: &Ray, bounds: &Bounds) -> Option<FarRay> {
-        far_ray(ray, None, bounds, ray.origin.abs().max_component())
+        far_ray(ray, None, bounds, moved_at(ray))
+    }
+}
+
+/// The coordinate of a ray from far away that is rounded when instances see it.
+#[inline(always)]
+pub fn moved_at(ray: &Ray) -> f32 {
+    ray.origin.abs().max_component()
+}
+
+/// Where a ray enters a box, and what it looks like from there: all of a [`FarRay`] but its slab.
+pub struct Entry {
+    /// The point.
+    pub origin: Vec3,
+    /// In the space of the box.
+    pub direction: Vec3,
+    /// From the point, and lowered: what is not beyond it does not count for certain.
+    pub t_min: f32,
+    /// From the point, and lowered: what is over before it counts for certain.
+    pub t_max: f32,
+    /// As [`LocalRay::length`].
+    pub length: f32,
+    /// As [`FarRay::from`].
+    pub from: f64,
+    /// As [`FarRay::slack`].
+    pub slack: f32,
+}
+
+impl Entry {
+    /// Into this box, by a ray that instances see moved by what rounding at this coordinate does. `None` where it passes by.
+    #[inline(always)]
+    pub fn new(ray: &Ray, map: Option<&Affine>, bounds: &Bounds, moved_at: f32) -> Option<Entry> {
+        let extent = bounds.extent();
+        let PreciseRay { origin: o, direction: d } = PreciseRay::of(ray, map);
+        let slack = EXTENT_SLACK * moved_at;
+        let margin = MARGIN * extent as f64 + slack as f64;
+        let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut axis = 0;
+        while axis < 3 {
+            let low = bounds.min[axis] as f64 - margin - o[axis];
+            let high = bounds.max[axis] as f64 + margin - o[axis];
+            if d[axis] != 0.0 {
+                // One division, which takes long: what its rounding adds is within `T_ROUNDING`.
+                let inverse = 1.0 / d[axis];
+                let (a, b) = (low * inverse, high * inverse);
+                let (first, last) = if a < b { (a, b) } else { (b, a) };
+                near = if first > near { first } else { near };
+                far = if last < far { last } else { far };
+            } else if (low > 0.0) | (high < 0.0) {
+                return None;
+            }
+            axis += 1;
+        }
+        (near, far) = (near - near.abs() * T_ROUNDING, far + far.abs() * T_ROUNDING);
+        // NaN is no way through.
+        if !((near <= far) & (far >= ray.t_min as f64) & near.is_finite()) {
+            return None;
+        }
+        let p = along64(o, d, near);
+        let sum = sum64(d);
+        let length = sum as f32 * WORLD_FROM_OBJECT_ROUNDING;
+        let [shortest, longest] = USUAL_LENGTH;
+        let is_usual = (shortest..=longest).contains(&length);
+        let (t_min, t_max) = (ray.t_min as f64, ray.t_max as f64);
+        // Nothing is certain where the ray may begin within the box: `t` is rounded to single precision, and compared then.
+        let rounding = ROUNDING * (t_min.abs() + near.abs());
+        let begins_before = (near - t_min - rounding) * sum > GAP * extent as f64;
+        let end = if begins_before { t_max - near } else { f64::NEG_INFINITY };
+        let rounding = if end.is_finite() { ROUNDING * (t_max.abs() + near.abs()) } else { 0.0 };
+        let t_min = (t_min - near) as f32;
+        Some(Entry {
+            origin: vec3(p[0] as f32, p[1] as f32, p[2] as f32),
+            direction: vec3(d[0] as f32, d[1] as f32, d[2] as f32),
+            t_min: t_min - t_min.abs() * (1.0 / 4_194_304.0),
+            t_max: (end - rounding) as f32,
+            length: if is_usual { length } else { f32::INFINITY },
+            from: near,
+            slack,
+        })
+    }
+
+    /// The ray, for boxes and primitives within this extent.
+    #[inline(always)]
+    pub fn ray(&self, extent: f32) -> LocalRay {
+        let (origin, direction) = (self.origin, self.direction);
+        let size = origin.abs();
+        LocalRay {
+            origin,
+            direction,
+            t_min: self.t_min,
+            t_max: self.t_max,
+            slab: Slab::new(origin, direction, extent),
+            length: self.length,
+            reach: size.x + size.y + size.z,
+            scale: 0.0,
+        }
     }
 }
 
 out_of_line! {
     /// [`FarRay::new`]; instances move the ray by what rounding at this coordinate does.
     fn far_ray(ray: &Ray, map: Option<&Affine>, bounds: &Bounds, moved_at: f32) -> Option<FarRay> {
-    let extent = bounds.extent();
-    let PreciseRay { origin: o, direction: d } = PreciseRay::of(ray, map);
-    let slack = EXTENT_SLACK * moved_at;
-    let margin = MARGIN * extent as f64 + slack as f64;
-    let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
-    let mut axis = 0;
-    while axis < 3 {
-        let low = bounds.min[axis] as f64 - margin - o[axis];
-        let high = bounds.max[axis] as f64 + margin - o[axis];
-        if d[axis] != 0.0 {
-            // One division, which takes long: what its rounding adds is within `T_ROUNDING`.
-            let inverse = 1.0 / d[axis];
-            let (a, b) = (low * inverse, high * inverse);
-            let (first, last) = if a < b { (a, b) } else { (b, a) };
-            near = if first > near { first } else { near };
-            far = if last < far { last } else { far };
-        } else if (low > 0.0) | (high < 0.0) {
-            return None;
-        }
-        axis += 1;
+        let entry = Entry::new(ray, map, bounds, moved_at)?;
+        Some(FarRay { ray: entry.ray(bounds.extent() + moved_at), from: entry.from, slack: entry.slack })
     }
-    (near, far) = (near - near.abs() * T_ROUNDING, far + far.abs() * T_ROUNDING);
-    // NaN is no way through.
-    if !((near <= far) & (far >= ray.t_min as f64) & near.is_finite()) {
-        return None;
-    }
-    let p = along64(o, d, near);
-    let origin = vec3(p[0] as f32, p[1] as f32, p[2] as f32);
-    let direction = vec3(d[0] as f32, d[1] as f32, d[2] as f32);
-    let sum = sum64(d);
-    let length = sum as f32 * WORLD_FROM_OBJECT_ROUNDING;
-    let [shortest, longest] = USUAL_LENGTH;
-    let is_usual = (shortest..=longest).contains(&length);
-    let size = origin.abs();
-    let (t_min, t_max) = (ray.t_min as f64, ray.t_max as f64);
-    // Nothing is certain where the ray may begin within the box: `t` is rounded to single precision, and compared then.
-    let rounding = ROUNDING * (t_min.abs() + near.abs());
-    let begins_before = (near - t_min - rounding) * sum > GAP * extent as f64;
-    let end = if begins_before { t_max - near } else { f64::NEG_INFINITY };
-    let rounding = if end.is_finite() { ROUNDING * (t_max.abs() + near.abs()) } else { 0.0 };
-    let t_min = (t_min - near) as f32;
-    let ray = LocalRay {
-        origin,
-        direction,
-        t_min: t_min - t_min.abs() * (1.0 / 4_194_304.0),
-        t_max: (end - rounding) as f32,
-        slab: Slab::new(origin, direction, extent + moved_at),
-        length: if is_usual { length } else { f32::INFINITY },
-        reach: size.x + size.y + size.z,
-        scale: 0.0,
-    };
-    Some(FarRay { ray, from: near, slack })
-}
 }

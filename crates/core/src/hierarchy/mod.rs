@@ -28,7 +28,7 @@ pub use bvh::{BvhNode, BvhTracer, BvhView, MAX_BVH_DEPTH};
 pub use candidates::PrimitivesView;
 pub(crate) use candidates::item;
 pub use exhaustive::ExhaustiveTracer;
-pub use far::{FAR, FarRay, is_far};
+pub use far::{Entry, FAR, FarRay, is_far, moved_at};
 pub use far_tracer::FarTracer;
 pub use grid::{GridRoot, GridTracer, GridView, MAX_GRID_CELLS};
 pub use kdtree::{KdNode, KdRoot, KdTreeTracer, KdTreeView, MAX_KD_DEPTH};
@@ -38,7 +38,7 @@ pub use octree::{
 pub use pair_tracer::PairTracer;
 pub use pairs::{BvhPair, Company, Link, PAIR_SLACK, PairView, Root, Target};
 pub use references::SPHERE_REFERENCE;
-pub use search::{bounds_of_last, moved_end, upper};
+pub use search::{LOST, bounds_of_last, moved_end, moved_start, upper, widening};
 pub use stack::Stack;
 pub use tracer::{ShadowBatch, Tracer};
 pub use two_level::InstanceTreeView;

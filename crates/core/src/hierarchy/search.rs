@@ -398,7 +398,7 @@ impl Search for Next {
 }
 
 /// More than sums of `t` in double precision lose, over what is added up.
-const LOST: f64 = 1.0 / (1u64 << 50) as f64;
+pub const LOST: f64 = 1.0 / (1u64 << 50) as f64;
 
 /// Bounds of a `t` that may be wrong by this, as seen from a point of the ray.
 #[inline(always)]
@@ -423,6 +423,20 @@ fn around_end(t_max: f32, from: f64) -> (f32, f32) {
 #[inline(always)]
 pub fn moved_end(end: f64, from: f64) -> f32 {
     around(end, from, 0.0).1
+}
+
+/// And what lies before this `t` for certain ends before this.
+#[inline(always)]
+pub fn moved_start(start: f64, from: f64) -> f32 {
+    around(start, from, 0.0).0
+}
+
+/// What a `t` from a moved origin has to be widened by, so that bounds that do not overlap are in the order of double precision:
+/// its own `t`, by which hits are ordered, has been rounded where it is large. `lost` is [`LOST`] of the way to that origin.
+#[inline(always)]
+pub fn widening(t: f32, lost: f32) -> f32 {
+    // The rounding of this sum is less than that of `t`.
+    lost + t.abs() * T_ROUNDING
 }
 
 /// What a search looks like from a point that a walk has moved the origin to.
@@ -461,9 +475,11 @@ impl<S: Search> Search for Moved<'_, S> {
     fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
         let lost = self.distance * LOST;
         if self.from == 0.0 {
-            // The rounding of these sums is less than that of `t`.
-            let widened = |t: f32| lost as f32 + t.abs() * T_ROUNDING;
-            return self.search.offer_certain(place, low - widened(low), high + widened(high));
+            return self.search.offer_certain(
+                place,
+                low - widening(low, lost as f32),
+                high + widening(high, lost as f32),
+            );
         }
         let low = around(low as f64, -self.from, lost).0;
         let high = around(high as f64, -self.from, lost).1;

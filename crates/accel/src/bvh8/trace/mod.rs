@@ -8,6 +8,7 @@ mod single;
 mod single_leaf;
 mod single_ray;
 mod sort;
+mod triangle_search;
 mod walk;
 
 use super::Bvh8;

@@ -2,7 +2,7 @@
 
 use super::single_leaf::{PrimitiveLeaves, ToldLeaves};
 use super::single_ray::SingleRay;
-use super::walk::{ANY, Found, NEXT, Query, STACK};
+use super::walk::{ANY, CLOSEST, Found, NEXT, Query, STACK};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY, LEAF, Node8, PLACE};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
@@ -183,8 +183,13 @@ pub(super) unsafe fn search<S: Simd, W: Work + Copy, const QUERY: Query>(
     work: W,
     found: &mut Found,
 ) -> bool {
+    let search = Search::<W, QUERY> { bvh, root, ray, instance, filter, work, found: &mut *found };
     // SAFETY: the caller's.
-    unsafe { S::run(Search::<W, QUERY> { bvh, root, ray, instance, filter, work, found }) }
+    let over = unsafe { S::run(search) };
+    if QUERY == CLOSEST && ray.from.is_some() {
+        found.close(bvh, &ray.world);
+    }
+    over
 }
 
 /// A search: a function of its own, which keeps the code small.

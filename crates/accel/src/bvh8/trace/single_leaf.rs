@@ -8,7 +8,7 @@ use crate::bvh8::node::held;
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, INSTANCE, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
-use eosphor_core::hierarchy::Work;
+use eosphor_core::hierarchy::{Work, widening};
 use eosphor_core::intersect::{
     T_UNDERFLOW, TriangleHit, UNDERFLOW_SLACK, intersect_precisely, intersect_sphere, may_meet_sphere,
 };
@@ -88,7 +88,7 @@ impl PrimitiveLeaves<'_> {
         let rays = StepRays {
             direction,
             t_min: S::F4::splat(ray.origin[3]),
-            t_max: S::F4::splat(ray.world.t_max),
+            t_max: S::F4::splat(ray.t_max),
             length: S::F4::splat(ray.direction[3]),
             edge_slack: S::F4::splat(ray.edge_slack),
             scale: S::F4::splat(ray.scale),
@@ -107,6 +107,27 @@ impl PrimitiveLeaves<'_> {
         let lanes = !edges.least.lt(slack.negate()).or(beyond).bits() & 0xf;
         if lanes == 0 {
             return false;
+        }
+        if QUERY == CLOSEST && ray.from.is_some() {
+            let between = rays.t_min.lt(planes.low).and(planes.high.le(rays.t_max));
+            let certain = slack.le(edges.least).and(planes.is_steep).and(between).bits();
+            let bounds = [planes.low.to_array(), planes.high.to_array()];
+            let lane = lanes.trailing_zeros() as usize & 3;
+            let (low, high) = (bounds[0][lane], bounds[1][lane]);
+            let low = low - widening(low, ray.lost);
+            let high = high + widening(high, ray.lost);
+            let is_alone = lanes & (lanes - 1) == 0;
+            if is_alone & (certain & lanes != 0) & (high < found.before) {
+                let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
+                if !(self.filter.skips(id) | (self.filter.cull_back_faces & (backs >> lane & 1 == 1))) {
+                    found.take_open(id, number << 2 | lane as u32, low, high);
+                }
+                return false;
+            }
+            // SAFETY: the caller's.
+            return unsafe {
+                S::run(CompareMoved { leaves: *self, number, lanes, certain, bounds, backs, found })
+            };
         }
         let is_clear = planes.is_clear(&rays, &edges, slack, determinant.size);
         let lane = lanes.trailing_zeros() as usize & 3;
@@ -168,9 +189,9 @@ impl PrimitiveLeaves<'_> {
         if lanes == 0 {
             return false;
         }
-        let t_max = S::F4::splat(ray.world.t_max);
+        let t_max = S::F4::splat(ray.t_max);
         let mut meets = inside.and(t_min.lt(low)).and(high.le(t_max)).bits() & lanes;
-        if meets == 0 && ray.from.is_none() {
+        if meets == 0 {
             let distance = distance(&from_origin, S::F4::splat(ray.reach));
             let distance_with_lengths = distance.add(lengths.abs());
             let plane = StepPlanes { product, lengths, distance, distance_with_lengths, numerator };
@@ -185,7 +206,7 @@ impl PrimitiveLeaves<'_> {
             meets = slack.le(least).and(planes.is_steep).and(between).bits() & lanes;
         }
         let lane = lanes.trailing_zeros() as usize & 3;
-        if (meets >> lane & 1 == 1) & ray.from.is_none() {
+        if meets >> lane & 1 == 1 {
             // SAFETY: leaves name blocks that the builder made.
             let block = unsafe { self.bvh.blocks.get_unchecked(number as usize) };
             let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
@@ -268,6 +289,56 @@ struct Clear {
 impl Clear {
     /// Nothing.
     const NONE: Clear = Clear { bits: 0, t: [0.0; 4], error: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
+}
+
+/// Candidates of a closest hit for a ray that is looked at from elsewhere. Most are certain from there, and which of them are
+/// nearer than others: a function of its own, since it is rare.
+struct CompareMoved<'a> {
+    leaves: PrimitiveLeaves<'a>,
+    number: u32,
+    lanes: u32,
+    /// Those that are hits for certain,
+    certain: u32,
+    /// and no earlier and no later than this.
+    bounds: [[f32; 4]; 2],
+    /// Those that are met from behind.
+    backs: u32,
+    found: &'a mut Found,
+}
+
+impl Kernel for CompareMoved<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    unsafe fn run<S: Simd>(self) -> bool {
+        let CompareMoved { leaves, number, mut lanes, certain, bounds: [low, high], backs, found } = self;
+        let (bvh, ray) = (leaves.bvh, leaves.ray);
+        if leaves.filter.cull_back_faces {
+            lanes &= !backs;
+        }
+        let block = &bvh.blocks[number as usize];
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize & 3;
+            lanes &= lanes - 1;
+            let id = PrimitiveId { instance: leaves.instance, primitive: block.primitive[lane] };
+            // What has been cut is met again.
+            if leaves.filter.skips(id) | (found.best.id == id) {
+                continue;
+            }
+            let place = number << 2 | lane as u32;
+            let low = low[lane] - widening(low[lane], ray.lost);
+            let high = high[lane] + widening(high[lane], ray.lost);
+            if (certain >> lane & 1 == 1) & (high < found.before) {
+                found.take_open(id, place, low, high);
+                continue;
+            }
+            let hit = moved_test(block, lane, bvh, ray, leaves.instance);
+            if hit.meets {
+                found.offer::<CLOSEST>(&Offer { bvh, ray: &ray.world, hit, id, place });
+            }
+        }
+        false
+    }
 }
 
 /// Candidates that are not clear, or close to others: a function of its own, since it is rare and large.

@@ -3,7 +3,7 @@
 use super::walk::Found;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use eosphor_core::geometry::Bounds;
-use eosphor_core::hierarchy::{FarRay, is_far};
+use eosphor_core::hierarchy::{Entry, LOST, is_far, moved_at};
 use eosphor_core::intersect::{
     EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, LocalRay, ORIGIN_SLACK, SHORTEST_DIRECTION, SMALLEST_DIRECTION,
     T_SLACK, USUAL_LENGTH,
@@ -49,6 +49,10 @@ pub(super) struct SingleRay<'a> {
     pub(super) scale: f32,
     /// The origin is not the ray's own but where it enters the tree's box, at this `t` of the ray.
     pub(super) from: Option<f64>,
+    /// Hits that are not over before this are not certain. From the origin, like `t_min`.
+    pub(super) t_max: f32,
+    /// [`LOST`] of the way to there.
+    pub(super) lost: f32,
 }
 
 impl<'a> SingleRay<'a> {
@@ -66,19 +70,33 @@ impl<'a> SingleRay<'a> {
     #[inline(always)]
     pub(super) fn of_world<S: Simd>(ray: &Ray, extent: f32) -> SingleRay<'a> {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
-        let length = d.x + d.y + d.z;
+        let (length, scale) = (d.x + d.y + d.z, o.x + o.y + o.z);
         // (With `t_max` beside the direction, dividing by it would often give a denormal number, which is slow.)
         let origin = [ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min];
         let direction = [ray.direction.x, ray.direction.y, ray.direction.z, length];
+        let slab_extent = extent + o.max_component();
+        SingleRay::usual::<S>(ray, origin, direction, slab_extent, scale, extent)
+    }
+
+    /// A ray whose direction is of usual length, with `t_min` and the length beside the vectors. Boxes and the origin are within
+    /// the first extent, primitives within the second. The scale includes the reach.
+    #[inline(always)]
+    fn usual<S: Simd>(
+        world: &Ray,
+        origin: [f32; 4],
+        direction: [f32; 4],
+        slab_extent: f32,
+        scale: f32,
+        extent: f32,
+    ) -> SingleRay<'a> {
         let (lanes, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
         let smallest = S::F4::splat(SMALLEST_DIRECTION);
         let safe = d.or_else(smallest.lt(d.abs()), smallest.xor(d.sign()));
         let inverse = S::F4::splat(1.0).div(safe);
-        let everywhere = S::F4::splat(EXTENT_SLACK * (extent + o.max_component()));
+        let everywhere = S::F4::splat(EXTENT_SLACK * slab_extent);
         let slack = inverse.abs().mul(lanes.abs().mul(S::F4::splat(ORIGIN_SLACK)).add(everywhere));
         let offset = lanes.mul(inverse).negate();
-        let edge_slack = EDGE_SLACK * length;
-        let scale = o.x + o.y + o.z;
+        let edge_slack = EDGE_SLACK * direction[3];
         let most_distance = FARTHEST_VERTEX * extent + scale;
         let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * extent + scale);
         SingleRay {
@@ -94,9 +112,11 @@ impl<'a> SingleRay<'a> {
             scale,
             // (Not of the inverse, for which the first node would have to wait.)
             octant: safe.lt(S::F4::splat(0.0)).bits() & 7,
-            world: *ray,
+            world: *world,
             map: None,
             from: None,
+            t_max: world.t_max,
+            lost: 0.0,
         }
     }
 
@@ -152,12 +172,28 @@ impl<'a> SingleRay<'a> {
         if !(((o.x + o.y + o.z) + length <= LARGEST_NUMBER) & (length >= SHORTEST_DIRECTION)) {
             return None;
         }
-        let (map, far) = match to {
-            To::World => (None, FarRay::new(ray, None, bounds)?),
-            To::Instances => (None, FarRay::to_instances(ray, bounds)?),
-            To::Object(map) => (Some(map), FarRay::new(ray, Some(map), bounds)?),
+        let (map, moved_at) = match to {
+            To::World => (None, 0.0),
+            To::Instances => (None, moved_at(ray)),
+            To::Object(map) => (Some(map), 0.0),
         };
-        Some(SingleRay::from_local::<S>(&far.ray, ray, map, extent, Some(far.from)))
+        let entry = Entry::new(ray, map, bounds, moved_at)?;
+        let (from, slab_extent) = (entry.from, bounds.extent() + moved_at);
+        if entry.length.is_infinite() {
+            return Some(SingleRay::from_local::<S>(&entry.ray(slab_extent), ray, map, extent, Some(from)));
+        }
+        let (o, d, size) = (entry.origin, entry.direction, entry.origin.abs());
+        let reach = size.x + size.y + size.z;
+        let usual = SingleRay::usual::<S>(
+            ray,
+            [o.x, o.y, o.z, entry.t_min],
+            [d.x, d.y, d.z, entry.length],
+            slab_extent + size.max_component(),
+            reach + reach,
+            extent,
+        );
+        let lost = (from.abs() * LOST) as f32;
+        Some(SingleRay { reach, scale: 0.0, map, from: Some(from), t_max: entry.t_max, lost, ..usual })
     }
 
     #[inline(always)]
@@ -191,6 +227,8 @@ impl<'a> SingleRay<'a> {
             world: *world,
             map,
             from,
+            t_max: local.t_max,
+            lost: from.map_or(0.0, |from| (from.abs() * LOST) as f32),
         }
     }
 

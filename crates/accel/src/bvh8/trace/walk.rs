@@ -1,8 +1,11 @@
 //! What the traversals share: queries, what was found, and the stack.
 
+use super::triangle_search::find_triangle;
 use crate::bvh8::view::Bvh8View;
-use eosphor_core::hierarchy::{bounds_of_last, moved_end, upper};
-use eosphor_core::intersect::{TriangleHit, intersect_triangle, t_rest};
+use eosphor_core::hierarchy::{bounds_of_last, moved_end, moved_start, upper};
+use eosphor_core::intersect::{
+    EDGE_SLACK, TriangleHit, UV_ERROR, intersect_precisely, intersect_triangle, t_rest,
+};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 
 /// The three queries, as constants so that each traversal is compiled for each.
@@ -22,6 +25,10 @@ pub(super) const STACK: usize = 64 * 7 + 16;
 /// In place of the place of a triangle.
 pub(super) const NO_TRIANGLE: u32 = u32::MAX;
 
+/// From this many lengths of both edges on, hits of a triangle are not clear: what edge functions may be wrong by is above
+/// [`UV_ERROR`] of the determinant, which is at most a quarter of the square of that length. (Twice that, for rounding.)
+const NEVER_CLEAR: f32 = 2.0 * 0.25 * UV_ERROR / EDGE_SLACK;
+
 /// What a single ray has found.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
@@ -31,10 +38,11 @@ pub(super) struct Found {
     pub(super) place: u32,
     /// No earlier than the best hit: what starts beyond it is left out. From where the walk measures.
     pub(super) end: f32,
-    /// A hit that is over before this is nearer than the best one.
+    /// A hit that is over before this is nearer than the best one. From where the walk measures.
     pub(super) before: f32,
-    /// What [`Found::end`] is from the ray's origin.
+    /// What the two are from the ray's origin, unless the best hit is open.
     pub(super) high: f32,
+    pub(super) low: f32,
     /// From where the walk measures, if not from the ray's origin.
     pub(super) from: Option<f64>,
     /// For [`NEXT`]: only hits after this one count.
@@ -66,22 +74,6 @@ fn rest_of(bvh: &Bvh8View, ray: &Ray, t: f32, id: PrimitiveId, place: u32) -> f3
     t_rest(&triangle, t, ray, map)
 }
 
-/// Where a triangle is that the ray meets at `t`. Looks at all there are: hardly ever asked for.
-fn find_triangle(bvh: &Bvh8View, ray: &Ray, hit: &Hit) -> Option<u32> {
-    let instance = bvh.instances.get(hit.id.instance as usize)?;
-    let map = (hit.id.instance != 0).then_some(&instance.object_from_world);
-    let extent = bvh.geometries[instance.geometry as usize].extent;
-    for place in 0..bvh.blocks.len() as u32 * 4 {
-        let triangle = bvh.blocks[(place >> 2) as usize].get((place & 3) as usize);
-        if triangle.primitive == hit.id.primitive
-            && intersect_triangle(&triangle, ray, map, extent).t == hit.t
-        {
-            return Some(place);
-        }
-    }
-    None
-}
-
 impl Found {
     #[inline(always)]
     pub(super) fn nothing(t_max: f32) -> Found {
@@ -91,36 +83,71 @@ impl Found {
     /// A best hit, no earlier than `low` and no later than `high`.
     #[inline(always)]
     pub(super) fn with(best: Hit, place: u32, low: f32, high: f32) -> Found {
-        Found { best, place, end: high, before: low, high, from: None, after: None, any: false }
+        Found { best, place, end: high, before: low, high, low, from: None, after: None, any: false }
     }
 
     /// Measures from elsewhere.
     #[cold]
     pub(super) fn measure_from(&mut self, from: Option<f64>) {
         self.from = from;
-        self.end = match from {
-            None => self.high,
+        (self.before, self.end) = match from {
+            None => (self.low, self.high),
             Some(from) => {
                 let is_precise = !self.best.is_miss() && self.best.t_rest != UNKNOWN_REST;
                 let t = f64::from(self.best.t) + f64::from(self.best.t_rest);
-                moved_end(if is_precise { t } else { f64::from(self.high) }, from)
+                let (low, high) = if is_precise { (t, t) } else { (self.low.into(), self.high.into()) };
+                (moved_start(low, from), moved_end(high, from))
             }
         };
+    }
+
+    /// Whether no more is known of the best hit than where it is, and bounds from where the walk measures.
+    #[inline(always)]
+    fn is_open(&self) -> bool {
+        self.best.t.is_nan() & (self.place != NO_TRIANGLE)
+    }
+
+    /// Takes a hit by its bounds from where the walk measures, and leaves it open.
+    #[inline(always)]
+    pub(super) fn take_open(&mut self, id: PrimitiveId, place: u32, low: f32, high: f32) {
+        self.best = Hit { t: f32::NAN, t_rest: UNKNOWN_REST, u: 0.0, v: 0.0, id };
+        (self.place, self.before, self.end) = (place, low, high);
+    }
+
+    /// Computes the best hit if it is open. After it, the search has to measure anew.
+    #[inline(always)]
+    pub(super) fn close(&mut self, bvh: &Bvh8View, ray: &Ray) {
+        if !self.is_open() {
+            return;
+        }
+        let (id, place) = (self.best.id, self.place);
+        let instance = &bvh.instances[id.instance as usize];
+        let map = (id.instance != 0).then_some(&instance.object_from_world);
+        let extent = bvh.geometries[instance.geometry as usize].extent;
+        let triangle = bvh.blocks[(place >> 2) as usize].get((place & 3) as usize);
+        // From so far away, single precision is never clear.
+        let lengths = triangle.length1 + triangle.length2;
+        let is_farthest = map.is_none() & (ray.origin.abs().max_component() - extent > NEVER_CLEAR * lengths);
+        let hit = if is_farthest {
+            intersect_precisely(&triangle, ray, None)
+        } else {
+            intersect_triangle(&triangle, ray, map, extent)
+        };
+        debug_assert!(hit.meets, "{id:?} {ray:?} {hit:?}");
+        self.set(&Offer { bvh, ray, hit, id, place });
     }
 
     /// Takes a hit.
     #[inline(always)]
     pub(super) fn take(&mut self, hit: Hit, place: u32, low: f32, high: f32) {
-        (self.best, self.place, self.before, self.end, self.high) = (hit, place, low, high, high);
+        (self.best, self.place, self.before, self.end) = (hit, place, low, high);
+        (self.low, self.high) = (low, high);
     }
 
     fn set(&mut self, offer: &Offer) {
         let h = &offer.hit;
         let (low, high) = h.bounds();
         self.take(Hit { t: h.t, t_rest: h.t_rest, u: h.u, v: h.v, id: offer.id }, offer.place, low, high);
-        if self.from.is_some() {
-            self.measure_from(self.from);
-        }
     }
 
     /// Whether a hit comes after [`Found::after`].
@@ -157,8 +184,9 @@ impl Found {
         if QUERY == NEXT && !self.is_after(offer) {
             return false;
         }
+        self.close(offer.bvh, offer.ray);
         let (low, high) = offer.hit.bounds();
-        if self.best.is_miss() || high < self.before {
+        if self.best.is_miss() || high < self.low {
             self.set(offer);
         } else if low <= self.high {
             let Offer { bvh, ray, ref hit, id, place } = *offer;
@@ -167,6 +195,9 @@ impl Found {
             if (t < best) | ((t == best) & id.before(self.best.id)) {
                 self.set(offer);
             }
+        }
+        if self.from.is_some() {
+            self.measure_from(self.from);
         }
         false
     }
