@@ -209,10 +209,11 @@ impl<'a> PictureJob<'a> {
             Ok(rows) => state.checkpoint.strip(rows).map_err(Failure::because),
             Err(next) => {
                 let mut rows = state.plan.rows(row, next.unwrap_or(height), self.samples.len() as u32);
-                if state.layer_seconds > 0.0 {
-                    // Layers of a strip are one piece of work.
+                if self.features.is_some() {
+                    // Layers of a strip are one piece of work; those of one row tell what they cost.
                     let row_seconds = state.layer_seconds * f64::from(width) * self.samples.len() as f64;
-                    let most = (self.piece().as_secs_f64() / row_seconds) as u32;
+                    let is_known = state.layer_seconds > 0.0;
+                    let most = if is_known { (self.piece().as_secs_f64() / row_seconds) as u32 } else { 1 };
                     rows.end = rows.end.min(rows.start.saturating_add(most.max(1)));
                 }
                 Ok(Strip::new(width, rows))
@@ -235,7 +236,8 @@ impl<'a> PictureJob<'a> {
         }
         let start = Instant::now();
         let rows = timed(seconds.layers.get_or_insert_default(), || features(strip.rows.clone()))?;
-        state.layer_seconds = start.elapsed().as_secs_f64() / units;
+        // (The next rows may cost more than these: strips at most double.)
+        state.layer_seconds = (start.elapsed().as_secs_f64() / units).max(0.5 * state.layer_seconds);
         Ok(Some(rows))
     }
 
