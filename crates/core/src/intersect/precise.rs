@@ -75,6 +75,54 @@ fn across(x: Double3, d: Double3, squared: f64) -> Double3 {
 /// ray slips between neighbours.
 const EDGE_TOLERANCE: f64 = 1.0 / (1u64 << 48) as f64;
 
+/// How a ray's line passes a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Passage {
+    /// The ray's own number for the point of it that is closest to the first corner, and that point.
+    t_near: f64,
+    near: Double3,
+    /// As seen from there.
+    corners: [Double3; 3],
+    /// Edge functions: of the edges opposite to the corners.
+    edges: [f64; 3],
+    normal: Double3,
+    determinant: f64,
+    /// The determinant without its sign.
+    size: f64,
+    /// The smallest edge function.
+    least: f64,
+}
+
+impl Passage {
+    /// Whether it meets the triangle for certain.
+    #[inline(always)]
+    pub fn is_within(&self) -> bool {
+        (self.size > 0.0) & (self.least >= 0.0)
+    }
+
+    /// Whether it passes by for certain: farther outside than the tolerance of edges, by the one on whose wrong side it passes.
+    #[inline(always)]
+    pub fn is_beside(&self, ray: &PreciseRay) -> bool {
+        let magnitude = self.magnitude();
+        self.least < -2.0 * (EDGE_TOLERANCE * magnitude) * (2.0 * magnitude) * sum64(ray.direction)
+    }
+
+    /// Of the numbers that the test adds up.
+    #[inline(always)]
+    fn magnitude(&self) -> f64 {
+        let [a, b, c] = self.corners;
+        sum64(self.near) + sum64(a) + sum64(b) + sum64(c)
+    }
+
+    /// Where it meets the plane.
+    #[inline(always)]
+    pub fn hit(&self) -> PreciseHit {
+        let inverse = 1.0 / self.determinant;
+        let rest = dot64(self.normal, self.corners[0]) * inverse;
+        PreciseHit { t: self.t_near + rest, u: self.edges[1] * inverse, v: self.edges[2] * inverse }
+    }
+}
+
 impl PreciseRay {
     /// In the world, or where the map takes it.
     #[inline(always)]
@@ -94,48 +142,51 @@ impl PreciseRay {
         (t, along64(o, d, t))
     }
 
+    /// How the ray's line passes a triangle that has an area. Free of branches, so that loops over rays become SIMD code.
+    #[inline(always)]
+    pub fn passage(&self, triangle: &PackedTriangle) -> Passage {
+        let d = self.direction;
+        let (v0, v1, v2) = (double(triangle.v0), double(triangle.v1), double(triangle.v2));
+        let (e1, e2) = (minus64(v1, v0), minus64(v2, v0));
+        let (t_near, near) = self.closest_to(v0);
+        let corners = [minus64(v0, near), minus64(v1, near), minus64(v2, near)];
+        // By edges, and not by both corners, which may be far away: their products would cancel.
+        let edges = [
+            dot64(cross64(corners[1], minus64(v2, v1)), d),
+            dot64(cross64(e2, corners[0]), d),
+            dot64(cross64(corners[0], e1), d),
+        ];
+        let normal = cross64(e1, e2);
+        let determinant = dot64(normal, d);
+        let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
+        let least = {
+            let (x, y, z) = (sign * edges[0], sign * edges[1], sign * edges[2]);
+            let xy = if x < y { x } else { y };
+            if xy < z { xy } else { z }
+        };
+        Passage { t_near, near, corners, edges, normal, determinant, size: sign * determinant, least }
+    }
+
     /// Where the ray meets a triangle, before or behind its origin.
     #[inline(always)]
     pub fn meet_triangle(&self, triangle: &PackedTriangle) -> Option<PreciseHit> {
         if !(triangle.length1 >= 0.0) {
             return None;
         }
-        let d = self.direction;
-        let (v0, v1, v2) = (double(triangle.v0), double(triangle.v1), double(triangle.v2));
-        let (e1, e2) = (minus64(v1, v0), minus64(v2, v0));
-        let (t_near, near) = self.closest_to(v0);
-        let a = [minus64(v0, near), minus64(v1, near), minus64(v2, near)];
-        // By edges, and not by both corners, which may be far away: their products would cancel.
-        let w = [
-            dot64(cross64(a[1], minus64(v2, v1)), d),
-            dot64(cross64(e2, a[0]), d),
-            dot64(cross64(a[0], e1), d),
-        ];
-        let normal = cross64(e1, e2);
-        let determinant = dot64(normal, d);
-        let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
-        let size = sign * determinant;
+        let passage = self.passage(triangle);
         // Rays in the triangle's plane do not meet it.
-        if !(size > 0.0) {
+        if !(passage.size > 0.0) {
             return None;
         }
-        let least = {
-            let (x, y, z) = (sign * w[0], sign * w[1], sign * w[2]);
-            let xy = if x < y { x } else { y };
-            if xy < z { xy } else { z }
-        };
-        if least >= 0.0 {
-            let inverse = 1.0 / determinant;
-            let rest = dot64(normal, a[0]) * inverse;
-            return Some(PreciseHit { t: t_near + rest, u: w[1] * inverse, v: w[2] * inverse });
+        if passage.least >= 0.0 {
+            return Some(passage.hit());
         }
-        let magnitude = sum64(near) + sum64(a[0]) + sum64(a[1]) + sum64(a[2]);
-        let tolerance = EDGE_TOLERANCE * magnitude;
-        // Farther outside than that, by the edge that it passes on the wrong side.
-        if least < -2.0 * tolerance * (2.0 * magnitude) * sum64(d) {
+        if passage.is_beside(self) {
             return None;
         }
-        self.meet_edges(&a, tolerance).map(|(t, u, v)| PreciseHit { t: t_near + t, u, v })
+        let tolerance = EDGE_TOLERANCE * passage.magnitude();
+        let meets = self.meet_edges(&passage.corners, tolerance);
+        meets.map(|(t, u, v)| PreciseHit { t: passage.t_near + t, u, v })
     }
 
     /// Where the ray passes the edge that it passes most closely, within the tolerance: `t`, `u` and `v`. Corners are as seen

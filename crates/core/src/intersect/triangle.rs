@@ -129,8 +129,9 @@ impl TriangleHit {
         (self.t - error, self.t + error)
     }
 
+    /// In double precision.
     #[inline(always)]
-    fn precise(hit: &PreciseHit, ray: &Ray) -> TriangleHit {
+    pub fn precise(hit: &PreciseHit, ray: &Ray) -> TriangleHit {
         let t = hit.t as f32;
         TriangleHit {
             // Comparisons are written so that NaN fails them.

@@ -3,8 +3,9 @@
 use super::{Best, Leg, Query16, TO_LOW};
 use crate::bvh8::trace::walk::{ANY, Found, Offer, Query};
 use crate::bvh8::view::Bvh8View;
-use crate::simd::{Float, Kernel, Simd, Vec3V};
-use eosphor_core::intersect::{TriangleHit, intersect_precisely};
+use crate::simd::{Float, Kernel, Simd, Vec3V, each};
+use eosphor_core::intersect::precise::{PreciseHit, PreciseRay};
+use eosphor_core::intersect::{PackedTriangle, TriangleHit, intersect_precisely};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 
@@ -103,6 +104,10 @@ impl<S: Simd, const QUERY: Query> Kernel for Decide<'_, '_, S, QUERY> {
         let map = (leg.instance != 0).then(|| &bvh.instances[leg.instance as usize].object_from_world);
         let (t, error, u, v) = (t.to_array(), error.to_array(), u.to_array(), v.to_array());
         let mut changed = false;
+        let unclear = left & !clear;
+        let in_lanes = (leg.instance == 0) & (triangle.length1 >= 0.0) & (unclear.count_ones() >= FEW_LANES);
+        let precise = if in_lanes { PreciseHits::new(leg, first, &triangle) } else { PreciseHits::NONE };
+        left &= clear | !precise.beside;
         while left != 0 {
             let own = left.trailing_zeros() as usize & 15;
             left &= left - 1;
@@ -117,6 +122,8 @@ impl<S: Simd, const QUERY: Query> Kernel for Decide<'_, '_, S, QUERY> {
                 let (t, t_error, u, v) =
                     (t.as_ref()[own], error.as_ref()[own], u.as_ref()[own], v.as_ref()[own]);
                 TriangleHit { meets: true, is_clear: true, t, t_error, t_rest: UNKNOWN_REST, u, v }
+            } else if precise.within >> own & 1 == 1 {
+                TriangleHit::precise(&precise.hit(own), &ray)
             } else {
                 intersect_precisely(&triangle, &ray, map)
             };
@@ -138,5 +145,55 @@ impl<S: Simd, const QUERY: Query> Kernel for Decide<'_, '_, S, QUERY> {
             }
         }
         changed
+    }
+}
+
+/// From so many lanes on, double precision is computed for all lanes of a part at once.
+const FEW_LANES: u32 = 3;
+
+/// Where rays of the world meet a triangle, in double precision.
+struct PreciseHits {
+    t: [f64; 16],
+    u: [f64; 16],
+    v: [f64; 16],
+    /// Bits of those that meet it for certain, and of those that pass by. Of others this says nothing.
+    within: u32,
+    beside: u32,
+}
+
+impl PreciseHits {
+    const NONE: PreciseHits = PreciseHits { t: [0.0; 16], u: [0.0; 16], v: [0.0; 16], within: 0, beside: 0 };
+
+    /// Of the rays of a part, whose first has this lane.
+    #[inline(always)]
+    fn new<S: Simd>(leg: &Leg<S>, first: usize, triangle: &PackedTriangle) -> PreciseHits {
+        let [o, d] = [&leg.world.origin, &leg.world.direction].map(|v| each!(k => v[k].to_array()));
+        let mut hits = PreciseHits::NONE;
+        let (mut within, mut beside) = ([0u32; 16], [0u32; 16]);
+        // A loop that becomes SIMD code.
+        let mut own = 0;
+        while own < S::PART {
+            let at =
+                |v: &[<S::F16 as Float>::Array; 3], k: usize| f64::from(v[k].as_ref()[(first + own) & 15]);
+            let origin = [at(&o, 0), at(&o, 1), at(&o, 2)];
+            let direction = [at(&d, 0), at(&d, 1), at(&d, 2)];
+            let ray = PreciseRay { origin, direction };
+            let passage = ray.passage(triangle);
+            let hit = passage.hit();
+            (hits.t[own], hits.u[own], hits.v[own]) = (hit.t, hit.u, hit.v);
+            within[own] = u32::from(passage.is_within());
+            beside[own] = u32::from(passage.is_beside(&ray));
+            own += 1;
+        }
+        for own in 0..16 {
+            hits.within |= within[own] << own;
+            hits.beside |= beside[own] << own;
+        }
+        hits
+    }
+
+    #[inline(always)]
+    fn hit(&self, own: usize) -> PreciseHit {
+        PreciseHit { t: self.t[own], u: self.u[own], v: self.v[own] }
     }
 }
