@@ -282,7 +282,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         for group in order[..count].chunks(16 * TOGETHER) {
             // SAFETY: the caller's.
             unsafe {
-                self.packets_of::<S, TOGETHER>(group, const { alone_sorted::<S>() }, shared, room);
+                self.packets_of::<S, TOGETHER>(group, alone_sorted::<S>(self.bvh), shared, room);
             }
         }
     }
@@ -301,7 +301,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         for group in order.chunks(16 * TOGETHER) {
             // SAFETY: the caller's.
             unsafe {
-                self.packets_of::<S, TOGETHER>(group, const { alone_sorted::<S>() }, shared, room);
+                self.packets_of::<S, TOGETHER>(group, alone_sorted::<S>(self.bvh), shared, room);
             }
         }
     }
@@ -388,10 +388,19 @@ const CHUNK: usize = 4096;
 /// In packets of coherent rays, at most so many go on alone in a subtree.
 const ALONE_COHERENT: u32 = 0;
 
-/// The same for rays sorted by octant: together they cost about half as much where sixteen are one register.
-const fn alone_sorted<S: Simd>() -> u32 {
-    if S::HAS_REGISTERS_OF_16 { 2 } else { 3 }
+/// The same for rays sorted by octant: together they cost about half as much where sixteen are one register. In dense
+/// hierarchies they part so soon that more of them are faster alone.
+#[inline(always)]
+fn alone_sorted<S: Simd>(bvh: &Bvh8View) -> u32 {
+    match bvh.blocks.len() > DENSE {
+        true => 6,
+        false if S::HAS_REGISTERS_OF_16 => 2,
+        false => 3,
+    }
 }
+
+/// Blocks of a dense hierarchy.
+const DENSE: usize = 100_000;
 
 /// Fewer rays than this are traced one by one.
 const FEW: usize = 4;

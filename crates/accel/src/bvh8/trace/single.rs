@@ -130,6 +130,9 @@ pub(super) trait VisitLeaf<S: Simd> {
     /// # Safety
     /// The CPU has the instruction set, and the leaf is one of the tree.
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool;
+
+    /// Says that a child will be looked at soon. `nodes` is where those of the tree begin.
+    fn prefetch(&self, nodes: *const u8, child: Child);
 }
 
 struct InstanceLeaves<'a, W> {
@@ -143,6 +146,9 @@ struct InstanceLeaves<'a, W> {
 }
 
 impl<S: Simd, W: Work + Copy> VisitLeaf<S> for InstanceLeaves<'_, W> {
+    #[inline(always)]
+    fn prefetch(&self, _: *const u8, _: Child) {}
+
     #[inline(always)]
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
         let (bvh, ray, number) = (self.bvh, self.ray, leaf & PLACE);
@@ -312,7 +318,9 @@ unsafe fn walk<S: Simd, const QUERY: Query>(
                     let (near_a, near_b) = (distances[a], distances[b]);
                     let (child_a, child_b) = (node.children[a], node.children[b]);
                     let a_first = near_a <= near_b;
-                    *children.add(count) = if a_first { child_b } else { child_a };
+                    let waiting = if a_first { child_b } else { child_a };
+                    leaves.prefetch(first, waiting);
+                    *children.add(count) = waiting;
                     *nears.add(count) = if a_first { near_b } else { near_a };
                     count += 1;
                     at = if a_first { child_a } else { child_b };

@@ -6,7 +6,7 @@ use super::single_ray::SingleRay;
 use super::walk::{ANY, CLOSEST, Found, NEXT, NO_TRIANGLE, Offer, Query};
 use crate::bvh8::node::held;
 use crate::bvh8::view::Bvh8View;
-use crate::bvh8::{Child, INSTANCE, PLACE, SPHERE, TriangleBlock};
+use crate::bvh8::{Child, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
 use eosphor_core::hierarchy::{Work, widening};
 use eosphor_core::intersect::{
@@ -32,6 +32,17 @@ pub(super) struct ToldLeaves<'a, W> {
 }
 
 impl<S: Simd, W: Work> VisitLeaf<S> for ToldLeaves<'_, W> {
+    #[inline(always)]
+    fn prefetch(&self, nodes: *const u8, child: Child) {
+        let place = (child & PLACE) as usize;
+        let node = nodes.wrapping_add(place * size_of::<Node8>());
+        let block = self.leaves.bvh.blocks.as_ptr().wrapping_add(place).cast::<u8>();
+        let at = if child & LEAF == 0 { node } else { block };
+        S::prefetch(at);
+        S::prefetch(at.wrapping_add(64));
+        S::prefetch(at.wrapping_add(128));
+    }
+
     #[inline(always)]
     unsafe fn visit<const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
         if W::COUNTS {
