@@ -6,6 +6,7 @@ mod kills;
 mod ptx;
 mod sheet;
 mod structures;
+mod tidy;
 mod tour;
 
 use anyhow::Context;
@@ -38,6 +39,11 @@ const COMMANDS: &[Command] = &[
         "measure every structure and builder, and write the tables of crates/accel/README.md [--quick] [SCENES_DIR]",
         structures::run,
     ),
+    (
+        "tidy",
+        "check that the tree is as the pages say: paths, crates, what only some files may do",
+        tidy::run,
+    ),
     ("tour", "run the commands that README.md shows, as they stand there [DOCUMENT...]", tour::run),
 ];
 
@@ -63,7 +69,6 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Builds the program in the release profile; returns where it lies.
 /// The program: the one that `EOSPHOR_PROGRAM` names, or a fresh one.
 fn build_program() -> anyhow::Result<PathBuf> {
     if let Some(program) = std::env::var_os("EOSPHOR_PROGRAM") {

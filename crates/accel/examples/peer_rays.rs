@@ -6,7 +6,8 @@
 //! t_max); the `.ref` files are a count and (t, primitive) a ray, with primitive `ffffffff` for a miss.
 //!
 //! Environment: `HITS_DIR` writes `SCENE_QUERY.eosphor-VARIANT-BUILD.hits` in the form of the `.ref` files; `SIMD` is one of
-//! the levels, `VARIANTS` (`1ray`, `batch`, `coherent`, `incoherent`; `steps` counts), `BUILDS` and `QUERIES` choose from what is measured (comma-separated), `THREADS` lists thread counts.
+//! the levels, `VARIANTS` (`1ray`, `batch`, `coherent`, `incoherent`; `steps` counts), `BUILDS` and `QUERIES` choose from what
+//! is measured (comma-separated), `THREADS` lists thread counts.
 
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, CountWork, Filters, Hit, PrimitiveId,

@@ -42,8 +42,8 @@ pub(crate) fn obey_for_info(flags: &mut InfoFlags) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Fills in what the file of the scene asks for, and gives it. Limits of a hierarchy belong to the one beside them: where the command line
-/// names another, they are left out.
+/// Fills in what the file of the scene asks for, and gives it. Limits of a hierarchy belong to the one beside them: where the
+/// command line names another, they are left out.
 pub(crate) fn obey(
     scene: &Path,
     flags: &mut DeviceFlags,

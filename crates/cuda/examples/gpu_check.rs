@@ -1,8 +1,8 @@
 //! Renders scenes on CPU and GPU and says whether the films are identical, and how long they took.
 //!
 //! `gpu_check [--preset eos|pg1|none] [--size WxH] [--samples N] [--accel bvh|none] SCENE...`: options hold for the
-//! scenes after them. `glass` and `surfaces` are the test suite's own scenes. Exit code 1 where any film differs. This is the check that
-//! `gpu/stage-device-run` takes to a machine without cargo.
+//! scenes after them. `glass` and `surfaces` are the test suite's own scenes. Exit code 1 where any film differs. This is the
+//! check that `gpu/stage-device-run` takes to a machine without cargo.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

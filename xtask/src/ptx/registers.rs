@@ -28,8 +28,8 @@ const fn budget(kernel: &'static str, registers: u32, spilled: u32, stack: u32) 
 
 /// What they take now and a little more, so that growth is noticed. 255 registers are all that a thread can have; ptxas gives
 /// fewer to some kernels that call functions for what is rare, and spills around the calls. Since picture version 4 more is
-/// decided in double precision, in functions: that is most of the spills and of the stack. Since version 5 lamps in glossy lobes are
-/// weighted, and textures have the channels of their files: 2 to 5 percent more spills.
+/// decided in double precision, in functions: that is most of the spills and of the stack. Since version 5 lamps in glossy
+/// lobes are weighted, and textures have the channels of their files: 2 to 5 percent more spills.
 const BUDGETS: [Budget; ENTRIES.len()] = [
     budget("closest_hits_bvh", 48, 1800, 2700),
     budget("closest_hits_far", 72, 3700, 2700),

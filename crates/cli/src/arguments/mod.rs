@@ -109,8 +109,8 @@ fn scene_help() -> String {
 pub(crate) struct InfoFlags {
     #[arg(help = scene_help())]
     pub(crate) scene: PathBuf,
-    /// The hierarchy over the primitives [default: bvh8]; all: a table of every one, with its work and speed on camera rays; builders:
-    /// the same of bvh and bvh8 by every builder
+    /// The hierarchy over the primitives [default: bvh8]; all: a table of every one, with its work and speed on camera rays;
+    /// builders: the same of bvh and bvh8 by every builder
     #[arg(long, value_name = "NAME", value_parser = device::accels())]
     pub(crate) accel: Option<AccelChoice>,
     /// Print JSON

@@ -127,8 +127,8 @@ pub(crate) struct FileFlags {
     /// Leave the command line and the hash of the scene out of .png and .exr
     #[arg(long)]
     pub(crate) no_metadata: bool,
-    /// Render share K of N, at most 500, of the picture, for jobs that know nothing of each other; the file is OUT.K-of-N.share, and eosphor
-    /// merge makes the picture of all
+    /// Render share K of N, at most 500, of the picture, for jobs that know nothing of each other; the file is
+    /// OUT.K-of-N.share, and eosphor merge makes the picture of all
     #[arg(long, value_name = "K/N", value_parser = share, allow_hyphen_values = true)]
     pub(crate) tiles: Option<Share>,
     /// Take the samples A to B - 1 of each pixel only, for jobs that know nothing of each other; the file is OUT.A-B.sums, and

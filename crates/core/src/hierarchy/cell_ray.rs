@@ -3,9 +3,9 @@
 //! Cells cut primitives apart, so it takes an argument that one of a primitive's cells is visited in time. A hit at t
 //! lies in the primitive's bounds. Builders of cells pad these by more than the slab test can be wrong by, so by that test
 //! a ray with a hit at t enters the padded bounds at s <= t. (It is s that is followed here.) A primitive is entered in
-//! every cell that its padded bounds reach into. Follow a walk down to the cell that has s in its interval, at a plane m between two cells of which the
-//! ray meets the first one first. Let n(m) <= N(m) and F(m) <= f(m), with N and F what the slab test makes of the plane
-//! as a near and as a far side, and n and f what is computed here.
+//! every cell that its padded bounds reach into. Follow a walk down to the cell that has s in its interval, at a plane m
+//! between two cells of which the ray meets the first one first. Let n(m) <= N(m) and F(m) <= f(m), with N and F what the slab
+//! test makes of the plane as a near and as a far side, and n and f what is computed here.
 //!
 //! - The primitive is in the second cell alone: its near side lies at m or beyond, and N is monotone, so
 //!   n(m) <= N(m) <= s. The second cell is visited, from n(m) on.

@@ -38,7 +38,8 @@ impl Grid {
     }
 }
 
-/// The surface of what has a field below 0. The grid has to be larger than that. Seen from outside, triangles are counter-clockwise.
+/// The surface of what has a field below 0. The grid has to be larger than that. Seen from outside, triangles are
+/// counter-clockwise.
 pub(super) fn surface(name: &str, grid: &Grid, field: impl Fn(Vec3) -> f32, material: u32) -> Mesh {
     let count = grid.corners(0) * grid.corners(1) * grid.corners(2);
     let values: Vec<f32> = (0..count).map(|number| field(grid.point(number))).collect();

@@ -43,7 +43,8 @@ impl FeaturePass {
     }
 
     /// Features of some rows of the picture, at a moment or as the scene was prepared. All but the work is the same bits
-    /// whatever the threads, tiles, SIMD level and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not reached show nothing.
+    /// whatever the threads, tiles, SIMD level and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not
+    /// reached show nothing.
     ///
     /// # Errors
     ///

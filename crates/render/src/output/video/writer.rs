@@ -27,7 +27,8 @@ use std::thread::JoinHandle;
 /// let rate = FrameRate::new(24, 1)?;
 /// let video = VideoWriter::open(&path, (64, 36), rate, 48, &VideoOptions::default())?;
 /// for number in video.missing_frames() {
-///     video.write_frame(number, &Developed { width: 64, height: 36, rgb: vec![5 * number as u8; 64 * 36 * 3], alpha: Vec::new() })?;
+///     let rgb = vec![5 * number as u8; 64 * 36 * 3];
+///     video.write_frame(number, &Developed { width: 64, height: 36, rgb, alpha: Vec::new() })?;
 /// }
 /// video.finish()?;
 /// # assert!(path.metadata()?.len() > 0);

@@ -1,0 +1,62 @@
+//! Crates know only what stands below them.
+
+use anyhow::{Context, Result};
+use std::fs;
+use std::path::Path;
+
+/// From the bottom to the top. A crate uses crates before it and no others.
+const ORDER: [&str; 8] = ["core", "accel", "scene", "render", "cuda", "eosphor", "cluster", "cli"];
+
+/// Those that stand apart: what they may use of the above.
+const APART: [(&str, &str, &[&str]); 2] = [("cluster", "crates/cluster", &[]), ("gpu", "gpu", &["core"])];
+
+pub(super) fn check(root: &Path) -> Result<Vec<String>> {
+    let mut found = Vec::new();
+    let mut look = |name: &str, folder: &str, allowed: &[&str]| -> Result<()> {
+        let path = format!("{folder}/Cargo.toml");
+        let manifest = fs::read_to_string(root.join(&path)).with_context(|| format!("cannot read {path}"))?;
+        for used in own_dependencies(&manifest) {
+            if !allowed.contains(&used) {
+                found.push(format!("{path}: {name} may not use {used}, which does not stand below it"));
+            }
+        }
+        Ok(())
+    };
+    for (number, name) in ORDER.iter().enumerate() {
+        look(name, &format!("crates/{name}"), &ORDER[..number])?;
+    }
+    for (name, folder, allowed) in APART {
+        look(name, folder, allowed)?;
+    }
+    Ok(found)
+}
+
+/// The project's crates among the dependencies of a manifest, those of tests and examples left out.
+fn own_dependencies(manifest: &str) -> Vec<&str> {
+    let mut is_dependencies = false;
+    let mut names = Vec::new();
+    for line in manifest.lines() {
+        if line.starts_with('[') {
+            let table = line.trim_matches(['[', ']']);
+            is_dependencies = table == "dependencies" || table.ends_with(".dependencies");
+        } else if is_dependencies {
+            let name = line.split(['.', ' ', '=']).next().unwrap_or_default();
+            match name.strip_prefix("eosphor-") {
+                Some(rest) => names.push(rest),
+                None if name == "eosphor" => names.push(name),
+                None => {}
+            }
+        }
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn dependencies_of_tests_do_not_count() {
+        let manifest = "[dependencies]\neosphor-core.workspace = true\nlibc = \"1\"\n[dev-dependencies]\neosphor-render = { path = \"..\" }\n\
+                        [target.'cfg(unix)'.dependencies]\neosphor = { workspace = true }\n";
+        assert_eq!(super::own_dependencies(manifest), ["core", "eosphor"]);
+    }
+}

@@ -1,0 +1,111 @@
+//! What only some files may do.
+
+use super::Text;
+
+/// A thing that only some files may do.
+struct Rule {
+    what: &'static str,
+    /// Any of these in a line of code.
+    words: &'static [&'static str],
+    /// Beginnings of the paths that the rule is about,
+    among: &'static [&'static str],
+    /// and of those among them that may.
+    allowed: &'static [&'static str],
+}
+
+const RULES: [Rule; 4] = [
+    Rule {
+        what: "instructions of a device",
+        words: &["asm!("],
+        among: &["crates/", "gpu/"],
+        allowed: &[
+            "crates/core/src/hierarchy/pairs.rs",
+            "crates/core/src/hierarchy/warp.rs",
+            "crates/core/src/hierarchy/wide.rs",
+            "gpu/src/",
+        ],
+    },
+    Rule {
+        what: "printing",
+        words: &["println!(", "eprintln!(", "print!(", "eprint!(", "dbg!("],
+        among: &["crates/", "gpu/"],
+        allowed: &["crates/cli/"],
+    },
+    Rule {
+        what: "ending the process",
+        words: &["process::exit(", "process::abort("],
+        among: &["crates/", "gpu/"],
+        allowed: &["crates/cli/"],
+    },
+    Rule {
+        what: "files",
+        words: &["fs::", "File::open", "File::create", "OpenOptions"],
+        among: &["crates/", "gpu/"],
+        allowed: &[
+            "crates/cli/",
+            "crates/cluster/src/launcher.rs",
+            "crates/render/src/frames/",
+            "crates/render/src/output/",
+            "crates/render/src/still/",
+            "crates/scene/src/files/",
+        ],
+    },
+];
+
+/// Columns of a line.
+const WIDTH: usize = 132;
+
+pub(super) fn check(text: &Text, found: &mut Vec<String>) {
+    let begins = |beginnings: &[&str]| beginnings.iter().any(|beginning| text.path.starts_with(beginning));
+    // Tests and examples of a crate may do all of it; what they are made for is a file of its own or the end of one.
+    let is_apart = ["/tests/", "/examples/", "/benches/", "tests.rs", "build.rs"]
+        .iter()
+        .any(|name| text.path.contains(name));
+    let mut in_tests = is_apart;
+    for (number, line) in text.content.lines().enumerate() {
+        let place = || format!("{}:{}", text.path, number + 1);
+        // Rows of a table cannot be broken.
+        let is_row = line.trim_start().trim_start_matches(['/', '!', ' ']).starts_with('|');
+        if line.chars().count() > WIDTH && line.trim_start().starts_with("//") && !is_row {
+            found.push(format!("{}: a comment of over {WIDTH} columns", place()));
+        }
+        in_tests |= line.trim_start() == "#[cfg(test)]"
+            && text
+                .content
+                .lines()
+                .nth(number + 1)
+                .is_some_and(|next| next.contains("mod ") && next.ends_with('{'));
+        if in_tests || line.trim_start().starts_with("//") {
+            continue;
+        }
+        for rule in &RULES {
+            let does = rule.words.iter().any(|word| line.contains(word));
+            if does && begins(rule.among) && !begins(rule.allowed) {
+                found.push(format!("{}: {} is not for this file", place(), rule.what));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(path: &str, content: &str) -> Vec<String> {
+        let mut found = Vec::new();
+        check(&Text { path: path.into(), content: content.into() }, &mut found);
+        found
+    }
+
+    #[test]
+    fn libraries_do_not_print_and_tests_do() {
+        let line = "    println!(\"a\");\n";
+        assert_eq!(found("crates/core/src/ray.rs", line).len(), 1);
+        assert!(found("crates/cli/src/text.rs", line).is_empty());
+        assert!(found("crates/core/tests/ray.rs", line).is_empty());
+        assert!(
+            found("crates/core/src/ray.rs", &format!("#[cfg(test)]\nmod tests {{\n{line}}}\n")).is_empty()
+        );
+        assert!(found("crates/core/src/ray.rs", "/// As `println!(\"a\")` does.\n").is_empty());
+    }
+}
