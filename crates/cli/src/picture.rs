@@ -210,10 +210,12 @@ impl<'a> PictureJob<'a> {
             Err(next) => {
                 let mut rows = state.plan.rows(row, next.unwrap_or(height), self.samples.len() as u32);
                 if self.features.is_some() {
-                    // Layers of a strip are one piece of work; those of one row tell what they cost.
+                    // Layers of a strip are one piece of work, of which half the time is planned for: these rows may cost more than
+                    // the last ones. Those of one row tell what they cost.
                     let row_seconds = state.layer_seconds * f64::from(width) * self.samples.len() as f64;
                     let is_known = state.layer_seconds > 0.0;
-                    let most = if is_known { (self.piece().as_secs_f64() / row_seconds) as u32 } else { 1 };
+                    let most =
+                        if is_known { (0.5 * self.piece().as_secs_f64() / row_seconds) as u32 } else { 1 };
                     rows.end = rows.end.min(rows.start.saturating_add(most.max(1)));
                 }
                 Ok(Strip::new(width, rows))
@@ -238,6 +240,7 @@ impl<'a> PictureJob<'a> {
         let rows = timed(seconds.layers.get_or_insert_default(), || features(strip.rows.clone()))?;
         // (The next rows may cost more than these: strips at most double.)
         state.layer_seconds = (start.elapsed().as_secs_f64() / units).max(0.5 * state.layer_seconds);
+        self.keep_if_due(None, state);
         Ok(Some(rows))
     }
 
