@@ -21,8 +21,9 @@ use std::time::{Duration, Instant};
 /// How long a piece of work should take: a signal waits for its end, and threads wait for each other there.
 const PIECE: Duration = Duration::from_secs(3);
 
-/// What is done of a piece is lost where the program is killed, so that several must fit between two checkpoints.
-const PIECES_A_CHECKPOINT: u32 = 4;
+/// What is done of a piece is lost where the program is killed, so that several must fit between two checkpoints: also where
+/// its samples take some times as long as those before, as at the upper edge of a thing of glass.
+const PIECES_A_CHECKPOINT: u32 = 12;
 
 /// What a picture is rendered for.
 #[derive(Clone, Copy)]
