@@ -13,6 +13,9 @@ use std::process::Command;
 const ENTRIES: [&str; 5] =
     ["render_tile_avx2", "render_tile_avx512", "query_avx2", "query_avx512", "develop_row_avx2"];
 
+/// What a tracer calls where the CPU has no vectors: at hand to all code, and not for the CPUs whose code is looked at.
+const OF_OTHER_CPUS: &str = "with_portable";
+
 /// Library functions that do a fused multiply-add.
 const LIBRARY_FMA: [&str; 6] = ["fmaf", "fma", "fmaf@plt", "fma@plt", "fmaf_with_fma", "fma_with_fma"];
 
@@ -90,7 +93,8 @@ impl CallGraph {
                 return Some(path);
             }
             for callee in self.functions.get(name).into_iter().flatten() {
-                if callee != start && !came_from.contains_key(callee.as_str()) {
+                let is_left_out = callee.contains(OF_OTHER_CPUS);
+                if callee != start && !is_left_out && !came_from.contains_key(callee.as_str()) {
                     came_from.insert(callee, name);
                     pending.push(callee);
                 }
@@ -104,6 +108,7 @@ impl CallGraph {
         let mut pending = vec![start];
         while let Some(name) = pending.pop() {
             let callees = self.functions.get(name).into_iter().flatten().map(String::as_str);
+            let callees = callees.filter(|callee| !callee.contains(OF_OTHER_CPUS));
             pending.extend(callees.filter(|callee| seen.insert(callee)));
         }
         seen
