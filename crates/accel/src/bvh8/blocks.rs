@@ -9,8 +9,26 @@ use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::math::Vec3;
 use std::mem::MaybeUninit;
 
+/// What packing tells of a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Packed {
+    /// The box around its triangles, with slack.
+    pub(super) bounds: Bounds,
+    /// How far a first vertex is from 0, in the sum of its coordinates' sizes, together with the lengths of its two edges: the
+    /// largest of the block.
+    pub(super) farthest: f32,
+}
+
+/// The same of a triangle.
+#[inline(always)]
+pub(super) fn farthest(triangle: &PackedTriangle) -> f32 {
+    let v0 = triangle.v0.abs();
+    // Lengths are below 0 in triangles without area, which are not hit wherever they are.
+    v0.x + v0.y + v0.z + (triangle.length1 + triangle.length2).max(0.0)
+}
+
 /// Writes a block of the first `count` of these triangles, of which there is one at least; the rest of the numbers are
-/// any. Returns the box around them, with slack.
+/// any.
 ///
 /// # Safety
 /// With `AVX2` the CPU must have AVX2 and FMA.
@@ -20,13 +38,13 @@ pub(super) unsafe fn pack<const AVX2: bool>(
     numbers: [u32; 4],
     count: usize,
     vertices: &[[Vec3; 3]],
-) -> Bounds {
+) -> Packed {
     #[cfg(target_arch = "x86_64")]
     if AVX2 {
         // SAFETY: the caller has seen to it.
-        let (bounds, clear) = unsafe { pack_avx2(place, numbers, count, vertices) };
+        let (packed, clear) = unsafe { pack_avx2(place, numbers, count, vertices) };
         if clear {
-            return bounds;
+            return packed;
         }
     }
     one_by_one(place, &numbers[..count], vertices)
@@ -34,12 +52,15 @@ pub(super) unsafe fn pack<const AVX2: bool>(
 
 /// Where vectors are not at hand, or some triangle may have no area or a box without end.
 #[inline(never)]
-fn one_by_one(place: &mut MaybeUninit<TriangleBlock>, numbers: &[u32], vertices: &[[Vec3; 3]]) -> Bounds {
+fn one_by_one(place: &mut MaybeUninit<TriangleBlock>, numbers: &[u32], vertices: &[[Vec3; 3]]) -> Packed {
     let block = place.write(TriangleBlock::EMPTY);
+    let mut farthest = 0.0f32;
     for (lane, &number) in numbers.iter().enumerate() {
-        block.set(lane % 4, &PackedTriangle::new(vertices[number as usize], number));
+        let triangle = PackedTriangle::new(vertices[number as usize], number);
+        block.set(lane % 4, &triangle);
+        farthest = farthest.max(self::farthest(&triangle));
     }
-    finite_box(numbers.iter().map(|n| &vertices[*n as usize]))
+    Packed { bounds: finite_box(numbers.iter().map(|n| &vertices[*n as usize])), farthest }
 }
 
 /// What is known of the sine between two edges without dividing by their lengths: squared, it is above this, with a
@@ -60,7 +81,7 @@ fn pack_avx2(
     numbers: [u32; 4],
     count: usize,
     vertices: &[[Vec3; 3]],
-) -> (Bounds, bool) {
+) -> (Packed, bool) {
     use core::arch::x86_64::*;
     let transposed = |mut rows: [__m128; 4]| {
         let [a, b, c, d] = &mut rows;
@@ -115,6 +136,12 @@ fn pack_avx2(
     let only_used = |v: [__m128; 3]| v.map(|x| to_array(_mm_and_ps(x, used_ps)));
     let or_unused = |x: __m128, unused: f32| to_array(_mm_blendv_ps(_mm_set1_ps(unused), x, used_ps));
     let (length1, length2) = (_mm_sqrt_ps(q1), _mm_sqrt_ps(q2));
+    let lengths = _mm_add_ps(length1, length2);
+    // As `farthest` does it; lanes that are not used repeat the first.
+    let [x, y, z] = v0.map(|x| _mm_andnot_ps(_mm_set1_ps(-0.0), x));
+    let far = _mm_add_ps(_mm_add_ps(_mm_add_ps(x, y), z), lengths);
+    let far = _mm_max_ps(far, _mm_movehl_ps(far, far));
+    let far = _mm_max_ss(far, _mm_shuffle_ps::<1>(far, far));
     let mut primitive = [u32::MAX; 4];
     for k in 0..4 {
         primitive[k] = if k < count { numbers[k] } else { u32::MAX };
@@ -123,13 +150,14 @@ fn pack_avx2(
         v0: only_used(v0),
         v1: only_used(v1),
         v2: only_used(v2),
-        lengths: or_unused(_mm_add_ps(length1, length2), -2.0),
+        lengths: or_unused(lengths, -2.0),
         product: or_unused(_mm_mul_ps(length1, length2), 1.0),
         primitive,
     });
     let (low, high) = (to_array(low), to_array(high));
     let corner = |x: [f32; 4]| Vec3 { x: x[0], y: x[1], z: x[2] };
-    (Bounds { min: corner(low), max: corner(high) }, clear & finite)
+    let bounds = Bounds { min: corner(low), max: corner(high) };
+    (Packed { bounds, farthest: _mm_cvtss_f32(far) }, clear & finite)
 }
 
 /// The four numbers of a register.
@@ -180,14 +208,14 @@ mod tests {
                 let [place, right] = &mut places;
                 let fast = SimdLevel::best() != SimdLevel::Baseline;
                 // SAFETY: the level says what the CPU has.
-                let bounds = unsafe {
+                let packed = unsafe {
                     if fast {
                         pack::<true>(place, numbers, count, &vertices)
                     } else {
                         pack::<false>(place, numbers, count, &vertices)
                     }
                 };
-                let right_bounds = one_by_one(right, &numbers[..count], &vertices);
+                let right_packed = one_by_one(right, &numbers[..count], &vertices);
                 // SAFETY: both are written.
                 let [block, right] = places.map(|p| unsafe { p.assume_init() });
                 let bits = |b: &TriangleBlock| -> Vec<u32> {
@@ -195,7 +223,7 @@ mod tests {
                     vectors.as_flattened().as_flattened().iter().map(|x| x.to_bits()).collect()
                 };
                 assert_eq!((bits(&block), block), (bits(&right), right), "{first} {count}");
-                assert_eq!(bounds, right_bounds, "{first} {count}");
+                assert_eq!(packed, right_packed, "{first} {count}");
             }
         }
     }

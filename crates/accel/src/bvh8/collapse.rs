@@ -27,6 +27,8 @@ pub(super) struct Cut {
     pub(super) leaves: Vec<u32>,
     /// Blocks of triangles that are packed already; then the leaves name them.
     pub(super) blocks: Vec<TriangleBlock>,
+    /// And what is farthest in them.
+    pub(super) farthest: f32,
     /// For each inner node of the tree, by [`slot`], how many leaves are below.
     leaves_below: Vec<u32>,
 }
@@ -41,13 +43,18 @@ impl Cut {
     }
 
     /// Of least cost, where visiting a wide node costs as much as a leaf does.
-    pub(super) fn best(tree: Tree, blocks: Vec<TriangleBlock>) -> Cut {
+    pub(super) fn best(tree: Tree) -> Cut {
         let costs = AllCosts::new(&tree.nodes);
-        Cut::by(tree, blocks, costs)
+        Cut::by(tree, costs)
+    }
+
+    /// Whose leaves name blocks that are packed already, and what is farthest in them.
+    pub(super) fn with_blocks(self, blocks: Vec<TriangleBlock>, farthest: f32) -> Cut {
+        Cut { blocks, farthest, ..self }
     }
 
     /// Goes down from the root and gives each node its share of the eight places. Parents stand before their children.
-    fn by(tree: Tree, blocks: Vec<TriangleBlock>, costs: AllCosts) -> Cut {
+    fn by(tree: Tree, costs: AllCosts) -> Cut {
         let nodes = &tree.nodes;
         // How many places a node has, less one.
         let mut places = filled(0u8, nodes.len());
@@ -85,7 +92,7 @@ impl Cut {
             places[pair..pair + 2].copy_from_slice(&shares);
         }
         let leaves_below = costs.leaves_below;
-        Cut { tree, children, wide, leaves, blocks, leaves_below }
+        Cut { tree, children, wide, leaves, blocks: Vec::new(), farthest: 0.0, leaves_below }
     }
 
     /// How many leaves a node of the tree has.

@@ -9,6 +9,7 @@ use eosphor_core::geometry::Geometry;
 use eosphor_core::hierarchy::BvhNode;
 use eosphor_core::math::{Vec3, clamp};
 use std::mem::MaybeUninit;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 const TOO_MANY_BLOCKS: &str = "more blocks of triangles than can be numbered";
 
@@ -32,17 +33,18 @@ impl Cut {
         self.leaves.iter().filter(is_block).count()
     }
 
-    /// Appends everything to the hierarchy; returns what the root is as a child.
-    pub(super) fn emit(mut self, scene: &SceneGeometry, contents: Contents, out: &mut Bvh8) -> Child {
+    /// Appends everything to the hierarchy; returns what the root is as a child, and what is farthest in its blocks.
+    pub(super) fn emit(mut self, scene: &SceneGeometry, contents: Contents, out: &mut Bvh8) -> (Child, f32) {
         let base = out.nodes.len() as Child;
         if !self.blocks.is_empty() {
             self.append_blocks(&mut out.blocks);
         } else if self.tree.order.is_empty() {
-            return EMPTY;
+            return (EMPTY, 0.0);
         } else {
             self.number_leaves(scene, contents, out);
             if let Contents::Primitives(geometry) = contents {
-                self.emit_blocks(&scene.triangles[geometry.first_triangle as usize..], &mut out.blocks);
+                let vertices = &scene.triangles[geometry.first_triangle as usize..];
+                self.farthest = self.emit_blocks(vertices, &mut out.blocks);
             }
         }
         let level = SimdLevel::best();
@@ -56,7 +58,7 @@ impl Cut {
             });
         }
         let root = self.children[0];
-        if root & LEAF == 0 { root + base } else { root }
+        (if root & LEAF == 0 { root + base } else { root }, self.farthest)
     }
 
     /// Blocks that are packed already go where they belong.
@@ -100,27 +102,40 @@ impl Cut {
         assert!(first_block + blocks <= PLACE, "{TOO_MANY_BLOCKS}");
     }
 
-    fn emit_blocks(&self, vertices: &[[Vec3; 3]], blocks: &mut Vec<TriangleBlock>) {
+    fn emit_blocks(&self, vertices: &[[Vec3; 3]], blocks: &mut Vec<TriangleBlock>) -> f32 {
         let level = SimdLevel::best();
+        // Numbers that are not below 0 are in the order of their bits.
+        let farthest = AtomicU32::new(0);
         // SAFETY: `fill` goes through all places.
         unsafe {
-            fill_in_parallel(blocks, self.leaves.len(), |first, room| match level {
-                // SAFETY: the CPU has these features.
-                #[cfg(target_arch = "x86_64")]
-                SimdLevel::Avx2 | SimdLevel::Avx512 => self.fill_avx2(first, room, vertices),
-                _ => self.fill::<false>(first, room, vertices),
+            fill_in_parallel(blocks, self.leaves.len(), |first, room| {
+                let part = match level {
+                    // SAFETY: the CPU has these features.
+                    #[cfg(target_arch = "x86_64")]
+                    SimdLevel::Avx2 | SimdLevel::Avx512 => self.fill_avx2(first, room, vertices),
+                    _ => self.fill::<false>(first, room, vertices),
+                };
+                farthest.fetch_max(part.to_bits(), Ordering::Relaxed);
             });
         }
+        f32::from_bits(farthest.into_inner())
     }
 
     /// [`Cut::fill`], with fused multiply-adds as instructions.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn fill_avx2(&self, first: usize, room: &mut [MaybeUninit<TriangleBlock>], vertices: &[[Vec3; 3]]) {
+    fn fill_avx2(
+        &self,
+        first: usize,
+        room: &mut [MaybeUninit<TriangleBlock>],
+        vertices: &[[Vec3; 3]],
+    ) -> f32 {
         // SAFETY: the CPU has these features, or this could not be called.
-        unsafe { self.fill::<true>(first, room, vertices) };
+        unsafe { self.fill::<true>(first, room, vertices) }
     }
 
+    /// Returns what is farthest in these blocks.
+    ///
     /// # Safety
     /// With `AVX2` the CPU must have AVX2 and FMA.
     #[inline(always)]
@@ -129,7 +144,8 @@ impl Cut {
         first: usize,
         room: &mut [MaybeUninit<TriangleBlock>],
         vertices: &[[Vec3; 3]],
-    ) {
+    ) -> f32 {
+        let mut farthest = 0.0f32;
         for (place, &at) in room.iter_mut().zip(&self.leaves[first..]) {
             let node = &self.tree.nodes[at as usize];
             let order = &self.tree.order[node.first as usize..][..node.count as usize];
@@ -137,8 +153,11 @@ impl Cut {
                 prefetch(vertices, next as usize);
             }
             // SAFETY: handed on.
-            unsafe { pack::<AVX2>(place, lanes(order.len(), |k| order[k]), order.len(), vertices) };
+            let packed =
+                unsafe { pack::<AVX2>(place, lanes(order.len(), |k| order[k]), order.len(), vertices) };
+            farthest = farthest.max(packed.farthest);
         }
+        farthest
     }
 
     /// [`Cut::fill_nodes`], eight children at a time.

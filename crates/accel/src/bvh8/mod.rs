@@ -33,6 +33,9 @@ pub struct Bvh8 {
     pub sphere_primitives: Vec<u32>,
     /// For each geometry, its root: a node, a leaf or [`EMPTY`].
     pub roots: Vec<Child>,
+    /// For each geometry, how far a first vertex is from 0 (the sum of its coordinates' sizes), together with the lengths of
+    /// its two edges: the largest of all triangles.
+    farthest: Vec<f32>,
     /// Root of the tree over the instances but the world.
     pub instance_root: Child,
     /// Ranges of primitives in the scene.
@@ -54,7 +57,7 @@ impl Bvh8 {
     pub fn build(scene: &SceneGeometry, options: &BuildOptions) -> Bvh8 {
         let start = Instant::now();
         let cuts: Vec<Cut> = scene.geometries.iter().map(|g| Bvh8::cut_geometry(scene, g, options)).collect();
-        let instances = Cut::best(instance_tree(scene, options, Purpose::Eight), Vec::new());
+        let instances = Cut::best(instance_tree(scene, options, Purpose::Eight));
         let nodes = cuts.iter().map(|c| c.wide.len()).sum::<usize>() + instances.wide.len();
         assert!(nodes < LEAF as usize, "more nodes than can be numbered");
         // The blocks of a single geometry stay where they were packed.
@@ -71,6 +74,7 @@ impl Bvh8 {
             spheres: Vec::with_capacity(scene.spheres.len()),
             sphere_primitives: Vec::with_capacity(scene.spheres.len()),
             roots: Vec::with_capacity(cuts.len()),
+            farthest: Vec::with_capacity(scene.geometries.len()),
             instance_root: EMPTY,
             geometries: scene.geometries.to_vec(),
             instances: scene.instances.to_vec(),
@@ -80,10 +84,11 @@ impl Bvh8 {
             build_seconds: 0.0,
         };
         for (cut, geometry) in cuts.into_iter().zip(scene.geometries) {
-            let root = cut.emit(scene, Contents::Primitives(geometry), &mut bvh8);
+            let (root, farthest) = cut.emit(scene, Contents::Primitives(geometry), &mut bvh8);
             bvh8.roots.push(root);
+            bvh8.farthest.push(farthest);
         }
-        bvh8.instance_root = instances.emit(scene, Contents::Instances, &mut bvh8);
+        (bvh8.instance_root, _) = instances.emit(scene, Contents::Instances, &mut bvh8);
         bvh8.build_seconds = start.elapsed().as_secs_f64();
         bvh8
     }
@@ -93,10 +98,10 @@ impl Bvh8 {
         let triangles = &triangles[..geometry.triangle_count as usize];
         let only_triangles = geometry.sphere_count == 0 && !triangles.is_empty();
         if options.builder == Builder::Morton && only_triangles && !options.cut_large_triangles {
-            let (tree, blocks) = morton::build(triangles);
-            return Cut::best(tree, blocks);
+            let (tree, blocks, farthest) = morton::build(triangles);
+            return Cut::best(tree).with_blocks(blocks, farthest);
         }
-        Cut::best(geometry_tree(scene, geometry, options, Purpose::Eight), Vec::new())
+        Cut::best(geometry_tree(scene, geometry, options, Purpose::Eight))
     }
 }
 

@@ -10,8 +10,10 @@ use eosphor_core::math::Vec3;
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
 
-/// A tree over at least one triangle, whose leaves name blocks, and the blocks.
-pub(super) fn build(triangles: &[[Vec3; 3]]) -> (Tree, Vec<TriangleBlock>) {
+/// A tree over at least one triangle, whose leaves name blocks, the blocks, and what [`Packed::farthest`] says of all.
+///
+/// [`Packed::farthest`]: super::blocks::Packed::farthest
+pub(super) fn build(triangles: &[[Vec3; 3]]) -> (Tree, Vec<TriangleBlock>, f32) {
     let Shape { keys, mut piece } = Shape::new(triangles);
     let parts = piece.wholes();
     let count = parts.iter().map(|tree| tree.leaf_count()).sum();
@@ -25,18 +27,19 @@ pub(super) fn build(triangles: &[[Vec3; 3]]) -> (Tree, Vec<TriangleBlock>) {
     }
     let leaves = Leaves { keys: &keys, triangles };
     let level = SimdLevel::best();
-    work.into_par_iter().for_each(|(tree, room)| match level {
+    let farthest = work.into_par_iter().map(|(tree, room)| match level {
         // SAFETY: the CPU has these features.
         #[cfg(target_arch = "x86_64")]
         SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { leaves.fill_avx2(tree, room) },
         // SAFETY: no features are needed.
         _ => unsafe { leaves.fill::<false>(tree, room) },
     });
+    let farthest = farthest.reduce(|| 0.0, f32::max);
     // SAFETY: each part has written one block a leaf.
     unsafe { blocks.set_len(count) };
     drop(keys);
     piece.find_bounds();
-    (piece.join(), blocks)
+    (piece.join(), blocks, farthest)
 }
 
 struct Leaves<'a> {
@@ -48,17 +51,18 @@ impl Leaves<'_> {
     /// [`Leaves::fill`], with fused multiply-adds as instructions.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn fill_avx2(&self, tree: &mut Tree, room: &mut [MaybeUninit<TriangleBlock>]) {
+    fn fill_avx2(&self, tree: &mut Tree, room: &mut [MaybeUninit<TriangleBlock>]) -> f32 {
         // SAFETY: the CPU has these features, or this could not be called.
-        unsafe { self.fill::<true>(tree, room) };
+        unsafe { self.fill::<true>(tree, room) }
     }
 
-    /// Writes the blocks of a part's leaves, and the boxes of all of its nodes.
+    /// Writes the blocks of a part's leaves, and the boxes of all of its nodes; what is farthest in them.
     ///
     /// # Safety
     /// With `AVX2` the CPU must have AVX2 and FMA.
     #[inline(always)]
-    unsafe fn fill<const AVX2: bool>(&self, tree: &mut Tree, room: &mut [MaybeUninit<TriangleBlock>]) {
+    unsafe fn fill<const AVX2: bool>(&self, tree: &mut Tree, room: &mut [MaybeUninit<TriangleBlock>]) -> f32 {
+        let mut farthest = 0.0f32;
         let mut places = room.iter_mut().enumerate();
         for node in tree.nodes.iter_mut().filter(|n| !n.is_inner()) {
             let (first, count) = (node.first as usize, node.count as usize);
@@ -72,8 +76,9 @@ impl Leaves<'_> {
             let numbers = lanes(count, |k| keys[k] as u32);
             let (number, place) = places.next().expect("a block for each leaf");
             // SAFETY: handed on.
-            Bounds { min: node.min, max: node.max } =
-                unsafe { pack::<AVX2>(place, numbers, count, self.triangles) };
+            let packed = unsafe { pack::<AVX2>(place, numbers, count, self.triangles) };
+            Bounds { min: node.min, max: node.max } = packed.bounds;
+            farthest = farthest.max(packed.farthest);
             node.first = number as u32;
         }
         // Children stand behind their parents.
@@ -84,5 +89,6 @@ impl Leaves<'_> {
                 (tree.nodes[at].min, tree.nodes[at].max) = (a.min.min(b.min), a.max.max(b.max));
             }
         }
+        farthest
     }
 }

@@ -20,19 +20,28 @@ impl Bvh8 {
         self.instances.copy_from_slice(scene.instances);
         self.instance_bounds = instance_bounds(scene.instances);
         for (number, geometry) in scene.geometries.iter().enumerate() {
-            self.bounds[number] = self.refit_tree(self.roots[number], Some(geometry), scene);
+            let mut farthest = 0.0;
+            self.bounds[number] = self.refit_tree(self.roots[number], Some(geometry), scene, &mut farthest);
+            self.farthest[number] = farthest;
         }
-        self.refit_tree(self.instance_root, None, scene);
+        self.refit_tree(self.instance_root, None, scene, &mut 0.0);
         Ok(())
     }
 
     /// Parents are numbered before their children, so nodes are done in the opposite order. Returns the box around all.
-    fn refit_tree(&mut self, root: Child, geometry: Option<&Geometry>, scene: &SceneGeometry) -> Bounds {
+    /// `farthest` grows by what is farthest in its blocks.
+    fn refit_tree(
+        &mut self,
+        root: Child,
+        geometry: Option<&Geometry>,
+        scene: &SceneGeometry,
+        farthest: &mut f32,
+    ) -> Bounds {
         if root == EMPTY {
             return Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
         }
         if root & LEAF != 0 {
-            return self.refit_leaf(root, geometry, scene);
+            return self.refit_leaf(root, geometry, scene, farthest);
         }
         let (mut nodes, mut next) = (vec![root], 0);
         while next < nodes.len() {
@@ -49,7 +58,7 @@ impl Bvh8 {
                 let b = if child & LEAF == 0 {
                     self.node_bounds(child)
                 } else {
-                    self.refit_leaf(child, geometry, scene)
+                    self.refit_leaf(child, geometry, scene, farthest)
                 };
                 let planes = &mut self.nodes[at as usize].planes;
                 for axis in 0..3 {
@@ -75,7 +84,13 @@ impl Bvh8 {
         )
     }
 
-    fn refit_leaf(&mut self, leaf: Child, geometry: Option<&Geometry>, scene: &SceneGeometry) -> Bounds {
+    fn refit_leaf(
+        &mut self,
+        leaf: Child,
+        geometry: Option<&Geometry>,
+        scene: &SceneGeometry,
+        farthest: &mut f32,
+    ) -> Bounds {
         let place = (leaf & PLACE) as usize;
         if leaf & INSTANCE != 0 {
             return scene.instances[place].world_bounds;
@@ -93,6 +108,7 @@ impl Bvh8 {
         union(numbers.into_iter().enumerate().filter(|(_, n)| *n != u32::MAX).map(|(lane, number)| {
             let triangle = PackedTriangle::new(vertices[number as usize], number);
             block.set(lane, &triangle);
+            *farthest = farthest.max(super::blocks::farthest(&triangle));
             triangle.bounds()
         }))
     }

@@ -17,9 +17,11 @@ pub(crate) struct Bvh8View<'a> {
     /// For each geometry, its root.
     pub(super) roots: &'a [Child],
     pub(super) geometries: &'a [Geometry],
-    /// Of the first, which is the world's own: its root, and its largest absolute coordinate.
+    /// For each geometry, as in [`Bvh8`].
+    pub(super) farthest: &'a [f32],
+    /// Of the first, which is the world's own: its root and size.
     pub(super) world_root: Child,
-    pub(super) world_extent: f32,
+    pub(super) world: GeometrySize,
     /// Nodes of the tree over the instances, perhaps among others.
     pub(super) instance_nodes: &'a [Node8],
     pub(super) instance_root: Child,
@@ -32,6 +34,15 @@ pub(crate) struct Bvh8View<'a> {
     pub(super) near: f32,
 }
 
+/// How large a geometry is, as bounds for single rays need it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GeometrySize {
+    /// Its largest absolute coordinate.
+    pub(super) extent: f32,
+    /// How far a first vertex is from 0, with the lengths of its edges: as in [`Bvh8`].
+    pub(super) farthest: f32,
+}
+
 impl Bvh8 {
     pub(super) fn view(&self) -> Bvh8View<'_> {
         let extent = self.bounds.first().map_or(0.0, Bounds::extent);
@@ -42,8 +53,12 @@ impl Bvh8 {
             sphere_primitives: &self.sphere_primitives,
             roots: &self.roots,
             geometries: &self.geometries,
+            farthest: &self.farthest,
             world_root: self.roots.first().copied().unwrap_or(EMPTY),
-            world_extent: self.geometries.first().map_or(0.0, |geometry| geometry.extent),
+            world: GeometrySize {
+                extent: self.geometries.first().map_or(0.0, |geometry| geometry.extent),
+                farthest: self.farthest.first().copied().unwrap_or(0.0),
+            },
             instance_nodes: &self.nodes,
             instance_root: self.instance_root,
             instances: &self.instances,
@@ -55,8 +70,14 @@ impl Bvh8 {
 }
 
 impl Bvh8View<'_> {
+    /// How large a geometry is.
+    #[inline(always)]
+    pub(super) fn size_of(&self, geometry: usize) -> GeometrySize {
+        GeometrySize { extent: self.geometries[geometry].extent, farthest: self.farthest[geometry] }
+    }
+
     /// The largest absolute coordinate of all.
     pub(super) fn extent(&self) -> f32 {
-        self.instance_bounds.extent().max(self.world_extent)
+        self.instance_bounds.extent().max(self.world.extent)
     }
 }

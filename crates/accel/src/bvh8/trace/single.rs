@@ -43,7 +43,7 @@ pub(super) unsafe fn trace<S: Simd, W: Work + Copy, const QUERY: Query>(
 ) {
     let root = bvh.world_root;
     if SingleRay::is_usual(ray, bvh.near) {
-        let local = SingleRay::of_world::<S>(ray, bvh.world_extent);
+        let local = SingleRay::of_world::<S>(ray, bvh.world);
         let search =
             Search::<W, QUERY> { bvh, root, ray: &local, instance: 0, filter, work, found: &mut *found };
         // SAFETY: the root is the scene's.
@@ -77,7 +77,7 @@ impl<W: Work + Copy, const QUERY: Query> Kernel for Unusual<'_, W, QUERY> {
     #[inline(always)]
     unsafe fn run<S: Simd>(self) {
         let Unusual { bvh, ray, filter, work, found } = self;
-        if let Some(local) = SingleRay::of_any::<S>(ray, bvh.world_extent, &bvh.bounds[0]) {
+        if let Some(local) = SingleRay::of_any::<S>(ray, bvh.world, &bvh.bounds[0]) {
             local.enter(found);
             // SAFETY: the caller's; the root is the scene's.
             unsafe { search::<S, W, QUERY>(bvh, bvh.world_root, &local, 0, filter, work, found) };
@@ -159,8 +159,8 @@ impl<S: Simd, W: Work + Copy> VisitLeaf<S> for InstanceLeaves<'_, W> {
         }
         let map = &instance.object_from_world;
         let geometry = instance.geometry as usize;
-        let extent = bvh.geometries[geometry].extent;
-        let Some(local) = SingleRay::of_object::<S>(ray, map, extent, &bvh.bounds[geometry]) else {
+        let size = bvh.size_of(geometry);
+        let Some(local) = SingleRay::of_object::<S>(ray, map, size, &bvh.bounds[geometry]) else {
             return false;
         };
         local.enter(found);

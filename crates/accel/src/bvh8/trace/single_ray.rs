@@ -1,6 +1,7 @@
 //! A ray as the search for one ray at a time reads it.
 
 use super::walk::Found;
+use crate::bvh8::view::GeometrySize;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{Entry, LOST, is_far, moved_at};
@@ -11,8 +12,8 @@ use eosphor_core::intersect::{
 use eosphor_core::math::Affine;
 use eosphor_core::ray::Ray;
 
-/// From 0 to a first vertex, with the lengths of two edges, in extents of the geometry: 3 and 4√3, and room for rounding.
-const FARTHEST_VERTEX: f32 = 10.0;
+/// Room for the rounding of sums that bound others.
+const ROUNDING: f32 = 1.0001;
 
 /// How far a first vertex and a hit of the same triangle may be from the origin together, over the most that any point of the
 /// geometry may be: 1 for the vertex, and 1.32 for the hit as single precision sees it, whose `t` is wrong by at most 0.135 of
@@ -68,18 +69,18 @@ impl<'a> SingleRay<'a> {
 
     /// In the world.
     #[inline(always)]
-    pub(super) fn of_world<S: Simd>(ray: &Ray, extent: f32) -> SingleRay<'a> {
+    pub(super) fn of_world<S: Simd>(ray: &Ray, size: GeometrySize) -> SingleRay<'a> {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let (length, scale) = (d.x + d.y + d.z, o.x + o.y + o.z);
         // (With `t_max` beside the direction, dividing by it would often give a denormal number, which is slow.)
         let origin = [ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min];
         let direction = [ray.direction.x, ray.direction.y, ray.direction.z, length];
-        let slab_extent = extent + o.max_component();
-        SingleRay::usual::<S>(ray, origin, direction, slab_extent, scale, extent)
+        let slab_extent = size.extent + o.max_component();
+        SingleRay::usual::<S>(ray, origin, direction, slab_extent, scale, size)
     }
 
     /// A ray whose direction is of usual length, with `t_min` and the length beside the vectors. Boxes and the origin are within
-    /// the first extent, primitives within the second. The scale includes the reach.
+    /// the extent, primitives of the size. The scale includes the reach.
     #[inline(always)]
     fn usual<S: Simd>(
         world: &Ray,
@@ -87,7 +88,7 @@ impl<'a> SingleRay<'a> {
         direction: [f32; 4],
         slab_extent: f32,
         scale: f32,
-        extent: f32,
+        size: GeometrySize,
     ) -> SingleRay<'a> {
         let (lanes, d) = (S::F4::from_array(&origin), S::F4::from_array(&direction));
         let smallest = S::F4::splat(SMALLEST_DIRECTION);
@@ -97,8 +98,8 @@ impl<'a> SingleRay<'a> {
         let slack = inverse.abs().mul(lanes.abs().mul(S::F4::splat(ORIGIN_SLACK)).add(everywhere));
         let offset = lanes.mul(inverse).negate();
         let edge_slack = EDGE_SLACK * direction[3];
-        let most_distance = FARTHEST_VERTEX * extent + scale;
-        let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * extent + scale);
+        let most_distance = (size.farthest + scale) * ROUNDING;
+        let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * size.extent + scale);
         SingleRay {
             origin,
             direction,
@@ -122,21 +123,22 @@ impl<'a> SingleRay<'a> {
 
     /// Any ray in the world, whose tree has this box. `None` where the ray passes that by, as far as that is known.
     #[inline(always)]
-    pub(super) fn of_any<S: Simd>(ray: &Ray, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
+    pub(super) fn of_any<S: Simd>(ray: &Ray, size: GeometrySize, bounds: &Bounds) -> Option<SingleRay<'a>> {
         if is_far(ray.origin, bounds.extent()) {
-            return SingleRay::far::<S>(ray, To::World, extent, bounds);
+            return SingleRay::far::<S>(ray, To::World, size, bounds);
         }
-        Some(SingleRay::from_local::<S>(&LocalRay::new(ray, extent), ray, None, extent, None))
+        Some(SingleRay::from_local::<S>(&LocalRay::new(ray, size.extent), ray, None, size, None))
     }
 
     /// Any ray in the world, for the tree over the instances, which has this box.
     #[inline(always)]
     pub(super) fn to_instances<S: Simd>(ray: &Ray, bounds: &Bounds) -> Option<SingleRay<'a>> {
-        let extent = bounds.extent();
-        if is_far(ray.origin, extent) {
-            return SingleRay::far::<S>(ray, To::Instances, extent, bounds);
+        // There are no triangles in it.
+        let size = GeometrySize { extent: bounds.extent(), farthest: 0.0 };
+        if is_far(ray.origin, size.extent) {
+            return SingleRay::far::<S>(ray, To::Instances, size, bounds);
         }
-        Some(SingleRay::from_local::<S>(&LocalRay::new(ray, extent), ray, None, extent, None))
+        Some(SingleRay::from_local::<S>(&LocalRay::new(ray, size.extent), ray, None, size, None))
     }
 
     /// In an object's space.
@@ -144,28 +146,33 @@ impl<'a> SingleRay<'a> {
     pub(super) fn of_object<S: Simd>(
         ray: &Ray,
         map: &'a Affine,
-        extent: f32,
+        size: GeometrySize,
         bounds: &Bounds,
     ) -> Option<SingleRay<'a>> {
-        let local = LocalRay::mapped(ray, map, extent);
+        let local = LocalRay::mapped(ray, map, size.extent);
         if is_far(local.origin, bounds.extent()) {
             // Numbers that are out of range here alone: such a ray hits nothing, from wherever it is looked at.
             if local.t_min.is_nan() {
                 return None;
             }
-            return SingleRay::far::<S>(ray, To::Object(map), extent, bounds);
+            return SingleRay::far::<S>(ray, To::Object(map), size, bounds);
         }
-        Some(SingleRay::from_local::<S>(&local, ray, Some(map), extent, None))
+        Some(SingleRay::from_local::<S>(&local, ray, Some(map), size, None))
     }
 
     #[inline(always)]
-    fn far<S: Simd>(ray: &Ray, to: To<'a>, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
+    fn far<S: Simd>(ray: &Ray, to: To<'a>, size: GeometrySize, bounds: &Bounds) -> Option<SingleRay<'a>> {
         // SAFETY: the caller's.
-        unsafe { S::run(Far { ray, to, extent, bounds }) }
+        unsafe { S::run(Far { ray, to, size, bounds }) }
     }
 
     #[inline(always)]
-    fn from_box<S: Simd>(ray: &Ray, to: To<'a>, extent: f32, bounds: &Bounds) -> Option<SingleRay<'a>> {
+    fn from_box<S: Simd>(
+        ray: &Ray,
+        to: To<'a>,
+        size: GeometrySize,
+        bounds: &Bounds,
+    ) -> Option<SingleRay<'a>> {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let length = d.x + d.y + d.z;
         // Such a ray hits nothing, from wherever it is looked at. NaN is neither.
@@ -180,17 +187,17 @@ impl<'a> SingleRay<'a> {
         let entry = Entry::new(ray, map, bounds, moved_at)?;
         let (from, slab_extent) = (entry.from, bounds.extent() + moved_at);
         if entry.length.is_infinite() {
-            return Some(SingleRay::from_local::<S>(&entry.ray(slab_extent), ray, map, extent, Some(from)));
+            return Some(SingleRay::from_local::<S>(&entry.ray(slab_extent), ray, map, size, Some(from)));
         }
-        let (o, d, size) = (entry.origin, entry.direction, entry.origin.abs());
-        let reach = size.x + size.y + size.z;
+        let (o, d, at) = (entry.origin, entry.direction, entry.origin.abs());
+        let reach = at.x + at.y + at.z;
         let usual = SingleRay::usual::<S>(
             ray,
             [o.x, o.y, o.z, entry.t_min],
             [d.x, d.y, d.z, entry.length],
-            slab_extent + size.max_component(),
+            slab_extent + at.max_component(),
             reach + reach,
-            extent,
+            size,
         );
         let lost = (from.abs() * LOST) as f32;
         Some(SingleRay { reach, scale: 0.0, map, from: Some(from), t_max: entry.t_max, lost, ..usual })
@@ -201,16 +208,16 @@ impl<'a> SingleRay<'a> {
         local: &LocalRay,
         world: &Ray,
         map: Option<&'a Affine>,
-        extent: f32,
+        size: GeometrySize,
         from: Option<f64>,
     ) -> SingleRay<'a> {
         let (o, d, slab) = (local.origin, local.direction, &local.slab);
         let four = |v: eosphor_core::math::Vec3, w: f32| [v.x, v.y, v.z, w];
         let i = slab.inverse;
-        let (edge_slack, size) = (EDGE_SLACK * local.length, o.abs());
-        let scale = size.x + size.y + size.z + local.reach;
-        let most_distance = FARTHEST_VERTEX * extent + scale;
-        let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * extent + scale);
+        let (edge_slack, at) = (EDGE_SLACK * local.length, o.abs());
+        let scale = at.x + at.y + at.z + local.reach;
+        let most_distance = (size.farthest + scale) * ROUNDING;
+        let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * size.extent + scale);
         let octant = (i.x < 0.0) as u32 | ((i.y < 0.0) as u32) << 1 | ((i.z < 0.0) as u32) << 2;
         SingleRay {
             origin: four(o, local.t_min),
@@ -252,7 +259,7 @@ enum To<'a> {
 struct Far<'a, 'b> {
     ray: &'b Ray,
     to: To<'a>,
-    extent: f32,
+    size: GeometrySize,
     bounds: &'b Bounds,
 }
 
@@ -261,7 +268,7 @@ impl<'a> Kernel for Far<'a, '_> {
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> Option<SingleRay<'a>> {
-        SingleRay::from_box::<S>(self.ray, self.to, self.extent, self.bounds)
+        SingleRay::from_box::<S>(self.ray, self.to, self.size, self.bounds)
     }
 }
 

@@ -49,11 +49,11 @@ impl<'a> SingleRays<'a> {
             missing &= missing - 1;
             let ray = world_ray(leg, lane);
             if leg.instance == 0 && SingleRay::is_usual(&ray, query.bvh.near) {
-                self.rays[lane].write(SingleRay::of_world::<S>(&ray, leg.extent));
+                self.rays[lane].write(SingleRay::of_world::<S>(&ray, query.bvh.world));
                 continue;
             }
-            let (bvh, instance, extent) = (query.bvh, leg.instance, leg.extent);
-            let unusual = Unusual { bvh, ray, instance, extent, to: &mut self.rays[lane] };
+            let (bvh, instance) = (query.bvh, leg.instance);
+            let unusual = Unusual { bvh, ray, instance, to: &mut self.rays[lane] };
             // SAFETY: the caller's.
             self.gone |= u32::from(!unsafe { S::run(unusual) }) << lane;
         }
@@ -75,7 +75,6 @@ struct Unusual<'a, 'b> {
     bvh: &'a Bvh8View<'a>,
     ray: Ray,
     instance: u32,
-    extent: f32,
     to: &'b mut MaybeUninit<SingleRay<'a>>,
 }
 
@@ -84,13 +83,14 @@ impl Kernel for Unusual<'_, '_> {
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) -> bool {
-        let Unusual { bvh, ray, instance: number, extent, to } = self;
+        let Unusual { bvh, ray, instance: number, to } = self;
         let instance = &bvh.instances[number as usize];
-        let bounds = &bvh.bounds[instance.geometry as usize];
+        let geometry = instance.geometry as usize;
+        let (size, bounds) = (bvh.size_of(geometry), &bvh.bounds[geometry]);
         let made = if number == 0 {
-            SingleRay::of_any::<S>(&ray, extent, bounds)
+            SingleRay::of_any::<S>(&ray, size, bounds)
         } else {
-            SingleRay::of_object::<S>(&ray, &instance.object_from_world, extent, bounds)
+            SingleRay::of_object::<S>(&ray, &instance.object_from_world, size, bounds)
         };
         made.map(|made| to.write(made)).is_some()
     }

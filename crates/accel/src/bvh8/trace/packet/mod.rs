@@ -186,7 +186,7 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query, const N: usize>(
     debug_assert!(QUERY != NEXT);
     let bvh = queries[0].bvh;
     let zero = S::F16::splat(0.0);
-    let extent = bvh.world_extent;
+    let extent = bvh.world.extent;
     let mut locals = MaybeUninit::<[LocalV<S::F16>; N]>::uninit();
     let first = locals.as_mut_ptr().cast::<LocalV<S::F16>>();
     let mut k = 0;
