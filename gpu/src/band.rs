@@ -1,8 +1,8 @@
 //! A band of rows: a warp takes some pixels that lie together, and each of its threads some samples of one.
 
 use crate::totals::RayTotals;
-use crate::watch::Watching;
 use crate::warp::{self, WARP};
+use crate::watch::Watching;
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::hierarchy::Tracer;
 use eosphor_core::math::Vec3;

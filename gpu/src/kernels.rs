@@ -7,9 +7,9 @@ use crate::watch::{Counting, Unwatched, Watching};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::hierarchy::{
-    BvhNode, BvhPair, BvhTracer, BvhView, Company, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot,
-    KdTreeTracer, KdTreeView, Link, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
-    PairTracer, PairView, PrimitivesView, Root, WideNode, WideTracer, WideView,
+    BvhNode, BvhPair, BvhTracer, BvhView, Company, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode,
+    KdRoot, KdTreeTracer, KdTreeView, Link, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer,
+    OctreeView, PairTracer, PairView, PrimitivesView, Root, WideNode, WideTracer, WideView,
 };
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::light::Light;
@@ -77,7 +77,7 @@ macro_rules! render_kernel {
                     triangles: indexed(triangles),
                     spheres: indexed(spheres),
                     geometries: indexed(geometries),
-                    instances: array(instances, instance_count),
+                    instances: indexed(instances),
                     triangle_shading: indexed(triangle_shading),
                     triangle_extras: indexed(triangle_extras),
                     sphere_materials: indexed(sphere_materials),
@@ -111,7 +111,7 @@ macro_rules! render_and_count_kernels {
 
 render_and_count_kernels! {
     /// Without any structure: the reference.
-    render_exhaustive, count_exhaustive, () |primitives, work| ExhaustiveTracer { primitives, work }
+    render_exhaustive, count_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
 }
 
 /// Defines a kernel over a bounding volume hierarchy.
@@ -124,15 +124,13 @@ macro_rules! bvh_kernel {
                 roots: &Root<Link>,
                 instance_root: Link,
                 company: Company
-            ) |primitives, _work| PairTracer::<$placed, $in_step> {
-                view: PairView {
+            ) |primitives, _work| PairTracer::<$placed, $in_step>::new(PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
                     instance_root,
                     company,
                     primitives,
-                },
-            }
+                })
         }
     };
 }
@@ -158,9 +156,7 @@ render_kernel! {
         nodes: &WideNode,
         roots: &Root<u32>,
         instance_root: u32
-    ) |primitives, _work| WideTracer::<true> {
-        view: WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, primitives },
-    }
+    ) |primitives, _work| WideTracer::<true>::new(WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, primitives })
 }
 
 render_kernel! {
@@ -171,15 +167,12 @@ render_kernel! {
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives, work| BvhTracer {
-        bvh: BvhView {
+    ) |primitives, work| BvhTracer::new(BvhView {
             nodes: indexed(nodes),
             roots: indexed(roots),
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
-        },
-        work,
-    }
+        }, work)
 }
 
 render_and_count_kernels! {
@@ -191,16 +184,13 @@ render_and_count_kernels! {
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives, work| OctreeTracer {
-        tree: OctreeView {
+    ) |primitives, work| OctreeTracer::new(OctreeView {
             nodes: indexed(nodes),
             roots: indexed(roots),
             references: indexed(references),
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
-        },
-        work,
-    }
+        }, work)
 }
 
 render_and_count_kernels! {
@@ -212,16 +202,13 @@ render_and_count_kernels! {
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives, work| OctreeParametricTracer {
-        tree: OctreeView {
+    ) |primitives, work| OctreeParametricTracer::new(OctreeView {
             nodes: indexed(nodes),
             roots: indexed(roots),
             references: indexed(references),
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
-        },
-        work,
-    }
+        }, work)
 }
 
 render_and_count_kernels! {
@@ -233,16 +220,13 @@ render_and_count_kernels! {
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives, work| GridTracer {
-        grid: GridView {
+    ) |primitives, work| GridTracer::new(GridView {
             roots: indexed(roots),
             starts: indexed(starts),
             references: indexed(references),
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
-        },
-        work,
-    }
+        }, work)
 }
 
 render_and_count_kernels! {
@@ -254,14 +238,11 @@ render_and_count_kernels! {
         instance_nodes: &BvhNode,
         instance_order: &u32,
         instance_root: u32
-    ) |primitives, work| KdTreeTracer {
-        tree: KdTreeView {
+    ) |primitives, work| KdTreeTracer::new(KdTreeView {
             nodes: indexed(nodes),
             roots: indexed(roots),
             references: indexed(references),
             instances: instance_tree(instance_nodes, instance_order, instance_root),
             primitives,
-        },
-        work,
-    }
+        }, work)
 }

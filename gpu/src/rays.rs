@@ -67,15 +67,13 @@ macro_rules! bvh_ray_kernels {
         ray_kernels! {
             $closest, $occluded, placed $placed,
             (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, company: Company)
-            |primitives| PairTracer::<$placed, $in_step> {
-                view: PairView {
+            |primitives| PairTracer::<$placed, $in_step>::new(PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
                     instance_root,
                     company,
                     primitives,
-                },
-            }
+                })
         }
     };
 }
@@ -86,15 +84,13 @@ macro_rules! far_ray_kernels {
         ray_kernels! {
             $closest, $occluded, placed $placed,
             (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, company: Company)
-            |primitives| FarTracer::<$placed> {
-                view: PairView {
+            |primitives| FarTracer::<$placed>::new(PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
                     instance_root,
                     company,
                     primitives,
-                },
-            }
+                })
         }
     };
 }
@@ -105,14 +101,12 @@ macro_rules! wide_ray_kernels {
         ray_kernels! {
             $closest, $occluded, placed $placed,
             (nodes: &WideNode, roots: &Root<u32>, instance_root: u32)
-            |primitives| WideTracer::<$placed> {
-                view: WideView {
+            |primitives| WideTracer::<$placed>::new(WideView {
                     nodes: indexed(nodes),
                     roots: indexed(roots),
                     instance_root,
                     primitives,
-                },
-            }
+                })
         }
     };
 }

@@ -99,9 +99,9 @@ fn measure(builder: Builder, scene: &SceneGeometry, reps: usize, sweep: f64) {
     }
     let sah = Bvh::build(scene, &options).sah_cost() / sweep;
     let bvh8 = Bvh8::build(scene, &options);
-    let triangles = scene.triangles.len() as f64;
-    let bytes = (size_of_val(&bvh8.nodes[..]) + size_of_val(&bvh8.blocks[..])) as f64;
-    let references = bvh8.blocks.iter().flat_map(|b| b.primitive).filter(|&p| p != u32::MAX).count();
+    let triangles = scene.triangles().len() as f64;
+    let bytes = (size_of_val(bvh8.nodes()) + size_of_val(bvh8.blocks())) as f64;
+    let references = bvh8.blocks().iter().flat_map(|b| b.primitive).filter(|&p| p != u32::MAX).count();
     let quality = Quality::ALL.into_iter().find(|q| q.options().builder == builder);
     println!(
         "{:8} {:8} {cpu_ms:9.2} {wall_ms:9.2} {sah:6.3} {:6.1} {:8.1} {:7.1} {:9} {:8.4} {:6.2} {:6}",
@@ -110,9 +110,9 @@ fn measure(builder: Builder, scene: &SceneGeometry, reps: usize, sweep: f64) {
         sah8(&bvh8),
         bytes / triangles,
         peak as f64 / triangles,
-        bvh8.nodes.len(),
+        bvh8.nodes().len(),
         references as f64 / triangles,
-        references as f64 / bvh8.blocks.len() as f64,
+        references as f64 / bvh8.blocks().len() as f64,
         depth(&bvh8),
     );
 }
@@ -129,7 +129,7 @@ fn cpu_seconds() -> f64 {
 
 /// Box of a child.
 fn child_box(bvh8: &Bvh8, node: usize, k: usize) -> Bounds {
-    let p = &bvh8.nodes[node].planes;
+    let p = &bvh8.nodes()[node].planes;
     Bounds { min: vec3(p[0][k], p[2][k], p[4][k]), max: vec3(p[1][k], p[3][k], p[5][k]) }
 }
 
@@ -137,10 +137,10 @@ fn child_box(bvh8: &Bvh8, node: usize, k: usize) -> Bounds {
 fn sah8(bvh8: &Bvh8) -> f64 {
     let mut sum = 0.0;
     let mut root = Bounds::EMPTY;
-    for (n, node) in bvh8.nodes.iter().enumerate() {
+    for (n, node) in bvh8.nodes().iter().enumerate() {
         for k in (0..8).filter(|&k| node.children[k] != EMPTY) {
             sum += f64::from(child_box(bvh8, n, k).half_area());
-            if n as u32 == bvh8.roots[0] {
+            if n as u32 == bvh8.roots()[0] {
                 root = root.union(&child_box(bvh8, n, k));
             }
         }
@@ -149,11 +149,11 @@ fn sah8(bvh8: &Bvh8) -> f64 {
 }
 
 fn depth(bvh8: &Bvh8) -> usize {
-    let (mut deepest, mut pending) = (0, vec![(bvh8.roots[0], 0)]);
+    let (mut deepest, mut pending) = (0, vec![(bvh8.roots()[0], 0)]);
     while let Some((child, depth)) = pending.pop() {
         deepest = deepest.max(depth);
         if child & LEAF == 0 {
-            pending.extend(bvh8.nodes[child as usize].children.iter().map(|&c| (c, depth + 1)));
+            pending.extend(bvh8.nodes()[child as usize].children.iter().map(|&c| (c, depth + 1)));
         }
     }
     deepest
@@ -205,11 +205,7 @@ impl World {
     }
 
     fn geometry(&self) -> SceneGeometry<'_> {
-        SceneGeometry {
-            triangles: &self.triangles,
-            spheres: &[],
-            geometries: &self.geometries,
-            instances: &self.instances,
-        }
+        SceneGeometry::new(&self.triangles, &[], &self.geometries, &self.instances)
+            .expect("arrays that hold together")
     }
 }

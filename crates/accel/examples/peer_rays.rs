@@ -288,7 +288,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!(
                 "{{\"kind\":\"build\",\"lib\":\"eosphor\",\"build\":\"{build}\",\"scene\":\"{scene}\",\"threads\":1,\
                  \"seconds\":{seconds:.5},\"cpu\":{cpu:.5},\"bytes\":{},\"tris\":{}}}",
-                size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.blocks[..]),
+                size_of_val(bvh.nodes()) + size_of_val(bvh.blocks()),
                 data.triangles.len(),
             );
             let tracer = bvh.tracer_at(level).ok_or_else(|| format!("this CPU has no {level}"))?;

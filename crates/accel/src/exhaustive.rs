@@ -9,7 +9,7 @@ use eosphor_core::hierarchy::{ExhaustiveTracer, PrimitivesView, Work};
 #[derive(Clone, Debug)]
 pub struct Exhaustive {
     /// Primitives and instances.
-    pub primitives: PackedPrimitives,
+    primitives: PackedPrimitives,
 }
 
 impl Exhaustive {
@@ -20,13 +20,35 @@ impl Exhaustive {
 
     /// Borrowed, with the instances of another, which may have been made of these alone
     /// ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this does not have.
     pub fn view_with_instances_of<'a>(&'a self, top: &'a Exhaustive) -> PrimitivesView<'a> {
         self.primitives.view_with_instances_of(&top.primitives)
     }
 
     /// The traversal.
     pub fn tracer<C: Work>(&self, work: C) -> ExhaustiveTracer<'_, C> {
-        ExhaustiveTracer { primitives: self.primitives.view(), work }
+        self.tracer_with_instances_of(self, work)
+    }
+
+    /// [`Exhaustive::tracer`] with the instances of another, which may be built over these alone
+    /// ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
+    pub fn tracer_with_instances_of<'a, C: Work>(
+        &'a self,
+        top: &'a Exhaustive,
+        work: C,
+    ) -> ExhaustiveTracer<'a, C> {
+        // SAFETY: closed view: the fields are private, and builders make them so; `view_with_instances_of` checks the instances.
+        unsafe { ExhaustiveTracer::new(self.view_with_instances_of(top), work) }
+    }
+
+    /// Primitives, in the scene's order.
+    pub fn primitives(&self) -> &PackedPrimitives {
+        &self.primitives
     }
 
     /// Numbers, as far as there are any.

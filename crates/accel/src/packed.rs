@@ -1,58 +1,47 @@
 //! Primitives in the form and order that hierarchies keep them.
 
+use crate::SceneGeometry;
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::intersect::{PackedTriangle, sphere_bounds};
-use eosphor_core::math::Vec3;
-
-/// What hierarchies are built over: triangles and spheres of all geometries, and the instances that place them.
-#[derive(Clone, Copy, Debug)]
-pub struct SceneGeometry<'a> {
-    /// Vertices of the triangles of all geometries.
-    pub triangles: &'a [[Vec3; 3]],
-    /// Spheres of all geometries.
-    pub spheres: &'a [Sphere],
-    /// Ranges of the above; number 0 is the world.
-    pub geometries: &'a [Geometry],
-    /// Placed geometries; number 0 is the world itself.
-    pub instances: &'a [Instance],
-}
-
-impl<'a> SceneGeometry<'a> {
-    /// Instances alone, of geometries that are elsewhere. What is built over them finds instances of a hierarchy that was
-    /// built over everything: where nothing but instances moves, no more than this has to be built for a frame.
-    pub fn of_instances(instances: &'a [Instance]) -> SceneGeometry<'a> {
-        SceneGeometry { triangles: &[], spheres: &[], geometries: &[], instances }
-    }
-}
 
 /// Primitives as traversals read them. Within each geometry's range they may stand in any order.
 #[derive(Clone, Debug)]
 pub struct PackedPrimitives {
-    /// Triangles of all geometries.
-    pub triangles: Vec<PackedTriangle>,
-    /// Spheres of all geometries.
-    pub spheres: Vec<Sphere>,
+    pub(crate) triangles: Vec<PackedTriangle>,
+    pub(crate) spheres: Vec<Sphere>,
     /// For each sphere, its number in its geometry.
-    pub sphere_primitives: Vec<u32>,
+    pub(crate) sphere_primitives: Vec<u32>,
     /// Ranges of the above.
-    pub geometries: Vec<Geometry>,
-    /// Placed geometries.
-    pub instances: Vec<Instance>,
+    pub(crate) geometries: Vec<Geometry>,
+    pub(crate) instances: Vec<Instance>,
+    /// How many geometries instances name: one more than the largest number of one.
+    named_geometries: usize,
 }
 
 impl PackedPrimitives {
+    /// A scene's geometries and instances, and none of its primitives so far.
+    pub(crate) fn without_primitives(scene: &SceneGeometry) -> PackedPrimitives {
+        PackedPrimitives {
+            triangles: Vec::new(),
+            spheres: Vec::new(),
+            sphere_primitives: Vec::new(),
+            geometries: scene.geometries().to_vec(),
+            instances: scene.instances().to_vec(),
+            named_geometries: scene.named_geometries(),
+        }
+    }
+
     /// All primitives, in the scene's order.
     pub fn new(scene: &SceneGeometry) -> PackedPrimitives {
         let mut packed = PackedPrimitives {
-            triangles: Vec::with_capacity(scene.triangles.len()),
-            spheres: scene.spheres.to_vec(),
-            sphere_primitives: Vec::with_capacity(scene.spheres.len()),
-            geometries: scene.geometries.to_vec(),
-            instances: scene.instances.to_vec(),
+            triangles: Vec::with_capacity(scene.triangles().len()),
+            spheres: scene.spheres().to_vec(),
+            sphere_primitives: Vec::with_capacity(scene.spheres().len()),
+            ..PackedPrimitives::without_primitives(scene)
         };
-        for g in scene.geometries {
-            let triangles = &scene.triangles[g.first_triangle as usize..][..g.triangle_count as usize];
+        for g in scene.geometries() {
+            let triangles = &scene.triangles()[g.first_triangle as usize..][..g.triangle_count as usize];
             packed.triangles.extend((0..).zip(triangles).map(|(i, v)| PackedTriangle::new(*v, i)));
             packed.sphere_primitives.extend((0..g.sphere_count).map(|i| g.triangle_count + i));
         }
@@ -71,13 +60,45 @@ impl PackedPrimitives {
         range.iter().map(sphere_bounds).collect()
     }
 
+    /// Triangles of all geometries, in the order in which the hierarchy's leaves have them.
+    pub fn triangles(&self) -> &[PackedTriangle] {
+        &self.triangles
+    }
+
+    /// Spheres of all geometries, in the order in which the hierarchy's leaves have them.
+    pub fn spheres(&self) -> &[Sphere] {
+        &self.spheres
+    }
+
+    /// For each sphere, its number in its geometry.
+    pub fn sphere_primitives(&self) -> &[u32] {
+        &self.sphere_primitives
+    }
+
+    /// Ranges of triangles and spheres, as the scene has them.
+    pub fn geometries(&self) -> &[Geometry] {
+        &self.geometries
+    }
+
+    /// Placed geometries.
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
     /// Borrowed, for traversals.
+    ///
+    /// # Panics
+    /// Where it was made of instances alone ([`SceneGeometry::of_instances`]).
     pub fn view(&self) -> PrimitivesView<'_> {
         self.view_with_instances_of(self)
     }
 
-    /// The same with other instances.
+    /// Borrowed, with the instances of another, which may have been made of these alone.
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this does not have.
     pub(crate) fn view_with_instances_of<'a>(&'a self, top: &'a PackedPrimitives) -> PrimitivesView<'a> {
+        check_instances(top.named_geometries, self.geometries.len());
         PrimitivesView {
             triangles: &self.triangles,
             spheres: &self.spheres,
@@ -86,4 +107,18 @@ impl PackedPrimitives {
             instances: &top.instances,
         }
     }
+}
+
+/// Whether instances that name so many geometries can be found in a hierarchy over so many.
+///
+/// # Panics
+/// Where they cannot, or there is no geometry at all: such a hierarchy has no tracer.
+#[inline]
+pub(crate) fn check_instances(named_geometries: usize, geometries: usize) {
+    assert!(geometries > 0, "a hierarchy over instances alone is the top level of another");
+    assert!(
+        named_geometries <= geometries,
+        "instances place geometry {}, the hierarchy has {geometries}",
+        named_geometries - 1
+    );
 }

@@ -11,12 +11,42 @@ use eosphor_core::math::{Vec3, vec3};
 /// The trees of a [`Bvh`], with the boxes of two children in one node. Primitives stay where they are.
 #[derive(Clone, Debug)]
 pub struct BvhPairs {
-    /// Pairs of all trees.
-    pub pairs: Vec<BvhPair>,
+    pub(crate) pairs: Vec<BvhPair>,
     /// For each geometry, its tree.
-    pub roots: Vec<Root<Link>>,
+    pub(crate) roots: Vec<Root<Link>>,
     /// The tree over the instances but the world, with boxes for the same rays as the world's tree.
-    pub instance_root: Link,
+    pub(crate) instance_root: Link,
+    /// Numbers in links are below these.
+    pub(crate) counts: Counts,
+}
+
+/// How many things of each kind a hierarchy has that links lead to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Counts {
+    triangles: usize,
+    spheres: usize,
+    geometries: usize,
+    instances: usize,
+}
+
+impl Counts {
+    fn of(bvh: &Bvh) -> Counts {
+        let p = &bvh.primitives;
+        Counts {
+            triangles: p.triangles.len(),
+            spheres: p.spheres.len(),
+            geometries: p.geometries.len(),
+            instances: p.instances.len(),
+        }
+    }
+
+    /// Whether links to so many things lead somewhere in a hierarchy.
+    ///
+    /// # Panics
+    /// Where they do not.
+    pub(crate) fn check(&self, bvh: &Bvh) {
+        assert_eq!(*self, Counts::of(bvh), "nodes for GPUs go with the hierarchy that they were made from");
+    }
 }
 
 impl BvhPairs {
@@ -52,7 +82,7 @@ impl BvhPairs {
         } else {
             tree(bvh.instance_root, Kind::Instances, world.first().copied().unwrap_or(0.0))
         };
-        Some(BvhPairs { pairs, roots, instance_root })
+        Some(BvhPairs { pairs, roots, instance_root, counts: Counts::of(bvh) })
     }
 
     /// The tree over the instances of a hierarchy that was built over these alone, for an array in which it begins at number
@@ -78,8 +108,22 @@ impl BvhPairs {
         self.pairs.resize(self.pairs.len() + pairs, nowhere);
     }
 
-    /// With the hierarchy that it was made from.
+    /// Pairs of all trees.
+    pub fn pairs(&self) -> &[BvhPair] {
+        &self.pairs
+    }
+
+    /// For each geometry, its tree.
+    pub fn roots(&self) -> &[Root<Link>] {
+        &self.roots
+    }
+
+    /// Borrowed, with the hierarchy that it was made from.
+    ///
+    /// # Panics
+    /// Where that is another one, or was built over instances alone.
     pub fn view<'a>(&'a self, bvh: &'a Bvh) -> PairView<'a> {
+        self.counts.check(bvh);
         PairView {
             pairs: &self.pairs,
             roots: &self.roots,
@@ -91,22 +135,26 @@ impl BvhPairs {
 
     /// The traversal of GPUs through the world alone, whatever is placed in it.
     pub fn world_tracer<'a>(&'a self, bvh: &'a Bvh, company: Company) -> PairTracer<'a, false> {
-        PairTracer { view: PairView { company, ..self.view(bvh) } }
+        // SAFETY: closed view: the fields are private, and builders make them so; `view` checks that they belong together.
+        unsafe { PairTracer::new(PairView { company, ..self.view(bvh) }) }
     }
 
     /// The traversal of GPUs with the threads of a warp in step.
     pub fn tracer_in_step<'a>(&'a self, bvh: &'a Bvh) -> PairTracer<'a, true, true> {
-        PairTracer { view: self.view(bvh) }
+        // SAFETY: as in `world_tracer`: closed view.
+        unsafe { PairTracer::new(self.view(bvh)) }
     }
 
     /// The traversal of GPUs for rays that start far away.
     pub fn far_tracer<'a>(&'a self, bvh: &'a Bvh) -> FarTracer<'a, true> {
-        FarTracer { view: self.view(bvh) }
+        // SAFETY: as in `world_tracer`: closed view.
+        unsafe { FarTracer::new(self.view(bvh)) }
     }
 
     /// The traversal of GPUs, one ray at a time. On a CPU it is for tests: [`crate::Bvh8`] is faster.
     pub fn tracer<'a>(&'a self, bvh: &'a Bvh) -> PairTracer<'a, true> {
-        PairTracer { view: self.view(bvh) }
+        // SAFETY: as in `world_tracer`: closed view.
+        unsafe { PairTracer::new(self.view(bvh)) }
     }
 }
 

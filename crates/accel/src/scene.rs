@@ -241,12 +241,7 @@ impl Scene {
 
     /// Borrowed, for building and refitting.
     pub fn geometry(&self) -> SceneGeometry<'_> {
-        SceneGeometry {
-            triangles: &self.triangles,
-            spheres: &self.spheres,
-            geometries: &self.geometries,
-            instances: &self.instances,
-        }
+        SceneGeometry::of_checked(&self.triangles, &self.spheres, &self.geometries, &self.instances)
     }
 
     /// Barycentric weights of the corners of the triangle that was hit, in the order in which they were given.

@@ -1,9 +1,8 @@
 //! A bounding volume hierarchy with eight children a node and boxes of 8 bits a plane, as GPUs read it.
 
-use crate::BvhPairs;
-use eosphor_core::hierarchy::{
-    BvhPair, Link, PAIR_SLACK, PrimitivesView, Root, Target, WideNode, WideTracer, WideView,
-};
+use crate::pairs::Counts;
+use crate::{Bvh, BvhPairs};
+use eosphor_core::hierarchy::{BvhPair, Link, PAIR_SLACK, Root, Target, WideNode, WideTracer, WideView};
 use eosphor_core::math::{Vec3, vec3};
 
 /// Children of a node.
@@ -18,12 +17,13 @@ const BEYOND: f64 = (1u64 << 60) as f64;
 /// The trees of [`BvhPairs`], eight children together. Primitives stay where they are.
 #[derive(Clone, Debug)]
 pub struct BvhWide {
-    /// Nodes of all trees.
-    pub nodes: Vec<WideNode>,
+    nodes: Vec<WideNode>,
     /// For each geometry, the number of its root.
-    pub roots: Vec<Root<u32>>,
+    roots: Vec<Root<u32>>,
     /// The root of the tree over the instances but the world.
-    pub instance_root: u32,
+    instance_root: u32,
+    /// Numbers in nodes are below these.
+    counts: Counts,
 }
 
 impl BvhWide {
@@ -34,7 +34,12 @@ impl BvhWide {
         let roots =
             pairs.roots.iter().map(|root| Root { first: tree(root.first), reach: root.reach }).collect();
         let instance_root = tree(pairs.instance_root);
-        (nodes.len() <= WideNode::MOST).then_some(BvhWide { nodes, roots, instance_root })
+        (nodes.len() <= WideNode::MOST).then_some(BvhWide {
+            nodes,
+            roots,
+            instance_root,
+            counts: pairs.counts,
+        })
     }
 
     /// With nodes that lead nowhere at the end, for trees over instances that come later; `None` where there are more nodes
@@ -51,15 +56,30 @@ impl BvhWide {
         (nodes, root)
     }
 
-    /// With the primitives of the hierarchy that it was made from.
-    pub fn view<'a>(&'a self, primitives: PrimitivesView<'a>) -> WideView<'a> {
-        let &BvhWide { ref nodes, ref roots, instance_root } = self;
-        WideView { nodes, roots, instance_root, primitives }
+    /// Nodes of all trees.
+    pub fn nodes(&self) -> &[WideNode] {
+        &self.nodes
+    }
+
+    /// For each geometry, the number of its root.
+    pub fn roots(&self) -> &[Root<u32>] {
+        &self.roots
+    }
+
+    /// Borrowed, with the hierarchy that the pairs were made from.
+    ///
+    /// # Panics
+    /// Where that is another one, or was built over instances alone.
+    pub fn view<'a>(&'a self, bvh: &'a Bvh) -> WideView<'a> {
+        self.counts.check(bvh);
+        let &BvhWide { ref nodes, ref roots, instance_root, .. } = self;
+        WideView { nodes, roots, instance_root, primitives: bvh.primitives.view() }
     }
 
     /// The traversal of GPUs, one ray at a time. On a CPU it is for tests: [`crate::Bvh8`] is faster.
-    pub fn tracer<'a>(&'a self, primitives: PrimitivesView<'a>) -> WideTracer<'a, true> {
-        WideTracer { view: self.view(primitives) }
+    pub fn tracer<'a>(&'a self, bvh: &'a Bvh) -> WideTracer<'a, true> {
+        // SAFETY: closed view: the fields are private, and builders make them so; `view` checks that they belong together.
+        unsafe { WideTracer::new(self.view(bvh)) }
     }
 }
 

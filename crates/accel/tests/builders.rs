@@ -91,7 +91,7 @@ fn check_wide(world: &World, bvh: &Bvh8, whole: bool, name: &str) -> usize {
     for (number, geometry) in world.geometries.iter().enumerate() {
         let mut seen = vec![0; (geometry.triangle_count + geometry.sphere_count) as usize];
         let everything = Bounds { min: Vec3::splat(f32::NEG_INFINITY), max: Vec3::splat(f32::INFINITY) };
-        let mut pending = vec![(bvh.roots[number], everything, 0)];
+        let mut pending = vec![(bvh.roots()[number], everything, 0)];
         while let Some((child, bounds, depth)) = pending.pop() {
             deepest = deepest.max(depth);
             if child == EMPTY {
@@ -104,13 +104,13 @@ fn check_wide(world: &World, bvh: &Bvh8, whole: bool, name: &str) -> usize {
                 );
             } else if child & SPHERE != 0 {
                 let place = (child & PLACE) as usize;
-                let primitive = bvh.sphere_primitives[place];
+                let primitive = bvh.sphere_primitives()[place];
                 let at = geometry.first_sphere + primitive - geometry.triangle_count;
-                assert_eq!(bvh.spheres[place], world.spheres[at as usize], "{name}");
-                assert!(holds(&bounds, &sphere_bounds(&bvh.spheres[place])), "{name}");
+                assert_eq!(bvh.spheres()[place], world.spheres[at as usize], "{name}");
+                assert!(holds(&bounds, &sphere_bounds(&bvh.spheres()[place])), "{name}");
                 seen[primitive as usize] += 1;
             } else {
-                let block = &bvh.blocks[(child & PLACE) as usize];
+                let block = &bvh.blocks()[(child & PLACE) as usize];
                 let used = block.primitive.iter().take_while(|&&p| p != u32::MAX).count();
                 assert!(used > 0 && block.primitive[used..].iter().all(|&p| p == u32::MAX), "{name}");
                 for lane in 0..used {
@@ -130,7 +130,7 @@ fn check_wide(world: &World, bvh: &Bvh8, whole: bool, name: &str) -> usize {
 /// The children of a node, whose boxes lie in its own; empty ones are inside out, and all orders name all places once,
 /// empty ones first.
 fn children_of(bvh: &Bvh8, node: Child, bounds: &Bounds, name: &str) -> Vec<(Child, Bounds)> {
-    let node = &bvh.nodes[node as usize];
+    let node = &bvh.nodes()[node as usize];
     let boxes: Vec<(Child, Bounds)> = (0..8)
         .map(|k| {
             let p = &node.planes;
@@ -191,14 +191,14 @@ fn wide_trees_hold_everything() {
         let name = options.builder.to_string();
         let bvh = Bvh8::build(&world.geometry(), &options);
         check_wide(&world, &bvh, !cuts(&options), &name);
-        let mut pending = vec![bvh.instance_root];
+        let mut pending = vec![bvh.instance_root()];
         let mut seen = vec![0; world.instances.len()];
         while let Some(child) = pending.pop() {
             if child == EMPTY {
                 continue;
             }
             if child & LEAF == 0 {
-                pending.extend(bvh.nodes[child as usize].children);
+                pending.extend(bvh.nodes()[child as usize].children);
             } else {
                 assert!(child & INSTANCE != 0 && child & SPHERE == 0, "{name}");
                 seen[(child & PLACE) as usize] += 1;
@@ -215,11 +215,11 @@ fn spatial_splits_cut_and_lose_no_point_of_a_triangle() {
     // Leaves by primitive.
     let mut parts: Vec<Vec<Bounds>> = vec![Vec::new(); world.triangles.len()];
     let mut references = 0;
-    for n in 0..bvh.nodes.len() {
+    for n in 0..bvh.nodes().len() {
         let everything = Bounds { min: Vec3::splat(f32::NEG_INFINITY), max: Vec3::splat(f32::INFINITY) };
         for (child, bounds) in children_of(&bvh, n as Child, &everything, "high") {
             if child != EMPTY && child & LEAF != 0 {
-                for primitive in bvh.blocks[(child & PLACE) as usize].primitive {
+                for primitive in bvh.blocks()[(child & PLACE) as usize].primitive {
                     if primitive != u32::MAX {
                         parts[primitive as usize].push(bounds);
                         references += 1;
@@ -277,11 +277,14 @@ fn any_number_of_threads_builds_the_same() {
                 };
                 nodes.iter().map(of).collect()
             };
-            assert!(text(&many.nodes) == text(&one.nodes), "{name}");
-            assert!(many.primitives.triangles == one.primitives.triangles, "{name}");
-            assert!(many.primitives.sphere_primitives == one.primitives.sphere_primitives, "{name}");
-            assert!(many8.nodes == one8.nodes && many8.blocks == one8.blocks, "{name}");
-            assert!(many8.sphere_primitives == one8.sphere_primitives && many8.roots == one8.roots, "{name}");
+            assert!(text(many.nodes()) == text(one.nodes()), "{name}");
+            assert!(many.primitives().triangles() == one.primitives().triangles(), "{name}");
+            assert!(many.primitives().sphere_primitives() == one.primitives().sphere_primitives(), "{name}");
+            assert!(many8.nodes() == one8.nodes() && many8.blocks() == one8.blocks(), "{name}");
+            assert!(
+                many8.sphere_primitives() == one8.sphere_primitives() && many8.roots() == one8.roots(),
+                "{name}"
+            );
         }
     }
 }
@@ -376,11 +379,11 @@ fn refitted_trees_have_the_hits_of_new_ones() {
         // Whole boxes, though maybe several of some triangles.
         check_wide(&moved, &bvh8, !cuts(&options), &name);
         // The same shapes again are the same boxes.
-        let (before, before8) = (bvh.nodes.clone(), bvh8.clone());
+        let (before, before8) = (bvh.nodes().to_vec(), bvh8.clone());
         bvh.refit(&moved.geometry()).unwrap();
         bvh8.refit(&moved.geometry()).unwrap();
         assert!(
-            bvh.nodes == before && bvh8.nodes == before8.nodes && bvh8.blocks == before8.blocks,
+            bvh.nodes() == before && bvh8.nodes() == before8.nodes() && bvh8.blocks() == before8.blocks(),
             "{name}"
         );
         let other = World::new(city(799, 1), balls(101, 2));
@@ -415,7 +418,7 @@ fn few_large_triangles_are_cut() {
         let world = World::new(triangles.to_vec(), vec![]);
         let options = BuildOptions { cut_large_triangles: true, ..BuildOptions::of(builder) };
         let bvh = Bvh8::build(&world.geometry(), &options);
-        bvh.blocks.iter().flat_map(|b| b.primitive).filter(|&p| p != u32::MAX).count() - triangles.len()
+        bvh.blocks().iter().flat_map(|b| b.primitive).filter(|&p| p != u32::MAX).count() - triangles.len()
     };
     assert_eq!(references(&triangles, Builder::Binned), 0);
     triangles.extend([floor(0), floor(1)]);

@@ -36,9 +36,9 @@ impl Structures {
     }
 
     fn is_triangle(&self, id: PrimitiveId) -> bool {
-        let primitives = &self.exhaustive.primitives;
-        let geometry = primitives.instances[id.instance as usize].geometry;
-        id.primitive < primitives.geometries[geometry as usize].triangle_count
+        let primitives = &self.exhaustive.primitives();
+        let geometry = primitives.instances()[id.instance as usize].geometry;
+        id.primitive < primitives.geometries()[geometry as usize].triangle_count
     }
 
     /// Asks everything about a ray; returns all its hits.
@@ -276,7 +276,7 @@ fn node_bytes(bvh: &Bvh) -> Vec<[u32; 8]> {
             n.count,
         ]
     };
-    bvh.nodes.iter().map(bits).collect()
+    bvh.nodes().iter().map(bits).collect()
 }
 
 #[test]
@@ -295,8 +295,11 @@ fn any_number_of_threads_builds_the_same_tree() {
     for threads in [2, 7] {
         let many = build(threads);
         assert!(node_bytes(&many) == node_bytes(&one), "{threads} threads");
-        assert!(many.primitives.triangles == one.primitives.triangles, "{threads} threads");
-        assert!(many.primitives.sphere_primitives == one.primitives.sphere_primitives, "{threads} threads");
+        assert!(many.primitives().triangles() == one.primitives().triangles(), "{threads} threads");
+        assert!(
+            many.primitives().sphere_primitives() == one.primitives().sphere_primitives(),
+            "{threads} threads"
+        );
     }
 }
 
@@ -304,16 +307,16 @@ fn any_number_of_threads_builds_the_same_tree() {
 fn check_tree(world: &World, options: &BuildOptions) -> u32 {
     let bvh = Bvh::build(&world.geometry(), options);
     let geometry = &world.geometries[0];
-    let triangle_bounds = bvh.primitives.triangle_bounds(geometry);
-    let sphere_bounds = bvh.primitives.sphere_bounds(geometry);
+    let triangle_bounds = bvh.primitives().triangle_bounds(geometry);
+    let sphere_bounds = bvh.primitives().sphere_bounds(geometry);
     let holds = |outer: &Bounds, inner: &Bounds| outer.union(inner) == *outer;
     let mut seen = vec![0; (geometry.triangle_count + geometry.sphere_count) as usize];
-    let mut pending = vec![bvh.roots[0]];
+    let mut pending = vec![bvh.roots()[0]];
     while let Some(at) = pending.pop() {
-        let node = &bvh.nodes[at as usize];
+        let node = &bvh.nodes()[at as usize];
         if node.is_inner() {
             for child in [node.first, node.first + 1] {
-                assert!(holds(&node.bounds(), &bvh.nodes[child as usize].bounds()));
+                assert!(holds(&node.bounds(), &bvh.nodes()[child as usize].bounds()));
                 pending.push(child);
             }
             continue;
@@ -322,9 +325,9 @@ fn check_tree(world: &World, options: &BuildOptions) -> u32 {
         assert!(count <= options.max_leaf_primitives, "{count}");
         for k in (node.first..).take(count as usize).map(|k| k as usize) {
             let (bounds, primitive) = if node.count & BvhNode::SPHERES == 0 {
-                (&triangle_bounds[k], bvh.primitives.triangles[k].primitive)
+                (&triangle_bounds[k], bvh.primitives().triangles()[k].primitive)
             } else {
-                (&sphere_bounds[k], bvh.primitives.sphere_primitives[k])
+                (&sphere_bounds[k], bvh.primitives().sphere_primitives()[k])
             };
             assert!(holds(&node.bounds(), bounds));
             seen[primitive as usize] += 1;

@@ -82,9 +82,9 @@ fn boxes_hold_what_is_placed() {
     let mesh = scene.mesh(&[TRIANGLE], &[]).unwrap();
     scene.place(mesh, moved(5.0, 0.0, 0.0)).unwrap();
     let geometry = scene.geometry();
-    assert_eq!((geometry.geometries[1].extent, geometry.geometries[0].extent), (3.0, 0.0));
+    assert_eq!((geometry.geometries()[1].extent, geometry.geometries()[0].extent), (3.0, 0.0));
     let exact = Bounds { min: vec3(5.0, 0.0, 0.0), max: vec3(8.0, 1.0, 0.0) };
-    let bounds = geometry.instances[1].world_bounds;
+    let bounds = geometry.instances()[1].world_bounds;
     let margins = [exact.min - bounds.min, bounds.max - exact.max];
     // By 2^-20 of what both maps make of absolute numbers.
     assert!(margins.iter().all(|m| m.min_component() >= 0.0 && m.max_component() < 40.0 / 1_048_576.0));

@@ -10,8 +10,8 @@ use crate::texture::Textures;
 
 /// Borrowed arrays of a scene, in the scene's own order (hierarchies have their own copies in theirs).
 ///
-/// Shading follows the numbers in these arrays without looking where they lead: they must hold together, as those of
-/// eosphor-scene's `SceneData` do (`SceneData::check`).
+/// The numbers in these arrays must hold together, as those of eosphor-scene's `SceneData` do (`SceneData::check`): shading
+/// panics where one leads nowhere.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneView<'a> {
     /// Vertices of all triangles.
@@ -38,4 +38,13 @@ pub struct SceneView<'a> {
     pub camera: &'a Camera,
     /// Settings.
     pub settings: &'a Settings,
+}
+
+/// An item of a scene's array.
+///
+/// # Panics
+/// Where there is none of this number. (Not on GPUs, whose arrays have no length of their own.)
+#[inline(always)]
+pub(crate) fn item<T>(items: &[T], index: u32) -> &T {
+    &items[index as usize]
 }

@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     let ours = CudaRays::new(0, &bvh, Traversal::Auto)?;
     let theirs = Theirs::new(&std::fs::read_to_string(ptx)?, function, &bvh)?;
-    println!("{}; {} triangles, {builder}", ours.device_name(), bvh.primitives.triangles.len());
+    println!("{}; {} triangles, {builder}", ours.device_name(), bvh.primitives().triangles().len());
     println!("{:9} {:>10} {:>9} {:>9} {:>7}", "rays", "number", "ours", "theirs", "ratio");
     for (name, rays) in [("primary", &sets.primary), ("bounce", &sets.bounce), ("shuffled", &sets.shuffled)] {
         let (mut our_times, mut their_times) = (Vec::new(), Vec::new());
@@ -98,8 +98,8 @@ impl Theirs {
         let stream = context.default_stream();
         let function = context.load_module(Ptx::from_src(ptx))?.load_function(function)?;
         let triangles: Vec<u32> = bvh
-            .primitives
-            .triangles
+            .primitives()
+            .triangles()
             .iter()
             .flat_map(|t| {
                 let (e1, e2) = (t.e1(), t.e2());
@@ -142,17 +142,17 @@ impl Theirs {
 
 /// The world's tree with the boxes of two children in a node, in the order of its pairs of nodes.
 fn aila_laine(bvh: &Bvh) -> Vec<u32> {
-    let root = bvh.roots[0];
-    assert!(bvh.nodes[root as usize].is_inner(), "a tree of one leaf");
+    let root = bvh.roots()[0];
+    assert!(bvh.nodes()[root as usize].is_inner(), "a tree of one leaf");
     let mut out: Vec<u32> = Vec::new();
     // Nodes to be written, and where their number goes.
-    let mut waiting = vec![(bvh.nodes[root as usize], None::<usize>)];
+    let mut waiting = vec![(bvh.nodes()[root as usize], None::<usize>)];
     while let Some((node, from)) = waiting.pop() {
         let here = out.len();
         if let Some(from) = from {
             out[from] = here as u32 / 16;
         }
-        let [a, b] = [0, 1].map(|k| bvh.nodes[(node.first + k) as usize]);
+        let [a, b] = [0, 1].map(|k| bvh.nodes()[(node.first + k) as usize]);
         let plane = |n: &BvhNode| [n.min.x, n.max.x, n.min.y, n.max.y].map(f32::to_bits);
         out.extend(plane(&a));
         out.extend(plane(&b));

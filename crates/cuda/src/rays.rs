@@ -106,7 +106,7 @@ impl CudaRays {
         let info = found
             .get(ordinal)
             .ok_or_else(|| BackendError::Unavailable(format!("there is no device cuda:{ordinal}")))?;
-        let only_world = bvh.primitives.instances.len() == 1;
+        let only_world = bvh.primitives().instances().len() == 1;
         let device = Device::open(info)?;
         let [closest, any] = ray_kernels(traversal)[only_world as usize];
         let kernels = [device.kernel(closest, RAYS_IN_BLOCK)?, device.kernel(any, RAYS_IN_BLOCK)?];

@@ -134,8 +134,8 @@ impl Trees {
     /// Rays that start within this of 0 along each axis are not far away from the world.
     pub(crate) fn reach(&self) -> f32 {
         match self {
-            Trees::Pairs(pairs, _) => pairs.roots.first().map_or(0.0, |root| root.reach),
-            Trees::Wide(wide) => wide.roots.first().map_or(0.0, |root| root.reach),
+            Trees::Pairs(pairs, _) => pairs.roots().first().map_or(0.0, |root| root.reach),
+            Trees::Wide(wide) => wide.roots().first().map_or(0.0, |root| root.reach),
         }
     }
 }
@@ -150,7 +150,7 @@ pub(crate) fn add_structure<'a>(
     structure: &'a Structure,
 ) -> Result<PrimitivesView<'a>, BackendError> {
     match structure.hierarchy {
-        Hierarchy::Exhaustive(exhaustive) => Ok(exhaustive.primitives.view()),
+        Hierarchy::Exhaustive(exhaustive) => Ok(exhaustive.primitives().view()),
         Hierarchy::Bvh(bvh) => match &structure.trees {
             Some(trees) => Ok(add_trees(parameters, bvh, trees)),
             None => {
@@ -207,13 +207,13 @@ pub(crate) fn add_trees<'a>(
             parameters.number(traversal.company().bits());
         }
         Trees::Wide(wide) => {
-            parameters.array(&wide.nodes);
-            parameters.array(&wide.roots);
+            parameters.array(wide.nodes());
+            parameters.array(wide.roots());
             parameters.begin(Part::InstanceTree);
-            parameters.number(wide.instance_root);
+            parameters.number(wide.view(bvh).instance_root);
         }
     }
-    bvh.primitives.view()
+    bvh.primitives().view()
 }
 
 pub(crate) fn add_instance_tree<'a>(parameters: &mut Parameters<'a>, tree: &InstanceTreeView<'a>) {

@@ -66,8 +66,8 @@ impl TopLevel {
     pub(crate) fn new(accel: Accel, trees: Option<&Trees>, instances: usize) -> TopLevel {
         let rooms = trees.map(|trees| {
             let (is_wide, nodes, reach) = match trees {
-                Trees::Pairs(pairs, _) => (false, pairs.pairs.len(), pairs.roots[0].reach),
-                Trees::Wide(wide) => (true, wide.nodes.len(), wide.roots[0].reach),
+                Trees::Pairs(pairs, _) => (false, pairs.pairs().len(), pairs.roots()[0].reach),
+                Trees::Wide(wide) => (true, wide.nodes().len(), wide.roots()[0].reach),
             };
             Rooms {
                 is_wide,

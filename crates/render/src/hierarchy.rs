@@ -7,9 +7,7 @@ use eosphor_accel::{
     SceneGeometry,
 };
 use eosphor_core::geometry::Instance;
-use eosphor_core::hierarchy::{
-    BvhTracer, ExhaustiveTracer, GridTracer, IgnoreWork, KdTreeTracer, OctreeParametricTracer, OctreeTracer,
-};
+use eosphor_core::hierarchy::IgnoreWork;
 use eosphor_scene::SceneData;
 use serde::Serialize;
 use std::fmt;
@@ -56,20 +54,23 @@ macro_rules! structures {
         impl Hierarchy {
             /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their
             /// number. Options that the structure does not have change nothing.
+            ///
+            /// # Panics
+            /// Where the scene's arrays do not hold together (`SceneData::check`).
             pub fn build(accel: Accel, options: &HierarchyOptions, scene: &SceneData) -> Hierarchy {
-                let geometry = SceneGeometry {
-                    triangles: &scene.triangles,
-                    spheres: &scene.spheres,
-                    geometries: &scene.geometries,
-                    instances: &scene.instances,
-                };
-                Hierarchy::over(accel, options, geometry)
+                let (triangles, spheres) = (&scene.triangles, &scene.spheres);
+                let geometry = SceneGeometry::new(triangles, spheres, &scene.geometries, &scene.instances);
+                Hierarchy::over(accel, options, geometry.expect("scene data that holds together"))
             }
 
             /// The top level alone: over instances of geometries that a hierarchy of this kind has. It is all that has to be
             /// built for a frame in which instances are elsewhere.
+            ///
+            /// # Panics
+            /// Where coordinates of an instance are out of range: those of a `Moment` are not.
             pub fn build_top(accel: Accel, instances: &[Instance]) -> Hierarchy {
-                Hierarchy::over(accel, &HierarchyOptions::default(), SceneGeometry::of_instances(instances))
+                let geometry = SceneGeometry::of_instances(instances).expect("instances in range");
+                Hierarchy::over(accel, &HierarchyOptions::default(), geometry)
             }
 
             fn over(accel: Accel, options: &HierarchyOptions, geometry: SceneGeometry) -> Hierarchy {
@@ -137,17 +138,14 @@ structures! {
     /// Every ray tests every primitive.
     None, "none", Exhaustive(Exhaustive),
     build: |scene, _options| Exhaustive::new(scene),
-    scalar: |s, top, work| ExhaustiveTracer { primitives: s.view_with_instances_of(top), work },
-    batches: |s, top, _simd| OneByOne(ExhaustiveTracer {
-        primitives: s.view_with_instances_of(top),
-        work: IgnoreWork,
-    });
+    scalar: |s, top, work| s.tracer_with_instances_of(top, work),
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
 
     /// Bounding volume hierarchy.
     Bvh, "bvh", Bvh(Bvh),
     build: |scene, options| Bvh::build(scene, &options.bvh()),
-    scalar: |s, top, work| BvhTracer { bvh: s.view_with_instances_of(top), work },
-    batches: |s, top, _simd| OneByOne(BvhTracer { bvh: s.view_with_instances_of(top), work: IgnoreWork });
+    scalar: |s, top, work| s.tracer_with_instances_of(top, work),
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
 
     /// The same with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),
@@ -158,29 +156,26 @@ structures! {
     /// Octree, all octants that a ray meets, as PG1 has it.
     Octree, "octree", Octree(Octree),
     build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::default())),
-    scalar: |s, top, work| OctreeTracer { tree: s.view_with_instances_of(top), work },
-    batches: |s, top, _simd| OneByOne(OctreeTracer { tree: s.view_with_instances_of(top), work: IgnoreWork });
+    scalar: |s, top, work| s.tracer_with_instances_of(top, work),
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
 
     /// Octree of smaller leaves, octants in the order of the ray (Revelles et al. 2000).
     OctreeParametric, "octree-parametric", OctreeParametric(Octree),
     build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::parametric())),
-    scalar: |s, top, work| OctreeParametricTracer { tree: s.view_with_instances_of(top), work },
-    batches: |s, top, _simd| OneByOne(OctreeParametricTracer {
-        tree: s.view_with_instances_of(top),
-        work: IgnoreWork,
-    });
+    scalar: |s, top, work| s.parametric_tracer_with_instances_of(top, work),
+    batches: |s, top, _simd| OneByOne(s.parametric_tracer_with_instances_of(top, IgnoreWork));
 
     /// Uniform grid.
     Grid, "grid", Grid(Grid),
     build: |scene, _options| Grid::build(scene, &GridOptions::default()),
-    scalar: |s, top, work| GridTracer { grid: s.view_with_instances_of(top), work },
-    batches: |s, top, _simd| OneByOne(GridTracer { grid: s.view_with_instances_of(top), work: IgnoreWork });
+    scalar: |s, top, work| s.tracer_with_instances_of(top, work),
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
 
     /// kd-tree, SAH.
     KdTree, "kdtree", KdTree(KdTree),
     build: |scene, options| KdTree::build(scene, &options.kdtree()),
-    scalar: |s, top, work| KdTreeTracer { tree: s.view_with_instances_of(top), work },
-    batches: |s, top, _simd| OneByOne(KdTreeTracer { tree: s.view_with_instances_of(top), work: IgnoreWork });
+    scalar: |s, top, work| s.tracer_with_instances_of(top, work),
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
 }
 
 impl fmt::Display for Accel {

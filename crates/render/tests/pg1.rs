@@ -12,12 +12,8 @@ use std::sync::atomic::AtomicBool;
 fn pg1s_options_make_pg1s_tree() {
     let scene = load("builtin:cornell-pg1", &LoadOptions::default()).unwrap().scene;
     let (data, _) = SceneData::flatten(&scene).unwrap();
-    let geometry = SceneGeometry {
-        triangles: &data.triangles,
-        spheres: &data.spheres,
-        geometries: &data.geometries,
-        instances: &data.instances,
-    };
+    let geometry = SceneGeometry::new(&data.triangles, &data.spheres, &data.geometries, &data.instances)
+        .expect("arrays that hold together");
     let s = Octree::build(&geometry, &OctreeOptions::pg1()).statistics();
     let hundredths = |x: f64| (x * 100.0).round() as u32;
     assert_eq!((s.primitives, s.nodes, s.leaves), (2_188, 1_584, 1_300));

@@ -207,7 +207,7 @@ fn rays_that_miss_visit_what_they_enter() {
         unreachable!("what was asked for")
     };
     let hierarchy = Hierarchy::Bvh(bvh.clone());
-    let (nodes, order) = (&bvh.nodes, &bvh.instance_order);
+    let (nodes, order) = (&bvh.nodes(), &bvh.instance_order());
     // Nodes and tests below a node; `leaf` is told of leaves that are entered.
     fn below(
         nodes: &[eosphor_core::hierarchy::BvhNode],
@@ -245,13 +245,14 @@ fn rays_that_miss_visit_what_they_enter() {
         };
         let mut entered = Vec::new();
         let world = LocalRay::new(ray, scene.geometries[0].extent);
-        visited += below(nodes, bvh.roots[0], &|b| enters(&world.slab, world.t_min, b), &mut |_, count| {
+        visited += below(nodes, bvh.roots()[0], &|b| enters(&world.slab, world.t_min, b), &mut |_, count| {
             tests += u64::from(count);
         });
         let slab = Slab::new(ray.origin, ray.direction, 0.0);
-        visited += below(nodes, bvh.instance_root, &|b| enters(&slab, ray.t_min, b), &mut |first, count| {
-            entered.extend_from_slice(&order[first as usize..][..count as usize]);
-        });
+        visited +=
+            below(nodes, bvh.instance_root(), &|b| enters(&slab, ray.t_min, b), &mut |first, count| {
+                entered.extend_from_slice(&order[first as usize..][..count as usize]);
+            });
         for number in entered {
             let instance = &scene.instances[number as usize];
             if !enters(&slab, ray.t_min, &instance.world_bounds) {
@@ -259,7 +260,7 @@ fn rays_that_miss_visit_what_they_enter() {
             }
             let extent = scene.geometries[instance.geometry as usize].extent;
             let local = LocalRay::mapped(ray, &instance.object_from_world, extent);
-            let root = bvh.roots[instance.geometry as usize];
+            let root = bvh.roots()[instance.geometry as usize];
             visited += below(nodes, root, &|b| enters(&local.slab, local.t_min, b), &mut |_, count| {
                 tests += u64::from(count);
             });

@@ -43,16 +43,16 @@ use std::time::Instant;
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// Nodes of all trees.
-    pub nodes: Vec<BvhNode>,
+    pub(crate) nodes: Vec<BvhNode>,
     /// For each geometry, the number of its root.
-    pub roots: Vec<u32>,
+    pub(crate) roots: Vec<u32>,
     /// Root of the tree over the instances but the world.
-    pub instance_root: u32,
+    pub(crate) instance_root: u32,
     /// Numbers of instances, in the order of its leaves.
-    pub instance_order: Vec<u32>,
+    pub(crate) instance_order: Vec<u32>,
     /// Primitives, in the order of the leaves. With spatial splits a triangle may stand there several times, and then
     /// the ranges of triangles in `geometries` are those of the scene, not of this array.
-    pub primitives: PackedPrimitives,
+    pub(crate) primitives: PackedPrimitives,
     /// How it was built.
     pub builder: Builder,
     /// Wall time of the build.
@@ -68,17 +68,11 @@ impl Bvh {
             roots: Vec::new(),
             instance_root: 0,
             instance_order: Vec::new(),
-            primitives: PackedPrimitives {
-                triangles: Vec::new(),
-                spheres: Vec::with_capacity(scene.spheres.len()),
-                sphere_primitives: Vec::with_capacity(scene.spheres.len()),
-                geometries: scene.geometries.to_vec(),
-                instances: scene.instances.to_vec(),
-            },
+            primitives: PackedPrimitives::without_primitives(scene),
             builder: options.builder,
             build_seconds: 0.0,
         };
-        for geometry in scene.geometries {
+        for geometry in scene.geometries() {
             bvh.add_geometry(scene, geometry, options);
         }
         let tree = instance_tree(scene, options, Purpose::Two);
@@ -88,12 +82,18 @@ impl Bvh {
         bvh
     }
 
-    /// Borrowed, for traversals and devices.
+    /// Borrowed, for devices.
+    ///
+    /// # Panics
+    /// Where it was built over instances alone.
     pub fn view(&self) -> BvhView<'_> {
         self.view_with_instances_of(self)
     }
 
-    /// The same with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
     pub fn view_with_instances_of<'a>(&'a self, top: &'a Bvh) -> BvhView<'a> {
         BvhView {
             nodes: &self.nodes,
@@ -107,9 +107,48 @@ impl Bvh {
         }
     }
 
+    /// Nodes of all trees.
+    pub fn nodes(&self) -> &[BvhNode] {
+        &self.nodes
+    }
+
+    /// For each geometry, the number of its root.
+    pub fn roots(&self) -> &[u32] {
+        &self.roots
+    }
+
+    /// The number of the root of the tree over the instances but the world.
+    pub fn instance_root(&self) -> u32 {
+        self.instance_root
+    }
+
+    /// Numbers of instances, in the order of the leaves of their tree.
+    pub fn instance_order(&self) -> &[u32] {
+        &self.instance_order
+    }
+
+    /// Primitives, in the order of the leaves. With spatial splits a triangle may stand there several times, and then the ranges
+    /// of triangles in `geometries` are those of the scene, not of this array.
+    pub fn primitives(&self) -> &PackedPrimitives {
+        &self.primitives
+    }
+
     /// The scalar traversal.
+    ///
+    /// # Panics
+    /// Where it was built over instances alone.
     pub fn tracer<C: Work>(&self, work: C) -> BvhTracer<'_, C> {
-        BvhTracer { bvh: self.view(), work }
+        self.tracer_with_instances_of(self, work)
+    }
+
+    /// [`Bvh::tracer`] with the instances of another, which may be built over these alone
+    /// ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
+    pub fn tracer_with_instances_of<'a, C: Work>(&'a self, top: &'a Bvh, work: C) -> BvhTracer<'a, C> {
+        // SAFETY: closed view: the fields are private, and builders make them so; `view_with_instances_of` checks the instances.
+        unsafe { BvhTracer::new(self.view_with_instances_of(top), work) }
     }
 
     /// The hierarchy in numbers, all trees together.
@@ -136,7 +175,7 @@ impl Bvh {
         if geometry.sphere_count > 0 {
             self.take_spheres(scene, geometry, &mut tree);
         }
-        let vertices = &scene.triangles[geometry.first_triangle as usize..];
+        let vertices = &scene.triangles()[geometry.first_triangle as usize..];
         pack(&mut self.primitives.triangles, vertices, &tree.order);
         let root = self.append(tree.nodes, first_triangle, first_sphere);
         self.roots.push(root);
@@ -158,7 +197,7 @@ impl Bvh {
             spheres += count as u32;
             for &primitive in range {
                 let at = geometry.first_sphere + (primitive - geometry.triangle_count);
-                self.primitives.spheres.push(scene.spheres[at as usize]);
+                self.primitives.spheres.push(scene.spheres()[at as usize]);
                 self.primitives.sphere_primitives.push(primitive);
             }
         }
@@ -195,8 +234,9 @@ pub(crate) fn geometry_tree(
     options: &BuildOptions,
     purpose: Purpose,
 ) -> Tree {
-    let triangles = &scene.triangles[geometry.first_triangle as usize..][..geometry.triangle_count as usize];
-    let spheres = &scene.spheres[geometry.first_sphere as usize..][..geometry.sphere_count as usize];
+    let triangles =
+        &scene.triangles()[geometry.first_triangle as usize..][..geometry.triangle_count as usize];
+    let spheres = &scene.spheres()[geometry.first_sphere as usize..][..geometry.sphere_count as usize];
     let spheres: Vec<Bounds> = spheres.iter().map(sphere_bounds).collect();
     let mut policy = Policy::new(options, purpose, triangles.len(), spheres.len());
     let count = triangles.len() + spheres.len();
@@ -222,7 +262,7 @@ pub(crate) fn geometry_tree(
 
 /// The tree over the instances but the world, numbered from 0. To it, instances are what triangles are to the others.
 pub(crate) fn instance_tree(scene: &SceneGeometry, options: &BuildOptions, purpose: Purpose) -> Tree {
-    let bounds: Vec<Bounds> = scene.instances.iter().skip(1).map(|i| i.world_bounds).collect();
+    let bounds: Vec<Bounds> = scene.instances().iter().skip(1).map(|i| i.world_bounds).collect();
     let mut policy = Policy::new(options, purpose, bounds.len(), 0);
     if purpose == Purpose::Eight {
         policy.max_leaf = [1, 1];

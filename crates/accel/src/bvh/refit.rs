@@ -64,19 +64,19 @@ pub(crate) fn check(
     let counts = |what, built, scene| {
         if built == scene { Ok(()) } else { Err(RefitError::Counts { what, built, scene }) }
     };
-    counts("geometries", geometries.len(), scene.geometries.len())?;
-    counts("instances", instances.len(), scene.instances.len())?;
-    for (number, (built, new)) in geometries.iter().zip(scene.geometries).enumerate() {
+    counts("geometries", geometries.len(), scene.geometries().len())?;
+    counts("instances", instances.len(), scene.instances().len())?;
+    for (number, (built, new)) in geometries.iter().zip(scene.geometries()).enumerate() {
         let end = |first: u32, count: u32| first as usize + count as usize;
         let same = built.triangle_count == new.triangle_count
             && built.sphere_count == new.sphere_count
-            && end(new.first_triangle, new.triangle_count) <= scene.triangles.len()
-            && end(new.first_sphere, new.sphere_count) <= scene.spheres.len();
+            && end(new.first_triangle, new.triangle_count) <= scene.triangles().len()
+            && end(new.first_sphere, new.sphere_count) <= scene.spheres().len();
         if !same {
             return Err(RefitError::Geometry { number });
         }
     }
-    for (number, (built, new)) in instances.iter().zip(scene.instances).enumerate() {
+    for (number, (built, new)) in instances.iter().zip(scene.instances()).enumerate() {
         if built.geometry != new.geometry {
             return Err(RefitError::Instance { number });
         }
@@ -95,9 +95,9 @@ impl Bvh {
     /// changed then.
     pub fn refit(&mut self, scene: &SceneGeometry) -> Result<(), RefitError> {
         check(&self.primitives.geometries, &self.primitives.instances, scene)?;
-        self.primitives.geometries.copy_from_slice(scene.geometries);
-        self.primitives.instances.copy_from_slice(scene.instances);
-        for (number, geometry) in scene.geometries.iter().enumerate() {
+        self.primitives.geometries.copy_from_slice(scene.geometries());
+        self.primitives.instances.copy_from_slice(scene.instances());
+        for (number, geometry) in scene.geometries().iter().enumerate() {
             self.refit_geometry(self.roots[number], geometry, scene);
         }
         if !self.instance_order.is_empty() {
@@ -107,7 +107,7 @@ impl Bvh {
                     self.union_of_children(&node)
                 } else {
                     let numbers = &self.instance_order[node.first as usize..][..node.count as usize];
-                    union(numbers.iter().map(|&i| scene.instances[i as usize].world_bounds))
+                    union(numbers.iter().map(|&i| scene.instances()[i as usize].world_bounds))
                 };
                 self.set_bounds(at, bounds);
             }
@@ -116,8 +116,8 @@ impl Bvh {
     }
 
     fn refit_geometry(&mut self, root: u32, geometry: &Geometry, scene: &SceneGeometry) {
-        let vertices = &scene.triangles[geometry.first_triangle as usize..];
-        let spheres = &scene.spheres[geometry.first_sphere as usize..];
+        let vertices = &scene.triangles()[geometry.first_triangle as usize..];
+        let spheres = &scene.spheres()[geometry.first_sphere as usize..];
         let mut packed = Vec::new();
         for at in self.depth_first(root).into_iter().rev() {
             let node = self.nodes[at as usize];

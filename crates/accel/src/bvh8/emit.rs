@@ -43,7 +43,7 @@ impl Cut {
         } else {
             self.number_leaves(scene, contents, out);
             if let Contents::Primitives(geometry) = contents {
-                let vertices = &scene.triangles[geometry.first_triangle as usize..];
+                let vertices = &scene.triangles()[geometry.first_triangle as usize..];
                 self.farthest = self.emit_blocks(vertices, &mut out.blocks);
             }
         }
@@ -87,7 +87,7 @@ impl Cut {
                 Contents::Instances => LEAF | INSTANCE | (first + 1),
                 Contents::Primitives(geometry) if node.count & BvhNode::SPHERES != 0 => {
                     let number = geometry.first_sphere + (first - geometry.triangle_count);
-                    out.spheres.push(scene.spheres[number as usize]);
+                    out.spheres.push(scene.spheres()[number as usize]);
                     out.sphere_primitives.push(first);
                     LEAF | SPHERE | (out.spheres.len() as Child - 1)
                 }

@@ -24,28 +24,30 @@ use std::time::Instant;
 #[derive(Clone, Debug)]
 pub struct Bvh8 {
     /// Nodes of all trees.
-    pub nodes: Vec<Node8>,
+    nodes: Vec<Node8>,
     /// Leaves of triangles.
-    pub blocks: Vec<TriangleBlock>,
+    blocks: Vec<TriangleBlock>,
     /// Spheres of all geometries, each one leaf.
-    pub spheres: Vec<Sphere>,
+    spheres: Vec<Sphere>,
     /// For each sphere, its number in its geometry.
-    pub sphere_primitives: Vec<u32>,
+    sphere_primitives: Vec<u32>,
     /// For each geometry, its root: a node, a leaf or [`EMPTY`].
-    pub roots: Vec<Child>,
+    roots: Vec<Child>,
     /// For each geometry, how far a first vertex is from 0 (the sum of its coordinates' sizes), together with the lengths of
     /// its two edges: the largest of all triangles.
     farthest: Vec<f32>,
     /// Root of the tree over the instances but the world.
-    pub instance_root: Child,
+    instance_root: Child,
     /// Ranges of primitives in the scene.
-    pub geometries: Vec<Geometry>,
+    geometries: Vec<Geometry>,
     /// Placed geometries.
-    pub instances: Vec<Instance>,
+    instances: Vec<Instance>,
     /// For each geometry, the box around it.
-    pub bounds: Vec<Bounds>,
+    bounds: Vec<Bounds>,
     /// The box around what instances place.
-    pub instance_bounds: Bounds,
+    instance_bounds: Bounds,
+    /// How many geometries instances name: one more than the largest number of one.
+    named_geometries: usize,
     /// How it was built.
     pub builder: Builder,
     /// Wall time of the build.
@@ -56,7 +58,8 @@ impl Bvh8 {
     /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
     pub fn build(scene: &SceneGeometry, options: &BuildOptions) -> Bvh8 {
         let start = Instant::now();
-        let cuts: Vec<Cut> = scene.geometries.iter().map(|g| Bvh8::cut_geometry(scene, g, options)).collect();
+        let cuts: Vec<Cut> =
+            scene.geometries().iter().map(|g| Bvh8::cut_geometry(scene, g, options)).collect();
         let instances = Cut::best(instance_tree(scene, options, Purpose::Eight));
         let nodes = cuts.iter().map(|c| c.wide.len()).sum::<usize>() + instances.wide.len();
         assert!(nodes < LEAF as usize, "more nodes than can be numbered");
@@ -71,19 +74,20 @@ impl Bvh8 {
         let mut bvh8 = Bvh8 {
             nodes: room_for(nodes),
             blocks: room_for(block_room),
-            spheres: Vec::with_capacity(scene.spheres.len()),
-            sphere_primitives: Vec::with_capacity(scene.spheres.len()),
+            spheres: Vec::with_capacity(scene.spheres().len()),
+            sphere_primitives: Vec::with_capacity(scene.spheres().len()),
             roots: Vec::with_capacity(cuts.len()),
-            farthest: Vec::with_capacity(scene.geometries.len()),
+            farthest: Vec::with_capacity(scene.geometries().len()),
             instance_root: EMPTY,
-            geometries: scene.geometries.to_vec(),
-            instances: scene.instances.to_vec(),
+            geometries: scene.geometries().to_vec(),
+            instances: scene.instances().to_vec(),
             bounds: cuts.iter().map(Cut::bounds).collect(),
-            instance_bounds: instance_bounds(scene.instances),
+            instance_bounds: instance_bounds(scene.instances()),
+            named_geometries: scene.named_geometries(),
             builder: options.builder,
             build_seconds: 0.0,
         };
-        for (cut, geometry) in cuts.into_iter().zip(scene.geometries) {
+        for (cut, geometry) in cuts.into_iter().zip(scene.geometries()) {
             let (root, farthest) = cut.emit(scene, Contents::Primitives(geometry), &mut bvh8);
             bvh8.roots.push(root);
             bvh8.farthest.push(farthest);
@@ -93,8 +97,38 @@ impl Bvh8 {
         bvh8
     }
 
+    /// Nodes of all trees.
+    pub fn nodes(&self) -> &[Node8] {
+        &self.nodes
+    }
+
+    /// Leaves of triangles.
+    pub fn blocks(&self) -> &[TriangleBlock] {
+        &self.blocks
+    }
+
+    /// Leaves of one sphere each.
+    pub fn spheres(&self) -> &[Sphere] {
+        &self.spheres
+    }
+
+    /// For each sphere, its number in its geometry.
+    pub fn sphere_primitives(&self) -> &[u32] {
+        &self.sphere_primitives
+    }
+
+    /// For each geometry, its root: a node, a leaf or [`EMPTY`].
+    pub fn roots(&self) -> &[Child] {
+        &self.roots
+    }
+
+    /// The root of the tree over the instances but the world.
+    pub fn instance_root(&self) -> Child {
+        self.instance_root
+    }
+
     fn cut_geometry(scene: &SceneGeometry, geometry: &Geometry, options: &BuildOptions) -> Cut {
-        let triangles = &scene.triangles[geometry.first_triangle as usize..];
+        let triangles = &scene.triangles()[geometry.first_triangle as usize..];
         let triangles = &triangles[..geometry.triangle_count as usize];
         let only_triangles = geometry.sphere_count == 0 && !triangles.is_empty();
         if options.builder == Builder::Morton && only_triangles && !options.cut_large_triangles {

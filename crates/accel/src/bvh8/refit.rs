@@ -16,10 +16,10 @@ impl Bvh8 {
     /// changed then.
     pub fn refit(&mut self, scene: &SceneGeometry) -> Result<(), RefitError> {
         check(&self.geometries, &self.instances, scene)?;
-        self.geometries.copy_from_slice(scene.geometries);
-        self.instances.copy_from_slice(scene.instances);
-        self.instance_bounds = instance_bounds(scene.instances);
-        for (number, geometry) in scene.geometries.iter().enumerate() {
+        self.geometries.copy_from_slice(scene.geometries());
+        self.instances.copy_from_slice(scene.instances());
+        self.instance_bounds = instance_bounds(scene.instances());
+        for (number, geometry) in scene.geometries().iter().enumerate() {
             let mut farthest = 0.0;
             self.bounds[number] = self.refit_tree(self.roots[number], Some(geometry), scene, &mut farthest);
             self.farthest[number] = farthest;
@@ -93,15 +93,15 @@ impl Bvh8 {
     ) -> Bounds {
         let place = (leaf & PLACE) as usize;
         if leaf & INSTANCE != 0 {
-            return scene.instances[place].world_bounds;
+            return scene.instances()[place].world_bounds;
         }
         let geometry = geometry.expect("instances have no primitives beside them");
         if leaf & SPHERE != 0 {
             let number = geometry.first_sphere + self.sphere_primitives[place] - geometry.triangle_count;
-            self.spheres[place] = scene.spheres[number as usize];
+            self.spheres[place] = scene.spheres()[number as usize];
             return sphere_bounds(&self.spheres[place]);
         }
-        let vertices = &scene.triangles[geometry.first_triangle as usize..];
+        let vertices = &scene.triangles()[geometry.first_triangle as usize..];
         let numbers = self.blocks[place].primitive;
         let block = &mut self.blocks[place];
         *block = TriangleBlock::EMPTY;

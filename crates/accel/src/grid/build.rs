@@ -5,6 +5,9 @@ use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{GridRoot, MAX_GRID_CELLS};
 use rayon::prelude::*;
 
+/// Cells for each primitive that are never exceeded.
+const MOST_DENSE: f64 = 1e9;
+
 /// How a grid is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridOptions {
@@ -39,7 +42,8 @@ pub(super) fn build_grid(
     }
     let bounds = bounds_of(items);
     let allowed = items.len() as f64 * options.max_duplication.max(1.0) as f64 + 4096.0;
-    let mut density = options.density as f64;
+    // Finite, or quarters of it would never get small enough.
+    let mut density = f64::from(options.density).min(MOST_DENSE);
     let (root, ranges) = loop {
         let root = GridRoot::new(bounds, resolution(&bounds, items.len(), density, options), first_cell);
         let ranges: Vec<CellRange> = items.par_iter().map(|item| range(&root, &item.bounds)).collect();

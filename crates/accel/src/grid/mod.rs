@@ -16,13 +16,13 @@ use std::time::Instant;
 #[derive(Clone, Debug)]
 pub struct Grid {
     /// For each geometry, its grid.
-    pub roots: Vec<GridRoot>,
+    roots: Vec<GridRoot>,
     /// For each cell of all grids, where its references start; one more at the end.
-    pub starts: Vec<u32>,
+    starts: Vec<u32>,
     /// What cells hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
-    pub references: Vec<u32>,
+    references: Vec<u32>,
     /// Primitives; triangles in the order in which cells name them first.
-    pub primitives: PackedPrimitives,
+    primitives: PackedPrimitives,
     /// Wall time of the build.
     pub build_seconds: f64,
     instances: InstanceTree,
@@ -40,7 +40,7 @@ impl Grid {
             build_seconds: 0.0,
             instances: InstanceTree::build(scene),
         };
-        for geometry in scene.geometries {
+        for geometry in scene.geometries() {
             let items = cells::items(&grid.primitives, geometry);
             grid.roots.push(build::build_grid(&items, options, &mut grid.starts, &mut grid.references));
         }
@@ -50,12 +50,18 @@ impl Grid {
         grid
     }
 
-    /// Borrowed, for traversals and devices.
+    /// Borrowed, for devices.
+    ///
+    /// # Panics
+    /// Where it was built over instances alone.
     pub fn view(&self) -> GridView<'_> {
         self.view_with_instances_of(self)
     }
 
-    /// The same with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
     pub fn view_with_instances_of<'a>(&'a self, top: &'a Grid) -> GridView<'a> {
         GridView {
             roots: &self.roots,
@@ -68,7 +74,37 @@ impl Grid {
 
     /// The traversal.
     pub fn tracer<C: Work>(&self, work: C) -> GridTracer<'_, C> {
-        GridTracer { grid: self.view(), work }
+        self.tracer_with_instances_of(self, work)
+    }
+
+    /// [`Grid::tracer`] with the instances of another, which may be built over these alone
+    /// ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
+    pub fn tracer_with_instances_of<'a, C: Work>(&'a self, top: &'a Grid, work: C) -> GridTracer<'a, C> {
+        // SAFETY: closed view: the fields are private, and builders make them so; `view_with_instances_of` checks the instances.
+        unsafe { GridTracer::new(self.view_with_instances_of(top), work) }
+    }
+
+    /// For each geometry, its grid.
+    pub fn roots(&self) -> &[GridRoot] {
+        &self.roots
+    }
+
+    /// For each cell of all grids, where its references start; one more at the end.
+    pub fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// Numbers of triangles in the array of primitives, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`], cell by cell.
+    pub fn references(&self) -> &[u32] {
+        &self.references
+    }
+
+    /// Primitives, in the order of the leaves.
+    pub fn primitives(&self) -> &PackedPrimitives {
+        &self.primitives
     }
 
     /// The grids of all geometries in numbers; the tree over the instances counts in the bytes alone. Cells are leaves

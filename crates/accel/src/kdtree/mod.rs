@@ -17,13 +17,13 @@ use std::time::Instant;
 #[derive(Clone, Debug)]
 pub struct KdTree {
     /// Nodes of all trees.
-    pub nodes: Vec<KdNode>,
+    nodes: Vec<KdNode>,
     /// For each geometry, its tree.
-    pub roots: Vec<KdRoot>,
+    roots: Vec<KdRoot>,
     /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
-    pub references: Vec<u32>,
+    references: Vec<u32>,
     /// Primitives; triangles in the order in which leaves name them first.
-    pub primitives: PackedPrimitives,
+    primitives: PackedPrimitives,
     /// Wall time of the build.
     pub build_seconds: f64,
     instances: InstanceTree,
@@ -41,7 +41,7 @@ impl KdTree {
             build_seconds: 0.0,
             instances: InstanceTree::build(scene),
         };
-        for geometry in scene.geometries {
+        for geometry in scene.geometries() {
             let items = cells::items(&tree.primitives, geometry);
             if items.is_empty() {
                 tree.roots.push(KdRoot { bounds: Bounds::EMPTY, node: NONE });
@@ -55,12 +55,18 @@ impl KdTree {
         tree
     }
 
-    /// Borrowed, for traversals and devices.
+    /// Borrowed, for devices.
+    ///
+    /// # Panics
+    /// Where it was built over instances alone.
     pub fn view(&self) -> KdTreeView<'_> {
         self.view_with_instances_of(self)
     }
 
-    /// The same with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
     pub fn view_with_instances_of<'a>(&'a self, top: &'a KdTree) -> KdTreeView<'a> {
         KdTreeView {
             nodes: &self.nodes,
@@ -73,7 +79,37 @@ impl KdTree {
 
     /// The traversal.
     pub fn tracer<C: Work>(&self, work: C) -> KdTreeTracer<'_, C> {
-        KdTreeTracer { tree: self.view(), work }
+        self.tracer_with_instances_of(self, work)
+    }
+
+    /// [`KdTree::tracer`] with the instances of another, which may be built over these alone
+    /// ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
+    pub fn tracer_with_instances_of<'a, C: Work>(&'a self, top: &'a KdTree, work: C) -> KdTreeTracer<'a, C> {
+        // SAFETY: closed view: the fields are private, and builders make them so; `view_with_instances_of` checks the instances.
+        unsafe { KdTreeTracer::new(self.view_with_instances_of(top), work) }
+    }
+
+    /// Nodes of all trees.
+    pub fn nodes(&self) -> &[KdNode] {
+        &self.nodes
+    }
+
+    /// For each geometry, its tree.
+    pub fn roots(&self) -> &[KdRoot] {
+        &self.roots
+    }
+
+    /// Numbers of triangles in the array of primitives, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`], leaf by leaf.
+    pub fn references(&self) -> &[u32] {
+        &self.references
+    }
+
+    /// Primitives, in the order of the leaves.
+    pub fn primitives(&self) -> &PackedPrimitives {
+        &self.primitives
     }
 
     /// The trees of all geometries in numbers; that over the instances counts in the bytes alone.

@@ -19,13 +19,13 @@ use std::time::Instant;
 #[derive(Clone, Debug)]
 pub struct Octree {
     /// Nodes of all trees.
-    pub nodes: Vec<OctreeNode>,
+    nodes: Vec<OctreeNode>,
     /// For each geometry, its tree.
-    pub roots: Vec<OctreeRoot>,
+    roots: Vec<OctreeRoot>,
     /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
-    pub references: Vec<u32>,
+    references: Vec<u32>,
     /// Primitives; triangles in the order in which leaves name them first.
-    pub primitives: PackedPrimitives,
+    primitives: PackedPrimitives,
     /// Wall time of the build.
     pub build_seconds: f64,
     instances: InstanceTree,
@@ -43,7 +43,7 @@ impl Octree {
             build_seconds: 0.0,
             instances: InstanceTree::build(scene),
         };
-        for geometry in scene.geometries {
+        for geometry in scene.geometries() {
             let items = cells::items(&tree.primitives, geometry);
             if items.is_empty() {
                 tree.roots.push(OctreeRoot { bounds: Bounds::EMPTY, node: NONE });
@@ -58,12 +58,18 @@ impl Octree {
         tree
     }
 
-    /// Borrowed, for traversals and devices.
+    /// Borrowed, for devices.
+    ///
+    /// # Panics
+    /// Where it was built over instances alone.
     pub fn view(&self) -> OctreeView<'_> {
         self.view_with_instances_of(self)
     }
 
-    /// The same with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
     pub fn view_with_instances_of<'a>(&'a self, top: &'a Octree) -> OctreeView<'a> {
         OctreeView {
             nodes: &self.nodes,
@@ -76,12 +82,56 @@ impl Octree {
 
     /// The traversal that visits every octant that a ray hits.
     pub fn tracer<C: Work>(&self, work: C) -> OctreeTracer<'_, C> {
-        OctreeTracer { tree: self.view(), work }
+        self.tracer_with_instances_of(self, work)
     }
 
     /// The traversal in the parameters of the ray, front to back.
     pub fn parametric_tracer<C: Work>(&self, work: C) -> OctreeParametricTracer<'_, C> {
-        OctreeParametricTracer { tree: self.view(), work }
+        self.parametric_tracer_with_instances_of(self, work)
+    }
+
+    /// [`Octree::tracer`] with the instances of another, which may be built over these alone
+    /// ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
+    pub fn tracer_with_instances_of<'a, C: Work>(&'a self, top: &'a Octree, work: C) -> OctreeTracer<'a, C> {
+        // SAFETY: closed view: the fields are private, and builders make them so; `view_with_instances_of` checks the instances.
+        unsafe { OctreeTracer::new(self.view_with_instances_of(top), work) }
+    }
+
+    /// [`Octree::parametric_tracer`] with the instances of another, which may be built over these alone
+    /// ([`SceneGeometry::of_instances`]).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
+    pub fn parametric_tracer_with_instances_of<'a, C: Work>(
+        &'a self,
+        top: &'a Octree,
+        work: C,
+    ) -> OctreeParametricTracer<'a, C> {
+        // SAFETY: closed view: the fields are private, and builders make them so; `view_with_instances_of` checks the instances.
+        unsafe { OctreeParametricTracer::new(self.view_with_instances_of(top), work) }
+    }
+
+    /// Nodes of all trees.
+    pub fn nodes(&self) -> &[OctreeNode] {
+        &self.nodes
+    }
+
+    /// For each geometry, its tree.
+    pub fn roots(&self) -> &[OctreeRoot] {
+        &self.roots
+    }
+
+    /// Numbers of triangles in the array of primitives, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`], leaf by leaf.
+    pub fn references(&self) -> &[u32] {
+        &self.references
+    }
+
+    /// Primitives, in the order of the leaves.
+    pub fn primitives(&self) -> &PackedPrimitives {
+        &self.primitives
     }
 
     /// The trees of all geometries in numbers; that over the instances counts in the bytes alone. Octants that hold

@@ -265,7 +265,7 @@ fn thousands_of_equal_primitives_end_in_bounded_memory() {
     let octree = Octree::build(&scene, &OctreeOptions { max_depth: 16, ..OctreeOptions::pg1() });
     let grid = Grid::build(&scene, &GridOptions::default());
     let kdtree = KdTree::build(&scene, &KdTreeOptions::default());
-    for references in [&octree.references, &grid.references, &kdtree.references] {
+    for references in [&octree.references(), &grid.references(), &kdtree.references()] {
         assert!(references.len() < 40 * 6000, "{}", references.len());
     }
     let structures = Structures::new(&world);
@@ -300,9 +300,19 @@ fn any_number_of_threads_builds_the_same_structures() {
     let (octree, grid, kdtree) = build(1);
     for threads in [2, 7] {
         let (o, g, k) = build(threads);
-        assert!(o.nodes == octree.nodes && o.references == octree.references && o.roots == octree.roots);
-        assert!(g.starts == grid.starts && g.references == grid.references && g.roots == grid.roots);
-        assert!(k.nodes == kdtree.nodes && k.references == kdtree.references && k.roots == kdtree.roots);
+        assert!(
+            o.nodes() == octree.nodes()
+                && o.references() == octree.references()
+                && o.roots() == octree.roots()
+        );
+        assert!(
+            g.starts() == grid.starts() && g.references() == grid.references() && g.roots() == grid.roots()
+        );
+        assert!(
+            k.nodes() == kdtree.nodes()
+                && k.references() == kdtree.references()
+                && k.roots() == kdtree.roots()
+        );
     }
 }
 

@@ -8,8 +8,7 @@ use eosphor_accel::{
     KdTreeOptions, Octree, OctreeOptions, OneByOne, SceneGeometry, SimdLevel,
 };
 use eosphor_core::hierarchy::{
-    BvhTracer, ExhaustiveTracer, FarTracer, GridTracer, IgnoreWork, KdTreeTracer, Link,
-    OctreeParametricTracer, OctreeTracer, PairTracer, PairView, WideTracer, WideView,
+    BvhPair, FarTracer, IgnoreWork, Link, PairTracer, PairView, WideNode, WideTracer, WideView,
 };
 
 /// What is below, and what is above.
@@ -21,8 +20,10 @@ struct Levels<T> {
 impl<T> Levels<T> {
     fn new(world: &World, build: impl Fn(&SceneGeometry) -> T) -> Levels<T> {
         let all = world.geometry();
-        let below = SceneGeometry { instances: &all.instances[..1], ..all };
-        Levels { below: build(&below), top: build(&SceneGeometry::of_instances(all.instances)) }
+        let world = &all.instances()[..1];
+        let below = SceneGeometry::new(all.triangles(), all.spheres(), all.geometries(), world);
+        let below = below.expect("a world that holds together");
+        Levels { below: build(&below), top: build(&SceneGeometry::of_instances(all.instances()).unwrap()) }
     }
 }
 
@@ -35,8 +36,8 @@ pub(crate) struct Apart {
     grid: Levels<Grid>,
     kdtree: Levels<KdTree>,
     /// With the tree over the instances in room that was made for it.
-    pairs: (BvhPairs, Link),
-    wide: (BvhWide, u32),
+    pairs: (BvhPairs, Vec<BvhPair>, Link),
+    wide: (BvhWide, Vec<WideNode>, u32),
 }
 
 impl Apart {
@@ -44,19 +45,21 @@ impl Apart {
         let options = BuildOptions::default();
         let bvh = Levels::new(world, |scene| Bvh::build(scene, &options));
         let mut pairs = BvhPairs::new(&bvh.below).expect("it is small");
-        let room = world.geometry().instances.len();
+        let room = world.geometry().instances().len();
         let wide = BvhWide::new(&pairs).expect("it is small");
-        let first = wide.nodes.len();
-        let mut wide = wide.with_room(room).expect("it is small");
-        let (own, root) = BvhPairs::over_instances(&bvh.top, pairs.roots[0].reach, 0);
+        let first = wide.nodes().len();
+        let wide = wide.with_room(room).expect("it is small");
+        let mut wide_nodes = wide.nodes().to_vec();
+        let (own, root) = BvhPairs::over_instances(&bvh.top, pairs.roots()[0].reach, 0);
         let (own, wide_root) = BvhWide::over_instances(&own, root, first as u32);
-        wide.nodes[first..][..own.len()].copy_from_slice(&own);
-        let first = pairs.pairs.len();
+        wide_nodes[first..][..own.len()].copy_from_slice(&own);
+        let first = pairs.pairs().len();
         // Not the first room, as it were.
         pairs.make_room(2 * room);
         let first = first + room;
-        let (own, root) = BvhPairs::over_instances(&bvh.top, pairs.roots[0].reach, first as u32);
-        pairs.pairs[first..][..own.len()].copy_from_slice(&own);
+        let (own, root) = BvhPairs::over_instances(&bvh.top, pairs.roots()[0].reach, first as u32);
+        let mut all_pairs = pairs.pairs().to_vec();
+        all_pairs[first..][..own.len()].copy_from_slice(&own);
         Apart {
             exhaustive: Levels::new(world, Exhaustive::new),
             bvh,
@@ -64,27 +67,29 @@ impl Apart {
             octree: Levels::new(world, |scene| Octree::build(scene, &OctreeOptions::default())),
             grid: Levels::new(world, |scene| Grid::build(scene, &GridOptions::default())),
             kdtree: Levels::new(world, |scene| KdTree::build(scene, &KdTreeOptions::default())),
-            pairs: (pairs, root),
-            wide: (wide, wide_root),
+            pairs: (pairs, all_pairs, root),
+            wide: (wide, wide_nodes, wide_root),
         }
     }
 
     pub(crate) fn add_ways<'a>(&'a self, ways: &mut Vec<Way<'a>>) {
         let (work, name) = (IgnoreWork, |name: &str| format!("{name}, the top level apart"));
         let Levels { below, top } = &self.exhaustive;
-        let primitives = below.view_with_instances_of(top);
-        add(ways, name("none"), OneByOne(ExhaustiveTracer { primitives, work }));
+        add(ways, name("none"), OneByOne(below.tracer_with_instances_of(top, work)));
         let Levels { below, top } = &self.bvh;
-        let bvh = below.view_with_instances_of(top);
-        add(ways, name("bvh"), OneByOne(BvhTracer { bvh, work }));
-        let (pairs, instance_root) = &self.pairs;
-        let (instance_root, primitives) = (*instance_root, bvh.primitives);
-        let view = PairView { instance_root, primitives, ..pairs.view(below) };
-        add(ways, name("bvh in pairs"), OneByOne(PairTracer::<true> { view }));
-        add(ways, name("bvh in pairs, for far rays"), OneByOne(FarTracer::<true> { view }));
-        let (wide, instance_root) = &self.wide;
-        let view = WideView { instance_root: *instance_root, ..wide.view(primitives) };
-        add(ways, name("bvh wide"), OneByOne(WideTracer::<true> { view }));
+        add(ways, name("bvh"), OneByOne(below.tracer_with_instances_of(top, work)));
+        let primitives = below.view_with_instances_of(top).primitives;
+        let (pairs, nodes, instance_root) = &self.pairs;
+        let view = PairView { pairs: nodes, instance_root: *instance_root, primitives, ..pairs.view(below) };
+        // SAFETY: closed view: pairs over instances, made for the place where they are, beside the pairs of all geometries.
+        unsafe {
+            add(ways, name("bvh in pairs"), OneByOne(PairTracer::<true>::new(view)));
+            add(ways, name("bvh in pairs, for far rays"), OneByOne(FarTracer::<true>::new(view)));
+        }
+        let (wide, nodes, instance_root) = &self.wide;
+        let view = WideView { nodes, instance_root: *instance_root, primitives, ..wide.view(below) };
+        // SAFETY: closed view: as above.
+        add(ways, name("bvh wide"), OneByOne(unsafe { WideTracer::<true>::new(view) }));
         let Levels { below, top } = &self.bvh8;
         for level in SimdLevel::available() {
             let Some(tracer) = below.tracer_at(level) else { continue };
@@ -95,14 +100,12 @@ impl Apart {
             }
         }
         let Levels { below, top } = &self.octree;
-        let tree = below.view_with_instances_of(top);
-        add(ways, name("octree"), OneByOne(OctreeTracer { tree, work }));
-        add(ways, name("octree-parametric"), OneByOne(OctreeParametricTracer { tree, work }));
+        add(ways, name("octree"), OneByOne(below.tracer_with_instances_of(top, work)));
+        let parametric = below.parametric_tracer_with_instances_of(top, work);
+        add(ways, name("octree-parametric"), OneByOne(parametric));
         let Levels { below, top } = &self.grid;
-        let grid = below.view_with_instances_of(top);
-        add(ways, name("grid"), OneByOne(GridTracer { grid, work }));
+        add(ways, name("grid"), OneByOne(below.tracer_with_instances_of(top, work)));
         let Levels { below, top } = &self.kdtree;
-        let tree = below.view_with_instances_of(top);
-        add(ways, name("kd-tree"), OneByOne(KdTreeTracer { tree, work }));
+        add(ways, name("kd-tree"), OneByOne(below.tracer_with_instances_of(top, work)));
     }
 }

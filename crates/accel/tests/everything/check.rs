@@ -56,7 +56,7 @@ impl Expected {
         let first = Hit { t_rest: self.closest.t_rest, ..self.chain[0] };
         assert_same("reference", "chain", &first, &self.closest, ray, filter);
         assert_eq!(self.hidden, !self.closest.is_miss(), "{ray:?}");
-        let primitives = &structures.exhaustive.primitives;
+        let primitives = &structures.exhaustive.primitives();
         for hit in &self.chain {
             if hit.is_miss() {
                 assert_eq!(bits(hit), bits(&Hit::miss(ray.t_max)), "a miss says t_max: {ray:?}");
@@ -64,8 +64,8 @@ impl Expected {
             }
             assert!(hit.t > ray.t_min && hit.t <= ray.t_max && hit.t.is_finite(), "{hit:?} {ray:?}");
             // Spheres are not left out by number.
-            let geometry = primitives.instances[hit.id.instance as usize].geometry;
-            let is_sphere = hit.id.primitive >= primitives.geometries[geometry as usize].triangle_count;
+            let geometry = primitives.instances()[hit.id.instance as usize].geometry;
+            let is_sphere = hit.id.primitive >= primitives.geometries()[geometry as usize].triangle_count;
             assert!(is_sphere || !filter.skips(hit.id), "{hit:?} {filter:?}");
         }
         for pair in self.chain.windows(2) {

@@ -123,8 +123,8 @@ impl Structures {
             add(&mut ways, format!("bvh {name}, in pairs"), OneByOne(pairs.tracer(bvh)));
             add(&mut ways, format!("bvh {name}, in pairs, in step"), OneByOne(pairs.tracer_in_step(bvh)));
             add(&mut ways, format!("bvh {name}, in pairs, for far rays"), OneByOne(pairs.far_tracer(bvh)));
-            add(&mut ways, format!("bvh {name}, wide"), OneByOne(wide.tracer(bvh.primitives.view())));
-            if bvh.primitives.instances.len() == 1 {
+            add(&mut ways, format!("bvh {name}, wide"), OneByOne(wide.tracer(bvh)));
+            if bvh.primitives().instances().len() == 1 {
                 for (how, company) in [("alone", Company::ALONE), ("together", Company::TOGETHER)] {
                     let tracer = pairs.world_tracer(bvh, company);
                     add(&mut ways, format!("bvh {name}, in pairs, {how}"), OneByOne(tracer));

@@ -70,12 +70,8 @@ impl World {
     }
 
     pub(crate) fn geometry(&self) -> SceneGeometry<'_> {
-        SceneGeometry {
-            triangles: &self.triangles,
-            spheres: &self.spheres,
-            geometries: &self.geometries,
-            instances: &self.instances,
-        }
+        SceneGeometry::new(&self.triangles, &self.spheres, &self.geometries, &self.instances)
+            .expect("a world that holds together")
     }
 
     /// The largest absolute coordinate in world space.

@@ -1,6 +1,6 @@
 //! Bounding volume hierarchy with two children a node: the nodes, and the scalar traversal.
 
-use super::candidates::{Placement, PrimitivesView, item};
+use super::candidates::{Placement, PrimitivesView, trusted};
 use super::far::{FarRay, is_far};
 use super::search::{Any, Moved, Search};
 use super::two_level::{InstanceTreeView, SearchScene, answer_queries};
@@ -65,7 +65,7 @@ pub struct BvhView<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct BvhTracer<'a, C> {
     /// The hierarchy.
-    pub bvh: BvhView<'a>,
+    bvh: BvhView<'a>,
     /// Told what is done.
     pub work: C,
 }
@@ -102,13 +102,24 @@ impl<C: Work> VisitLeaf for PrimitiveLeaves<'_, '_, C> {
     }
 }
 
+impl<'a, C: Work> BvhTracer<'a, C> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(bvh: BvhView<'a>, work: C) -> Self {
+        BvhTracer { bvh, work }
+    }
+}
+
 impl<C: Work> BvhTracer<'_, C> {
     /// [`Tracer::occluded`] by what instances place, the world itself left out.
     #[inline(always)]
     pub fn occluded_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
         let mut search = Any::new(ray.t_max, 0.0);
         let primitives = &self.bvh.primitives;
-        let world_ray = LocalRay::of(ray, None, item(primitives.geometries, 0).extent);
+        let world_ray = LocalRay::of(ray, None, trusted(primitives.geometries, 0).extent);
         if primitives.instances.len() > 1 && !world_ray.t_min.is_nan() {
             self.search_instances(ray, filter, &mut search);
         }
@@ -131,8 +142,8 @@ impl<C: Work> SearchScene for BvhTracer<'_, C> {
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {
-        let (nodes, root) = (self.bvh.nodes, *item(self.bvh.roots, geometry));
-        let bounds = item(nodes, root).bounds();
+        let (nodes, root) = (self.bvh.nodes, *trusted(self.bvh.roots, geometry));
+        let bounds = trusted(nodes, root).bounds();
         // A ray with numbers out of range hits nothing, from wherever it is looked at.
         if is_far(ray.origin, bounds.extent()) & !ray.t_min.is_nan() {
             let (map, _) = self.bvh.primitives.space(placement.instance);
@@ -167,7 +178,7 @@ pub(super) fn walk<S: Search>(
     search: &mut S,
     leaves: &mut impl VisitLeaf,
 ) -> bool {
-    let mut node = item(nodes, root);
+    let mut node = trusted(nodes, root);
     work.nodes(1);
     let (near, far) = slab.interval(&node.bounds(), t_min);
     if !Slab::passes(near, far, search.t_max()) {
@@ -177,7 +188,7 @@ pub(super) fn walk<S: Search>(
     let mut stack = Stack::new(&mut room);
     loop {
         if node.is_inner() {
-            let (first, second) = (item(nodes, node.first), item(nodes, node.first + 1));
+            let (first, second) = (trusted(nodes, node.first), trusted(nodes, node.first + 1));
             work.nodes(2);
             let (near0, far0) = slab.interval(&first.bounds(), t_min);
             let (near1, far1) = slab.interval(&second.bounds(), t_min);
@@ -204,7 +215,7 @@ pub(super) fn walk<S: Search>(
             match stack.pop() {
                 None => return false,
                 Some((index, near)) if Slab::passes(near, f32::INFINITY, search.t_max()) => {
-                    node = item(nodes, index);
+                    node = trusted(nodes, index);
                     break;
                 }
                 Some(_) => {}

@@ -65,7 +65,7 @@ impl PrimitivesView<'_> {
         while k < first + count {
             let number = k;
             k += 1;
-            let triangle = item(self.triangles, number);
+            let triangle = trusted(self.triangles, number);
             let step = triangle.first_step(ray);
             if !step.may_meet {
                 continue;
@@ -94,14 +94,14 @@ impl PrimitivesView<'_> {
     #[inline(always)]
     pub(super) fn exact_triangle(&self, place: Place, world_ray: &Ray) -> TriangleHit {
         let (map, extent) = self.space(place.instance);
-        intersect_triangle(item(self.triangles, place.primitive), world_ray, map, extent)
+        intersect_triangle(trusted(self.triangles, place.primitive), world_ray, map, extent)
     }
 
     /// What the `t` of a triangle's hit lacks of that of double precision.
     #[inline(always)]
     pub(super) fn rest(&self, place: Place, t: f32, world_ray: &Ray) -> f32 {
         let (map, _) = self.space(place.instance);
-        t_rest(item(self.triangles, place.primitive), t, world_ray, map)
+        t_rest(trusted(self.triangles, place.primitive), t, world_ray, map)
     }
 
     /// The `t` of a hit in double precision.
@@ -131,10 +131,10 @@ impl PrimitivesView<'_> {
     #[inline(always)]
     pub(super) fn space(&self, instance: u32) -> (Option<&Affine>, f32) {
         if instance == 0 {
-            return (None, item(self.geometries, 0).extent);
+            return (None, trusted(self.geometries, 0).extent);
         }
-        let instance = item(self.instances, instance);
-        (Some(&instance.object_from_world), item(self.geometries, instance.geometry).extent)
+        let instance = trusted(self.instances, instance);
+        (Some(&instance.object_from_world), trusted(self.geometries, instance.geometry).extent)
     }
 
     /// The same by the whole test of every triangle: the reference.
@@ -150,7 +150,7 @@ impl PrimitivesView<'_> {
     ) -> bool {
         let mut k = first;
         while k < first + count {
-            let triangle = item(self.triangles, k);
+            let triangle = trusted(self.triangles, k);
             let id = PrimitiveId { instance: placement.instance, primitive: triangle.primitive };
             let step = triangle.first_step(ray);
             // Rays meet the triangle that they start on, and the one that they go to, more often than any other.
@@ -176,8 +176,8 @@ impl PrimitivesView<'_> {
         let mut k = first;
         while k < first + count {
             let id =
-                PrimitiveId { instance: placement.instance, primitive: *item(self.sphere_primitives, k) };
-            if may_meet_sphere(ray, item(self.spheres, k))
+                PrimitiveId { instance: placement.instance, primitive: *trusted(self.sphere_primitives, k) };
+            if may_meet_sphere(ray, trusted(self.spheres, k))
                 && search.unclear(self, placement.place(k | SPHERE_REFERENCE), id, placement)
             {
                 return true;
@@ -203,7 +203,7 @@ impl PrimitivesView<'_> {
         }
         let (map, _) = self.space(place.instance);
         let [first, second] =
-            intersect_sphere(item(self.spheres, place.primitive & !SPHERE_REFERENCE), ray, map);
+            intersect_sphere(trusted(self.spheres, place.primitive & !SPHERE_REFERENCE), ray, map);
         let mut root = 0;
         while root < 2 {
             let crossing = if root == 0 { first } else { second };
@@ -229,12 +229,12 @@ impl PrimitivesView<'_> {
         slab: &Slab,
         [t_min, t_max]: [f32; 2],
     ) -> Option<(Placement<'r>, LocalRay)> {
-        let instance = item(self.instances, number);
+        let instance = trusted(self.instances, number);
         let (near, far) = slab.interval(&instance.world_bounds, t_min);
         if !Slab::passes(near, far, t_max) {
             return None;
         }
-        let extent = item(self.geometries, instance.geometry).extent;
+        let extent = trusted(self.geometries, instance.geometry).extent;
         let local = LocalRay::of(ray, Some(&instance.object_from_world), extent);
         Some((Placement { instance: number, world_ray: ray }, local))
     }
@@ -252,7 +252,7 @@ out_of_line! {
     ) -> f32 {
         let mut k = 0;
         while k < triangles.len() as u32 {
-            let triangle = item(triangles, k);
+            let triangle = trusted(triangles, k);
             if triangle.primitive == primitive && intersect_triangle(triangle, ray, map, extent).t == t {
                 return t_rest(triangle, t, ray, map);
             }
@@ -262,11 +262,11 @@ out_of_line! {
     }
 }
 
-/// An item of an array by an index that comes from the scene's own arrays, which builders keep in range.
+/// An item of a hierarchy's array, by an index that the same hierarchy holds. It is not checked: traversals are reached through
+/// tracers alone, and who makes a tracer promises the invariant.
 #[inline(always)]
-pub(crate) fn item<T>(items: &[T], index: u32) -> &T {
+pub(super) fn trusted<T>(items: &[T], index: u32) -> &T {
     debug_assert!((index as usize) < items.len());
-    // SAFETY: indices come from SceneData and the hierarchy builders, which make them in range (checked in debug
-    // builds, which run the same code).
+    // SAFETY: closed view, promised to the tracer's `new` (debug builds check it).
     unsafe { items.get_unchecked(index as usize) }
 }

@@ -1,6 +1,6 @@
 //! No hierarchy: every primitive is tested. The reference for all others.
 
-use super::candidates::{Placement, PrimitivesView, item};
+use super::candidates::{Placement, PrimitivesView, trusted};
 use super::search::Search;
 use super::two_level::{SearchScene, answer_queries};
 use super::{Tracer, Work};
@@ -11,9 +11,20 @@ use crate::ray::{Hit, Ray, RayFilter};
 #[derive(Clone, Copy, Debug)]
 pub struct ExhaustiveTracer<'a, C> {
     /// Primitives and instances.
-    pub primitives: PrimitivesView<'a>,
+    primitives: PrimitivesView<'a>,
     /// Told what is done.
     pub work: C,
+}
+
+impl<'a, C: Work> ExhaustiveTracer<'a, C> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(primitives: PrimitivesView<'a>, work: C) -> Self {
+        ExhaustiveTracer { primitives, work }
+    }
 }
 
 impl<C: Work> SearchScene for ExhaustiveTracer<'_, C> {
@@ -31,7 +42,7 @@ impl<C: Work> SearchScene for ExhaustiveTracer<'_, C> {
         filter: &RayFilter,
         search: &mut impl Search,
     ) -> bool {
-        let g = item(self.primitives.geometries, geometry);
+        let g = trusted(self.primitives.geometries, geometry);
         self.work.primitives(g.triangle_count + g.sphere_count);
         self.primitives.test_triangles(g.first_triangle, g.triangle_count, ray, placement, filter, search)
             || self.primitives.search_spheres(g.first_sphere, g.sphere_count, ray, placement, search)

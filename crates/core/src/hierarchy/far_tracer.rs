@@ -15,7 +15,18 @@ use crate::ray::{Hit, Ray, RayFilter};
 #[derive(Clone, Copy, Debug)]
 pub struct FarTracer<'a, const PLACED: bool> {
     /// The trees.
-    pub view: PairView<'a>,
+    view: PairView<'a>,
+}
+
+impl<'a, const PLACED: bool> FarTracer<'a, PLACED> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(view: PairView<'a>) -> Self {
+        FarTracer { view }
+    }
 }
 
 impl<const PLACED: bool> FarTracer<'_, PLACED> {

@@ -1,6 +1,6 @@
 //! kd-tree: the nodes, and the scalar traversal (Havran 2000, "Heuristic ray shooting algorithms", algorithm TA-B rec).
 
-use super::candidates::{Placement, PrimitivesView, item};
+use super::candidates::{Placement, PrimitivesView, trusted};
 use super::cell_ray::{CellRay, in_time};
 use super::references::{Mailbox, References};
 use super::search::Search;
@@ -78,9 +78,20 @@ pub struct KdTreeView<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct KdTreeTracer<'a, C> {
     /// The tree.
-    pub tree: KdTreeView<'a>,
+    tree: KdTreeView<'a>,
     /// Told what is done: nodes are those entered, inner ones and leaves.
     pub work: C,
+}
+
+impl<'a, C: Work> KdTreeTracer<'a, C> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(tree: KdTreeView<'a>, work: C) -> Self {
+        KdTreeTracer { tree, work }
+    }
 }
 
 impl<C: Work> SearchScene for KdTreeTracer<'_, C> {
@@ -100,7 +111,7 @@ impl<C: Work> SearchScene for KdTreeTracer<'_, C> {
         search: &mut impl Search,
     ) -> bool {
         let tree = &self.tree;
-        let root = item(tree.roots, geometry);
+        let root = trusted(tree.roots, geometry);
         if root.node == crate::material::NONE {
             return false;
         }
@@ -121,7 +132,7 @@ impl<C: Work> SearchScene for KdTreeTracer<'_, C> {
         let mut stack = Stack::new(&mut room);
         let mut number = root.node;
         loop {
-            let node = item(tree.nodes, number);
+            let node = trusted(tree.nodes, number);
             self.work.nodes(1);
             if !node.is_leaf() {
                 let (axis, plane) = ((node.kind & 3) as usize, f32::from_bits(node.plane_or_first));

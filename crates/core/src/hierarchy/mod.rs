@@ -1,4 +1,15 @@
 //! Finding hits: the queries, the hierarchies as devices read them, and their scalar traversals.
+//!
+//! # Closed views
+//!
+//! A view (`BvhView`, `PairView`, ...) is plain borrowed arrays. Traversals follow the numbers in them without looking where they
+//! lead, so the constructors of tracers are unsafe, and their callers promise that the view is **closed**:
+//!
+//! - Every number of a node, root, reference, primitive, geometry or instance in these arrays is the number of an item in the
+//!   array that it names, and every range lies in its array. There is a geometry 0, and instance 0 is the world.
+//! - From each root no path is longer than the `MAX_..._DEPTH` of its structure, so that stacks of fixed size suffice.
+//!
+//! Coordinates may be anything, NaN and infinities included. `eosphor-accel` builds closed views and makes tracers safely.
 
 mod bvh;
 mod candidates;
@@ -26,7 +37,7 @@ mod work;
 
 pub use bvh::{BvhNode, BvhTracer, BvhView, MAX_BVH_DEPTH};
 pub use candidates::PrimitivesView;
-pub(crate) use candidates::item;
+
 pub use exhaustive::ExhaustiveTracer;
 pub use far::{Entry, FAR, FarRay, is_far, moved_at};
 pub use far_tracer::FarTracer;

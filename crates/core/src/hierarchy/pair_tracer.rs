@@ -14,7 +14,18 @@ use crate::ray::{Hit, Ray, RayFilter};
 #[derive(Clone, Copy, Debug)]
 pub struct PairTracer<'a, const PLACED: bool, const IN_STEP: bool = false> {
     /// The trees.
-    pub view: PairView<'a>,
+    view: PairView<'a>,
+}
+
+impl<'a, const PLACED: bool, const IN_STEP: bool> PairTracer<'a, PLACED, IN_STEP> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(view: PairView<'a>) -> Self {
+        PairTracer { view }
+    }
 }
 
 impl<const PLACED: bool, const IN_STEP: bool> Walks for PairTracer<'_, PLACED, IN_STEP> {

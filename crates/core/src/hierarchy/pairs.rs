@@ -8,7 +8,7 @@
 //! What is not certain in single precision would need a function that every walk keeps registers for. So it is put aside
 //! (`put_off.rs`) until the walk is over.
 
-use super::candidates::{Placement, PrimitivesView, item};
+use super::candidates::{Placement, PrimitivesView, trusted};
 use super::far::FarRay;
 use super::search::{Moved, Search};
 use super::warp::Warp;
@@ -220,20 +220,20 @@ impl PairView<'_> {
         let around = |center: Vec3, half: Vec3| Bounds { min: center - half, max: center + half };
         match link.target() {
             Target::Node(number) => {
-                let pair = item(self.pairs, number);
+                let pair = trusted(self.pairs, number);
                 around(pair.center0, pair.half0).union(&around(pair.center1, pair.half1))
             }
             Target::Triangles(first, count) => {
                 let mut bounds = Bounds::EMPTY;
                 let mut k = first;
                 while k < first + count {
-                    bounds = bounds.union(&item(self.primitives.triangles, k).bounds());
+                    bounds = bounds.union(&trusted(self.primitives.triangles, k).bounds());
                     k += 1;
                 }
                 bounds
             }
-            Target::Sphere(number) => sphere_bounds(item(self.primitives.spheres, number)),
-            Target::Instance(number) => item(self.primitives.instances, number).world_bounds,
+            Target::Sphere(number) => sphere_bounds(trusted(self.primitives.spheres, number)),
+            Target::Instance(number) => trusted(self.primitives.instances, number).world_bounds,
             Target::Nothing => Bounds::EMPTY,
         }
     }
@@ -289,7 +289,7 @@ impl<'a> Space<'a> {
 
     #[inline(always)]
     pub(super) fn world(primitives: &PrimitivesView, reach: f32, world_ray: &'a Ray) -> Space<'a> {
-        let ray = LocalRay::of(world_ray, None, item(primitives.geometries, 0).extent);
+        let ray = LocalRay::of(world_ray, None, trusted(primitives.geometries, 0).extent);
         Space::new(Placement::world(world_ray), ray, reach)
     }
 
@@ -384,7 +384,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
                 stack.push(view.instance_root);
             }
         }
-        let root = item(view.roots, 0);
+        let root = trusted(view.roots, 0);
         let space = Space::world(&view.primitives, root.reach, world_ray);
         let mut walk = Walk { space, from: 0.0, next: root.first, stack };
         if ANYWHERE {
@@ -406,7 +406,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     /// The world, from where the ray enters what is there.
     #[inline(always)]
     fn world_from_box(&self, view: &PairView) -> Option<Space<'a>> {
-        let root = item(view.roots, 0);
+        let root = trusted(view.roots, 0);
         let space = Space::world(&view.primitives, root.reach, self.space.placement.world_ray);
         if space.ray.t_min.is_nan() {
             return None;
@@ -472,7 +472,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         loop {
             let t_max = in_register(self.t_max(search));
             while self.next.is_pair() {
-                self.pass(&item(view.pairs, self.next.0).read(), t_max);
+                self.pass(&trusted(view.pairs, self.next.0).read(), t_max);
             }
             if self.next.is_triangles() {
                 if self.search_triangles(view, filter, search) {
@@ -518,7 +518,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     fn step(&mut self, view: &PairView, filter: &RayFilter, search: &mut impl Search) -> Option<Outcome> {
         if self.next.is_pair() {
             let t_max = self.t_max(search);
-            self.pass(&item(view.pairs, self.next.0).read(), t_max);
+            self.pass(&trusted(view.pairs, self.next.0).read(), t_max);
             return None;
         }
         if self.next.is_triangles() {
@@ -564,7 +564,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         loop {
             let t_max = in_register(self.t_max(search));
             while self.next.is_pair() {
-                let pair = item(view.pairs, self.next.0).read();
+                let pair = trusted(view.pairs, self.next.0).read();
                 let crossing = self.cross(&pair, t_max);
                 let (enters0, enters1) = (crossing.enters0 & !is_over, crossing.enters1 & !is_over);
                 let (any0, any1) = (warp.count(enters0) > 0, warp.count(enters1) > 0);
@@ -659,8 +659,8 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             }
             let ends = [t_min, self.t_max(search)];
             let (placement, ray) = view.primitives.enter_instance(number, world_ray, &slab, ends)?;
-            let instance = item(view.primitives.instances, number);
-            let root = item(view.roots, instance.geometry);
+            let instance = trusted(view.primitives.instances, number);
+            let root = trusted(view.roots, instance.geometry);
             let mut space = Space::new(placement, ray, root.reach);
             if ANYWHERE {
                 let map = Some(&instance.object_from_world);
@@ -681,7 +681,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
                 unsafe { self.stack.push(self.next) };
             }
         } else if PLACED && self.next == Link::WORLD {
-            let root = item(view.roots, 0);
+            let root = trusted(view.roots, 0);
             self.space = Space::world(&view.primitives, root.reach, world_ray);
             if ANYWHERE && let Some(space) = self.world_from_box(view) {
                 self.space = space;

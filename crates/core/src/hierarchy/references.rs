@@ -1,7 +1,7 @@
 //! Primitives by number, for structures that hold a primitive in more than one place.
 
 use super::Work;
-use super::candidates::{Placement, PrimitivesView, item};
+use super::candidates::{Placement, PrimitivesView, trusted};
 use super::search::Search;
 use crate::intersect::LocalRay;
 use crate::ray::RayFilter;
@@ -53,7 +53,7 @@ impl<C: Work> References<'_, C> {
         let (primitives, ray, placement) = (self.primitives, self.ray, self.placement);
         let mut k = first;
         while k < first + count {
-            let reference = *item(self.references, k);
+            let reference = *trusted(self.references, k);
             k += 1;
             if let Some(mailbox) = &mut self.mailbox
                 && mailbox.has(reference)

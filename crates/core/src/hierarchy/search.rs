@@ -4,7 +4,7 @@
 //! little where registers are scarce; it is computed when the search is over. Where bounds overlap, double precision tells.
 
 use super::SPHERE_REFERENCE;
-use super::candidates::{Placement, PrimitivesView, item};
+use super::candidates::{Placement, PrimitivesView, trusted};
 use crate::intersect::{T_ERROR, T_ROUNDING, TriangleHit};
 use crate::material::NONE;
 use crate::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
@@ -24,9 +24,9 @@ impl Place {
     #[inline(always)]
     pub(super) fn id(self, primitives: &PrimitivesView) -> PrimitiveId {
         let primitive = if self.primitive & SPHERE_REFERENCE == 0 {
-            item(primitives.triangles, self.primitive).primitive
+            trusted(primitives.triangles, self.primitive).primitive
         } else {
-            *item(primitives.sphere_primitives, self.primitive & !SPHERE_REFERENCE)
+            *trusted(primitives.sphere_primitives, self.primitive & !SPHERE_REFERENCE)
         };
         PrimitiveId { instance: self.instance, primitive }
     }

@@ -2,7 +2,7 @@
 
 use super::Work;
 use super::bvh::{BvhNode, VisitLeaf, walk};
-use super::candidates::{Placement, PrimitivesView, item};
+use super::candidates::{Placement, PrimitivesView, trusted};
 use super::far::{FarRay, is_far};
 use super::search::{Any, Closest, Moved, Next, Search};
 use crate::intersect::{LocalRay, Slab};
@@ -51,7 +51,7 @@ pub(super) trait SearchScene {
         let primitives = self.primitives();
         match primitives.enter_instance(number, ray, slab, [ray.t_min, search.t_max()]) {
             Some((placement, local)) => {
-                let geometry = item(primitives.instances, number).geometry;
+                let geometry = trusted(primitives.instances, number).geometry;
                 self.search_geometry(geometry, &local, &placement, filter, search)
             }
             None => false,
@@ -62,7 +62,7 @@ pub(super) trait SearchScene {
     #[inline(always)]
     fn search(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) {
         let primitives = self.primitives();
-        let world_ray = LocalRay::of(ray, None, item(primitives.geometries, 0).extent);
+        let world_ray = LocalRay::of(ray, None, trusted(primitives.geometries, 0).extent);
         if self.search_geometry(0, &world_ray, &Placement::world(ray), filter, search) {
             return;
         }
@@ -134,7 +134,7 @@ impl<T: SearchScene> VisitLeaf for InstanceLeaves<'_, T> {
     fn visit(&mut self, leaf: &BvhNode, search: &mut impl Search) -> bool {
         let mut k = leaf.first;
         while k < leaf.first + (leaf.count & !BvhNode::SPHERES) {
-            let number = *item(self.order, k);
+            let number = *trusted(self.order, k);
             if self.scene.search_instance(number, self.ray, &self.slab, self.filter, search.whole()) {
                 return true;
             }
@@ -157,7 +157,7 @@ impl InstanceTreeView<'_> {
     ) -> bool {
         let slab = scene.primitives().world_slab(ray);
         let mut leaves = InstanceLeaves { scene, order: self.order, ray, slab, filter };
-        let bounds = item(self.nodes, self.root).bounds();
+        let bounds = trusted(self.nodes, self.root).bounds();
         if is_far(ray.origin, bounds.extent()) {
             let Some(far) = FarRay::to_instances(ray, &bounds) else { return false };
             let mut search = Moved { search, from: far.from, distance: far.from.abs() };

@@ -4,7 +4,7 @@
 //! Unlike theirs, a node names each child by a [`Link`], so that leaves may lie anywhere; and what is put aside is the
 //! node with the children that are left of it, in the order in which a ray of this octant meets them.
 
-use super::candidates::{PrimitivesView, item};
+use super::candidates::{PrimitivesView, trusted};
 use super::pairs::{Link, Outcome, Root, Space, Target};
 use super::search::Search;
 use super::warp::Warp;
@@ -146,7 +146,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             }
             stack.push(Rest::ROOT);
         }
-        let space = Space::world(&view.primitives, item(view.roots, 0).reach, world_ray);
+        let space = Space::world(&view.primitives, trusted(view.roots, 0).reach, world_ray);
         let octant = space.octant();
         Walk { space, octant, rest: Rest::DONE, stack }
     }
@@ -198,7 +198,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             self.turn(view)
         } else {
             let (node, place) = self.rest.next(self.octant);
-            match item(view.nodes, node).links[place].target() {
+            match trusted(view.nodes, node).links[place].target() {
                 Target::Node(node) => Some(node),
                 Target::Instance(instance) if PLACED => self.enter(view, instance, search.t_max()),
                 leaf => {
@@ -242,12 +242,12 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     #[inline(always)]
     fn turn(&mut self, view: &WideView) -> Option<u32> {
         match self.rest {
-            Rest::ROOT => Some(item(view.roots, 0).first),
+            Rest::ROOT => Some(trusted(view.roots, 0).first),
             Rest::INSTANCES => Some(view.instance_root),
             _ => {
                 self.go_on_in(Space::world(
                     &view.primitives,
-                    item(view.roots, 0).reach,
+                    trusted(view.roots, 0).reach,
                     self.space.placement.world_ray,
                 ));
                 self.rest = Rest::DONE;
@@ -263,7 +263,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         let slab = view.primitives.world_slab(world_ray);
         let (placement, ray) =
             view.primitives.enter_instance(number, world_ray, &slab, [world_ray.t_min, t_max])?;
-        let geometry = item(view.primitives.instances, number).geometry;
+        let geometry = trusted(view.primitives.instances, number).geometry;
         // SAFETY: as in `visit`.
         unsafe {
             if !self.rest.is_empty() {
@@ -272,7 +272,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             self.stack.push(Rest::WORLD);
         }
         self.rest = Rest::DONE;
-        let root = item(view.roots, geometry);
+        let root = trusted(view.roots, geometry);
         self.go_on_in(Space::new(placement, ray, root.reach));
         Some(root.first)
     }
@@ -292,7 +292,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             // done with before the two others begin.
             unsafe { self.stack.push(self.rest) };
         }
-        let node = item(view.nodes, number).boxes();
+        let node = trusted(view.nodes, number).boxes();
         let (i, o, e) = (self.space.ray.slab.inverse, self.space.offset, node.exponents);
         // A step along the axis, and the grid's corner, in the ray's measure.
         let step = |shift: u32, inverse: f32| f32::from_bits((e >> shift & 255) << 23) * inverse;

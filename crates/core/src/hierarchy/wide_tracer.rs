@@ -14,7 +14,18 @@ use crate::ray::{Hit, Ray, RayFilter};
 #[derive(Clone, Copy, Debug)]
 pub struct WideTracer<'a, const PLACED: bool> {
     /// The trees.
-    pub view: WideView<'a>,
+    view: WideView<'a>,
+}
+
+impl<'a, const PLACED: bool> WideTracer<'a, PLACED> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(view: WideView<'a>) -> Self {
+        WideTracer { view }
+    }
 }
 
 impl<const PLACED: bool> Walks for WideTracer<'_, PLACED> {

@@ -1,14 +1,13 @@
 //! A point of a surface, ready to be shaded.
 
 use super::hit_point::HitPoint;
-use crate::hierarchy::item;
 use crate::material::NONE;
 use crate::math::elementary::exp2;
 use crate::math::{Vec3, fma, vec3};
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::shading::{Appearance, MaterialTexels, normal_map, turned_up};
 use crate::texture::Rgba;
-use crate::view::SceneView;
+use crate::view::{SceneView, item};
 
 /// A point of a surface, as the ray that found it sees it.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use super::camera_ray::pixel_key;
 use super::light_lanes::LightLanes;
 use super::{LampLobe, Receiver, takes_light, transmittance};
-use crate::hierarchy::{Tracer, item};
+use crate::hierarchy::Tracer;
 use crate::light::Light;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, RayFilter};
@@ -37,8 +37,8 @@ pub fn direct_light<T: Tracer, const W: usize>(
         return sum;
     }
     let mut number = 0;
-    while number < view.lights.len() as u32 {
-        let light = item(view.lights, number);
+    while (number as usize) < view.lights.len() {
+        let light = &view.lights[number as usize];
         let color = emitted(light);
         let (specular, highlights) = highlight(light, look.specular, look.lamp_highlights, lobe);
         let mut side = 0;

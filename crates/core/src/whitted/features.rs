@@ -2,12 +2,12 @@
 
 use super::arrival::{MAX_HOLES, ray_behind, weight_at};
 use super::{ExactSum, PathRay, camera_ray};
-use crate::hierarchy::{Tracer, item};
+use crate::hierarchy::Tracer;
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::ray::PrimitiveId;
 use crate::shading::SurfacePoint;
-use crate::view::SceneView;
+use crate::view::{SceneView, item};
 
 /// What the camera rays of a pixel find first. Reflections and glass are not followed; holes are looked through, but where
 /// a surface is there in part it counts as a whole.

@@ -9,12 +9,11 @@ use super::children::{Mirror, reflected_share};
 use super::direct_light::answers_light;
 use super::local::is_lit;
 use crate::geometry::Instance;
-use crate::hierarchy::item;
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::settings::{Settings, ShadowMode};
 use crate::shading::{SurfacePoint, lobe_density};
-use crate::view::SceneView;
+use crate::view::{SceneView, item};
 
 /// How a surface point reflects lamps: by the lobe that its glossy rays are distributed by.
 #[derive(Clone, Copy, Debug)]

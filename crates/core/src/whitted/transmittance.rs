@@ -1,11 +1,11 @@
 //! What gets through the surfaces between a point and a light: coloured shadows.
 
 use super::MAX_RADIANCE;
-use crate::hierarchy::{Tracer, item};
+use crate::hierarchy::Tracer;
 use crate::math::{Vec3, fma};
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use crate::shading::SurfacePoint;
-use crate::view::SceneView;
+use crate::view::{SceneView, item};
 
 /// What gets through all surfaces on the way, per channel: the product of their shadow filters in the order of the hits,
 /// each surface once.

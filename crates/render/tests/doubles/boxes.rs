@@ -101,12 +101,13 @@ fn no_ray_gets_out_of_a_closed_body() {
     for (shape, inside) in &shapes {
         for (size, shift, far) in settings {
             let room = Room::new(shape, size, shift, *inside, far);
-            let geometry = SceneGeometry {
-                triangles: &room.data.triangles,
-                spheres: &room.data.spheres,
-                geometries: &room.data.geometries,
-                instances: &room.data.instances,
-            };
+            let geometry = SceneGeometry::new(
+                &room.data.triangles,
+                &room.data.spheres,
+                &room.data.geometries,
+                &room.data.instances,
+            )
+            .expect("arrays that hold together");
             let (bvh, bvh8) = (
                 Bvh::build(&geometry, &BuildOptions::default()),
                 Bvh8::build(&geometry, &BuildOptions::default()),

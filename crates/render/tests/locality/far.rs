@@ -70,12 +70,8 @@ pub(crate) struct Queries(Vec<Segment>);
 
 impl Queries {
     pub(crate) fn of(data: &SceneData) -> Queries {
-        let geometry = SceneGeometry {
-            triangles: &data.triangles,
-            spheres: &data.spheres,
-            geometries: &data.geometries,
-            instances: &data.instances,
-        };
+        let geometry = SceneGeometry::new(&data.triangles, &data.spheres, &data.geometries, &data.instances)
+            .expect("arrays that hold together");
         let bvh = Bvh::build(&geometry, &BuildOptions::default());
         let recorder = Recorder { tracer: bvh.tracer(IgnoreWork), segments: RefCell::default() };
         let view = data.view();

@@ -13,6 +13,7 @@ mod walk;
 
 use super::Bvh8;
 use super::view::Bvh8View;
+use crate::packed::check_instances;
 use crate::simd::{Kernel, Simd, run_at};
 use crate::{BatchTracer, Coherence, Filters, SimdLevel};
 use batch::{Batch, FromOnePoint};
@@ -29,12 +30,21 @@ pub struct Bvh8Tracer<'a> {
 
 impl Bvh8 {
     /// The traversal at the best SIMD level that the CPU has.
+    ///
+    /// # Panics
+    /// Where it was built over instances alone: such a hierarchy is the top level of another
+    /// ([`Bvh8Tracer::with_instances_of`]).
     pub fn tracer(&self) -> Bvh8Tracer<'_> {
+        check_instances(self.named_geometries, self.geometries.len());
         Bvh8Tracer { bvh: self.view(), level: SimdLevel::best() }
     }
 
     /// The traversal at a SIMD level; `None` where the CPU does not have it.
+    ///
+    /// # Panics
+    /// As [`Bvh8::tracer`].
     pub fn tracer_at(&self, level: SimdLevel) -> Option<Bvh8Tracer<'_>> {
+        check_instances(self.named_geometries, self.geometries.len());
         level.is_available().then_some(Bvh8Tracer { bvh: self.view(), level })
     }
 }
@@ -61,7 +71,11 @@ impl<W: Work + Copy, const QUERY: Query> Kernel for OneRay<'_, W, QUERY> {
 impl<'a> Bvh8Tracer<'a> {
     /// With the instances of another hierarchy in place of the own ones: they have been moved. That one may have been built
     /// over the instances alone.
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
     pub fn with_instances_of(self, top: &'a Bvh8) -> Bvh8Tracer<'a> {
+        check_instances(top.named_geometries, self.bvh.geometries.len());
         let Bvh8View { instance_nodes, instance_root, instances, instance_bounds, .. } = top.view();
         Bvh8Tracer {
             bvh: Bvh8View { instance_nodes, instance_root, instances, instance_bounds, ..self.bvh },

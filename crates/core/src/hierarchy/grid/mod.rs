@@ -8,7 +8,7 @@
 
 mod halving;
 
-use super::candidates::{Placement, PrimitivesView, item};
+use super::candidates::{Placement, PrimitivesView, trusted};
 use super::cell_ray::{CellRay, in_time};
 use super::references::{Mailbox, References};
 use super::search::Search;
@@ -92,7 +92,7 @@ pub struct GridView<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct GridTracer<'a, C> {
     /// The grid.
-    pub grid: GridView<'a>,
+    grid: GridView<'a>,
     /// Told what is done: nodes are the cells entered.
     pub work: C,
 }
@@ -162,13 +162,24 @@ impl Axis {
     }
 }
 
+impl<'a, C: Work> GridTracer<'a, C> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(grid: GridView<'a>, work: C) -> Self {
+        GridTracer { grid, work }
+    }
+}
+
 impl<C: Work> GridTracer<'_, C> {
     /// Tests what is in a cell; `true` ends the search.
     #[inline(always)]
     fn search_cell(&self, cell: u32, references: &mut References<'_, C>, search: &mut impl Search) -> bool {
         self.work.nodes(1);
-        let first = *item(self.grid.starts, cell);
-        let count = *item(self.grid.starts, cell + 1) - first;
+        let first = *trusted(self.grid.starts, cell);
+        let count = *trusted(self.grid.starts, cell + 1) - first;
         references.search(first, count, search)
     }
 
@@ -238,7 +249,7 @@ impl<C: Work> SearchScene for GridTracer<'_, C> {
         search: &mut impl Search,
     ) -> bool {
         let grid = &self.grid;
-        let root = item(grid.roots, geometry);
+        let root = trusted(grid.roots, geometry);
         if root.cells[0] == 0 {
             return false;
         }

@@ -2,7 +2,7 @@
 
 use super::{MAX_OCTREE_DEPTH, OctreeNode, OctreeView};
 use crate::geometry::Bounds;
-use crate::hierarchy::candidates::{Placement, PrimitivesView, item};
+use crate::hierarchy::candidates::{Placement, PrimitivesView, trusted};
 use crate::hierarchy::references::References;
 use crate::hierarchy::search::Search;
 use crate::hierarchy::two_level::{SearchScene, answer_queries};
@@ -20,7 +20,7 @@ const CORNER_ROUNDING: f32 = 1.0 / 524_288.0;
 #[derive(Clone, Copy, Debug)]
 pub struct OctreeTracer<'a, C> {
     /// The tree.
-    pub tree: OctreeView<'a>,
+    tree: OctreeView<'a>,
     /// Told what is done: nodes are the cells tested.
     pub work: C,
 }
@@ -40,6 +40,17 @@ impl Frame {
     fn corner_of(&self, octant: u32) -> Vec3 {
         let part = |bit: u32, half: f32| if octant & bit != 0 { half } else { 0.0 };
         self.corner + vec3(part(4, self.half.x), part(2, self.half.y), part(1, self.half.z))
+    }
+}
+
+impl<'a, C: Work> OctreeTracer<'a, C> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(tree: OctreeView<'a>, work: C) -> Self {
+        OctreeTracer { tree, work }
     }
 }
 
@@ -77,7 +88,7 @@ impl<C: Work> SearchScene for OctreeTracer<'_, C> {
         search: &mut impl Search,
     ) -> bool {
         let tree = &self.tree;
-        let root = item(tree.roots, geometry);
+        let root = trusted(tree.roots, geometry);
         if root.node == crate::material::NONE {
             return false;
         }
@@ -104,7 +115,7 @@ impl<C: Work> SearchScene for OctreeTracer<'_, C> {
         let (mut number, mut corner) = (root.node, bounds.min);
         let mut half = (bounds.max - bounds.min) * 0.5;
         loop {
-            let node = item(tree.nodes, number);
+            let node = trusted(tree.nodes, number);
             if node.is_inner() {
                 let mut frame = Frame { node: number, octants: 0, corner, half };
                 frame.octants = self.octants_hit(node, &frame, ray, margin, t_max);
@@ -127,7 +138,7 @@ impl<C: Work> SearchScene for OctreeTracer<'_, C> {
                 frame.octants &= frame.octants - 1;
                 corner = frame.corner_of(octant);
                 half = frame.half * 0.5;
-                number = item(tree.nodes, frame.node).child(octant);
+                number = trusted(tree.nodes, frame.node).child(octant);
                 break;
             }
         }

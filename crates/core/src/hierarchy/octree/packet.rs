@@ -7,7 +7,7 @@
 
 use super::{MAX_OCTREE_DEPTH, OctreeNode, OctreeView};
 use crate::geometry::Bounds;
-use crate::hierarchy::candidates::{Placement, item};
+use crate::hierarchy::candidates::{Placement, trusted};
 use crate::hierarchy::cell_ray::{CellRay, in_time};
 use crate::hierarchy::references::{Mailbox, SPHERE_REFERENCE};
 use crate::hierarchy::search::Any;
@@ -134,7 +134,7 @@ impl<'a, const W: usize> Packet<'a, W> {
         let (mut number, mut center, mut quarter) = (root, bounds.min + half, half * 0.5);
         let (mut enter, mut leave) = (self.enter, self.leave);
         loop {
-            let node = item(tree.nodes, number);
+            let node = trusted(tree.nodes, number);
             if node.is_inner() {
                 let octants = node.octants_or_count & 0xFF;
                 // SAFETY: one frame a level of inner nodes, and builders keep trees at most MAX_OCTREE_DEPTH deep.
@@ -155,7 +155,7 @@ impl<'a, const W: usize> Packet<'a, W> {
                 (enter, leave, any) = self.within(frame, octant);
                 if any {
                     (center, quarter) = (frame.center_of(octant), frame.quarter * 0.5);
-                    number = item(tree.nodes, frame.node).child(octant);
+                    number = trusted(tree.nodes, frame.node).child(octant);
                     break;
                 }
             }
@@ -184,7 +184,7 @@ impl<'a, const W: usize> Packet<'a, W> {
     fn search_leaf(&mut self, tree: &OctreeView, leaf: &OctreeNode, mailbox: &mut Mailbox) {
         let mut k = leaf.first;
         while k < leaf.first + leaf.octants_or_count {
-            let reference = *item(tree.references, k);
+            let reference = *trusted(tree.references, k);
             k += 1;
             if mailbox.has(reference) {
                 continue;
@@ -192,7 +192,7 @@ impl<'a, const W: usize> Packet<'a, W> {
             let candidates = if reference & SPHERE_REFERENCE != 0 {
                 self.on_their_way()
             } else {
-                let triangle = item(tree.primitives.triangles, reference);
+                let triangle = trusted(tree.primitives.triangles, reference);
                 if self.filter.skips(PrimitiveId { instance: 0, primitive: triangle.primitive }) {
                     continue;
                 }

@@ -11,7 +11,7 @@
 
 use super::packet::Packet;
 use super::{MAX_OCTREE_DEPTH, OctreeView};
-use crate::hierarchy::candidates::{Placement, PrimitivesView, item};
+use crate::hierarchy::candidates::{Placement, PrimitivesView, trusted};
 use crate::hierarchy::cell_ray::{CellRay, in_time};
 use crate::hierarchy::references::{Mailbox, References};
 use crate::hierarchy::search::{Any, Search};
@@ -25,7 +25,7 @@ use crate::ray::{Hit, Ray, RayFilter};
 #[derive(Clone, Copy, Debug)]
 pub struct OctreeParametricTracer<'a, C> {
     /// The tree.
-    pub tree: OctreeView<'a>,
+    tree: OctreeView<'a>,
     /// Told what is done: nodes are those entered, inner ones and leaves.
     pub work: C,
 }
@@ -85,6 +85,17 @@ fn mirrored(mut octants: u32, mirror: u32) -> u32 {
     octants
 }
 
+impl<'a, C: Work> OctreeParametricTracer<'a, C> {
+    /// Over trees whose numbers hold together.
+    ///
+    /// # Safety
+    /// The view is [closed](crate::hierarchy#closed-views).
+    #[inline(always)]
+    pub unsafe fn new(tree: OctreeView<'a>, work: C) -> Self {
+        OctreeParametricTracer { tree, work }
+    }
+}
+
 impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
     #[inline(always)]
     fn primitives(&self) -> &PrimitivesView<'_> {
@@ -101,7 +112,7 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
         search: &mut impl Search,
     ) -> bool {
         let tree = &self.tree;
-        let root = item(tree.roots, geometry);
+        let root = trusted(tree.roots, geometry);
         if root.node == crate::material::NONE {
             return false;
         }
@@ -134,7 +145,7 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
         let mut stack = Stack::new(&mut room);
         let (mut number, mut depth) = (root.node, 0u32);
         loop {
-            let node = item(tree.nodes, number);
+            let node = trusted(tree.nodes, number);
             self.work.nodes(1);
             // A leaf has nothing left to visit.
             let mut frame = Frame { node: number, octants: 0, middle, enter, leave };
@@ -175,7 +186,7 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
                 middle.x = towards(x, frame.middle.x, step.x);
                 middle.y = towards(y, frame.middle.y, step.y);
                 middle.z = towards(z, frame.middle.z, step.z);
-                number = item(tree.nodes, frame.node).child(octant ^ mirror);
+                number = trusted(tree.nodes, frame.node).child(octant ^ mirror);
                 if frame.octants & 0xFF != 0 {
                     // SAFETY: one frame a level of inner nodes, and builders keep trees at most MAX_OCTREE_DEPTH deep.
                     unsafe { stack.push(frame) };
@@ -225,7 +236,8 @@ impl<C: Work> Tracer for OctreeParametricTracer<'_, C> {
         filter: &RayFilter,
         active: &[bool; W],
     ) -> [bool; W] {
-        let (root, extent) = (item(self.tree.roots, 0), item(self.tree.primitives.geometries, 0).extent);
+        let (root, extent) =
+            (trusted(self.tree.roots, 0), trusted(self.tree.primitives.geometries, 0).extent);
         let together = (W > 1) & !C::COUNTS & (root.node != crate::material::NONE);
         let mut hidden = [true; W];
         let mut packet = Packet::new(batch, filter);
