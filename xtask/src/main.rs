@@ -1,5 +1,6 @@
 //! The project's own commands: `cargo xtask COMMAND`.
 
+mod asan;
 mod fma;
 mod fuzz;
 mod kills;
@@ -17,6 +18,11 @@ use std::process::ExitCode;
 type Command = (&'static str, &'static str, fn(&[String]) -> anyhow::Result<()>);
 
 const COMMANDS: &[Command] = &[
+    (
+        "asan",
+        "run the tests of unsafe code under AddressSanitizer, or in the release profile with debug assertions [--release]",
+        asan::run,
+    ),
     (
         "ptx",
         "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there, --registers what it takes",

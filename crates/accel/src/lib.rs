@@ -29,9 +29,32 @@
 //! # Ok::<(), eosphor_accel::SceneError>(())
 //! ```
 //!
-//! [`Scene`] makes the [`SceneGeometry`] that everything is built over; a renderer with arrays of its own fills one
+//! [`Scene`] makes the [`SceneGeometry`] that everything is built over; a renderer with arrays of its own makes one
 //! itself. The structures implement or lend [`Tracer`] (one ray) and [`BatchTracer`] (many). Directions are of unit
 //! length. `eosphor-core` has the arithmetic; what its users need of it is exported here.
+
+//!
+//! # Safety
+//!
+//! There is no `unsafe` to use. Traversals follow the numbers in a hierarchy unchecked, so what a hierarchy is made of is checked
+//! ([`SceneGeometry::new`]), and nobody else changes it:
+//!
+//! ```compile_fail,E0451
+//! # use eosphor_accel::SceneGeometry;
+//! let lies = SceneGeometry { triangles: &[], spheres: &[], geometries: &[], instances: &[], named_geometries: 9 };
+//! ```
+//!
+//! ```compile_fail,E0616
+//! # fn of(mut bvh: eosphor_accel::Bvh) {
+//! bvh.roots[0] = 500_000_000;
+//! # }
+//! ```
+//!
+//! ```compile_fail,E0616
+//! # fn of(mut bvh: eosphor_accel::Bvh8) {
+//! bvh.blocks.clear();
+//! # }
+//! ```
 
 mod batch;
 mod bvh;

@@ -3,8 +3,8 @@
 use crate::HierarchyOptions;
 use crate::backend::cpu::{Queries, SimdLevel, Watch, Watched, with_level};
 use eosphor_accel::{
-    Bvh, Bvh8, Exhaustive, Grid, GridOptions, HierarchyStatistics, KdTree, Octree, OctreeOptions, OneByOne,
-    SceneGeometry,
+    Bvh, Bvh8, Exhaustive, GeometryError, Grid, GridOptions, HierarchyStatistics, KdTree, Octree,
+    OctreeOptions, OneByOne, SceneGeometry,
 };
 use eosphor_core::geometry::Instance;
 use eosphor_core::hierarchy::IgnoreWork;
@@ -56,11 +56,9 @@ macro_rules! structures {
             /// number. Options that the structure does not have change nothing.
             ///
             /// # Panics
-            /// Where the scene's arrays do not hold together (`SceneData::check`).
+            /// Where the scene's arrays do not hold together, or coordinates are out of range ([`crate::check_scene`]).
             pub fn build(accel: Accel, options: &HierarchyOptions, scene: &SceneData) -> Hierarchy {
-                let (triangles, spheres) = (&scene.triangles, &scene.spheres);
-                let geometry = SceneGeometry::new(triangles, spheres, &scene.geometries, &scene.instances);
-                Hierarchy::over(accel, options, geometry.expect("scene data that holds together"))
+                Hierarchy::over(accel, options, geometry_of(scene).expect("scene data that holds together"))
             }
 
             /// The top level alone: over instances of geometries that a hierarchy of this kind has. It is all that has to be
@@ -176,6 +174,11 @@ structures! {
     build: |scene, options| KdTree::build(scene, &options.kdtree()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
+}
+
+/// A scene as builders read it.
+pub(crate) fn geometry_of(scene: &SceneData) -> Result<SceneGeometry<'_>, GeometryError> {
+    SceneGeometry::new(&scene.triangles, &scene.spheres, &scene.geometries, &scene.instances)
 }
 
 impl fmt::Display for Accel {

@@ -9,7 +9,31 @@
 //!   array that it names, and every range lies in its array. There is a geometry 0, and instance 0 is the world.
 //! - From each root no path is longer than the `MAX_..._DEPTH` of its structure, so that stacks of fixed size suffice.
 //!
-//! Coordinates may be anything, NaN and infinities included. `eosphor-accel` builds closed views and makes tracers safely.
+//! - Coordinates are within [`LARGEST_NUMBER`](crate::intersect::LARGEST_NUMBER), and maps of instances are finite. (Rays may have
+//!   any numbers.)
+//!
+//! `eosphor-accel` builds closed views and makes tracers safely. Without `unsafe` there is no tracer over other arrays:
+//!
+//! ```compile_fail,E0133
+//! # use eosphor_core::hierarchy::{BvhTracer, BvhView, IgnoreWork};
+//! fn over(lies: BvhView) {
+//!     BvhTracer::new(lies, IgnoreWork);
+//! }
+//! ```
+//!
+//! ```compile_fail,E0451
+//! # use eosphor_core::hierarchy::{IgnoreWork, OctreeTracer, OctreeView};
+//! fn over(lies: OctreeView) {
+//!     OctreeTracer { tree: lies, work: IgnoreWork };
+//! }
+//! ```
+//!
+//! ```compile_fail,E0616
+//! # use eosphor_core::hierarchy::PairTracer;
+//! fn shrink(mut tracer: PairTracer<true>) {
+//!     tracer.view.pairs = &[];
+//! }
+//! ```
 
 mod bvh;
 mod candidates;
