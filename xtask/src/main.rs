@@ -50,7 +50,7 @@ const COMMANDS: &[Command] = &[
         "check that the tree is as the pages say: paths, crates, what only some files may do",
         tidy::run,
     ),
-    ("tour", "run the commands that README.md shows, as they stand there [DOCUMENT...]", tour::run),
+    ("tour", "run the commands that README.md and docs/ show, as they stand there [DOCUMENT...]", tour::run),
 ];
 
 fn main() -> ExitCode {

@@ -1,8 +1,10 @@
-//! `cargo xtask tour [README.md...]`: runs the commands that the documents show, as they stand there, in a folder that has what a
-//! clean clone has beside them: the folder `scenes`. Commands of cargo are left out; tests and installations are for CI.
+//! `cargo xtask tour [DOCUMENT...]`: runs the commands that README.md and the pages in docs/ show in blocks of `sh`, as they stand
+//! there. Each document has a folder of its own with what a clean clone has: the folder `scenes`. Commands of cargo are left out;
+//! tests and installations are for CI. Blocks of another kind (`bash`) are shown and not run: scripts for other machines.
 
 use crate::{build_program, root};
 use anyhow::{Context, Result, bail, ensure};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -21,13 +23,12 @@ enum Block {
 
 pub(crate) fn run(arguments: &[String]) -> Result<()> {
     let documents: Vec<PathBuf> = match arguments {
-        [] => vec![root().join("README.md")],
+        [] => pages()?,
         paths => paths.iter().map(PathBuf::from).collect(),
     };
     let program = build_program()?.canonicalize()?;
     let folder = std::env::temp_dir().join(format!("eosphor-tour-{}", std::process::id()));
     fs::create_dir(&folder)?;
-    link(&root().join("scenes"), &folder.join("scenes"))?;
     // The program by its own name.
     let programs = folder.join("bin");
     fs::create_dir(&programs)?;
@@ -36,34 +37,55 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
         std::iter::once(programs).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
     )?;
     let mut number = 0;
-    for document in documents {
-        let text = fs::read_to_string(&document).with_context(|| document.display().to_string())?;
-        for block in blocks(&text) {
-            match block {
-                Block::File(name, contents) => fs::write(folder.join(name), contents)?,
-                Block::Run(line) => {
-                    println!("{line}");
-                    let mut shell = Command::new("timeout");
-                    shell.args([PATIENCE, "bash", "-c", &line]).env("PATH", &path).current_dir(&folder);
-                    let done = shell.output().context("cannot run bash")?;
-                    let said = String::from_utf8_lossy(&done.stderr);
-                    // Pictures that differ are what the comparison is about.
-                    let may_differ = line.contains(" compare ") && line.contains("--diff");
-                    let as_told = done.status.success() || (may_differ && done.status.code() == Some(1));
-                    ensure!(as_told, "{}: {line}: {}: {said}", document.display(), done.status);
-                    for name in outputs(&line) {
-                        let length = fs::metadata(folder.join(&name)).map(|file| file.len());
-                        ensure!(length.is_ok_and(|length| length > 0), "{line}: {name} is not there");
-                    }
-                    number += 1;
-                }
-            }
-        }
+    for (document, place) in documents.iter().zip(0..) {
+        let text = fs::read_to_string(document).with_context(|| document.display().to_string())?;
+        let place = folder.join(place.to_string());
+        fs::create_dir(&place)?;
+        link(&root().join("scenes"), &place.join("scenes"))?;
+        number += run_blocks(document, blocks(&text), &place, &path)?;
     }
     ensure!(number > 0, "there is no command");
     fs::remove_dir_all(&folder)?;
     println!("{number} commands did what they say");
     Ok(())
+}
+
+/// README.md, then the pages in docs/ by name.
+fn pages() -> Result<Vec<PathBuf>> {
+    let folder = root().join("docs");
+    let listed = fs::read_dir(&folder).with_context(|| folder.display().to_string())?;
+    let mut pages = listed.map(|entry| Ok(entry?.path())).collect::<Result<Vec<PathBuf>>>()?;
+    pages.retain(|page| page.extension().is_some_and(|ending| ending == "md"));
+    pages.sort();
+    pages.insert(0, root().join("README.md"));
+    Ok(pages)
+}
+
+/// Runs the blocks of a document in a folder, and says how many commands there were.
+fn run_blocks(document: &Path, blocks: Vec<Block>, folder: &Path, path: &OsStr) -> Result<usize> {
+    let mut number = 0;
+    for block in blocks {
+        match block {
+            Block::File(name, contents) => fs::write(folder.join(name), contents)?,
+            Block::Run(line) => {
+                println!("{line}");
+                let mut shell = Command::new("timeout");
+                shell.args([PATIENCE, "bash", "-c", &line]).env("PATH", path).current_dir(folder);
+                let done = shell.output().context("cannot run bash")?;
+                let said = String::from_utf8_lossy(&done.stderr);
+                // Pictures that differ are what the comparison is about.
+                let may_differ = line.contains(" compare ") && line.contains("--diff");
+                let as_told = done.status.success() || (may_differ && done.status.code() == Some(1));
+                ensure!(as_told, "{}: {line}: {}: {said}", document.display(), done.status);
+                for name in outputs(&line) {
+                    let length = fs::metadata(folder.join(&name)).map(|file| file.len());
+                    ensure!(length.is_ok_and(|length| length > 0), "{line}: {name} is not there");
+                }
+                number += 1;
+            }
+        }
+    }
+    Ok(number)
 }
 
 /// The commands and files of a document, in its order. A file is a block after a line that is its name alone.
@@ -134,5 +156,24 @@ mod tests {
         let file = Block::File("s.json".into(), "{}\n".into());
         assert_eq!(blocks(text), [run("eosphor a -o b.png"), run("eosphor c    -o d_%02d.png > e"), file]);
         assert_eq!(outputs("eosphor c -o d_%02d.png -o f.exr > e -o -"), ["f.exr", "e"]);
+    }
+
+    /// What is run is the program itself, and not a launcher or a script; and no page is forgotten.
+    #[test]
+    fn the_pages_have_commands_of_the_program() {
+        let mut with_commands = Vec::new();
+        for page in pages().unwrap() {
+            let found = blocks(&fs::read_to_string(&page).unwrap());
+            for block in &found {
+                let Block::Run(line) = block else { continue };
+                assert!(line.starts_with("eosphor "), "{}: {line}", page.display());
+            }
+            if found.iter().any(|block| matches!(block, Block::Run(_))) {
+                with_commands.push(page.file_name().unwrap().to_string_lossy().into_owned());
+            }
+        }
+        for page in ["README.md", "animation.md", "gpu.md", "output.md", "rendering.md"] {
+            assert!(with_commands.iter().any(|name| name == page), "{page}: {with_commands:?}");
+        }
     }
 }
