@@ -20,17 +20,17 @@ pub(crate) struct BenchFlags {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Bench {
-    /// Closest and any hits of camera rays, of one bounce from each, and of the bounces in random order; on the CPU unless
-    /// --backend names GPUs
+    /// Time queries for closest hits and any hits. The rays are camera rays, one bounce from each hit, and these bounces in
+    /// random order. Measures the CPU unless --backend names GPUs
     ///
-    /// Prints the median time of each query and the number of answers that are not the CPU's, bit for bit; exits with 1
-    /// where there are any.
+    /// Prints the median time of each query and the number of answers that differ from the CPU's in any bit; exits with 1 if
+    /// there are any.
     #[command(after_help = super::examples::BENCH_RAYS)]
     Rays(Box<BenchRaysFlags>),
-    /// A picture, once the scene is on the device
+    /// Time a whole picture, from a scene that is already on the device
     ///
-    /// Prints the median time of the whole picture, on GPUs with the way back to the CPU; nothing is written. It is the picture
-    /// that render makes of the same scene and flags.
+    /// Prints the median time of rendering, on GPUs including the transfer back to the CPU. Writes nothing. The picture is the
+    /// one that render makes of the same scene with the same flags.
     #[command(after_help = super::examples::BENCH_RENDER)]
     Render(Box<BenchRenderFlags>),
 }
@@ -42,7 +42,7 @@ pub(crate) struct BenchRenderFlags {
     /// How often the picture is rendered, 1 to 10000
     #[arg(long, value_name = "N", default_value = "20", value_parser = whole::<usize>(REPEATS), allow_hyphen_values = true)]
     pub(crate) repeats: usize,
-    /// Print JSON
+    /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -61,16 +61,16 @@ pub(crate) struct BenchRenderFlags {
 pub(crate) struct BenchRaysFlags {
     #[arg(help = scene_help())]
     pub(crate) scene: PathBuf,
-    /// Camera rays, each side 1 to 65535
+    /// Number of camera rays, in width and height, each side 1 to 65535
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = super::values::size, allow_hyphen_values = true)]
     pub(crate) size: [u32; 2],
-    /// The hierarchy that rays are traced through [default: bvh8 on the CPU, bvh on GPUs, which take no other]
+    /// The hierarchy that rays are traced through [default: bvh8 on the CPU, bvh on GPUs, where this is the only choice]
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
     /// How often each query is timed, 1 to 10000
     #[arg(long, value_name = "N", default_value = "30", value_parser = whole::<usize>(REPEATS), allow_hyphen_values = true)]
     pub(crate) repeats: usize,
-    /// Print JSON
+    /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

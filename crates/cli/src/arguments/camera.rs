@@ -10,31 +10,31 @@ use std::ops::Bound;
 
 #[derive(Debug, Args)]
 #[command(
-    next_help_heading = "Camera (where not given: the scene's; where it has none, one that shows what is there)"
+    next_help_heading = "Camera (flags override the scene's; a scene without one is framed automatically)"
 )]
 pub(crate) struct CameraFlags {
-    /// Take this camera of a glTF file, by name or number from 0 [default: the first]
+    /// Use this camera of a glTF file: a name, or a number from 0 [default: the first]
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
-    /// Where the camera is
+    /// Position of the camera
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
     eye: Option<[f64; 3]>,
-    /// A point in the middle of the picture
+    /// The point in the middle of the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, conflicts_with = "direction")]
     look_at: Option<[f64; 3]>,
-    /// The way the camera looks
+    /// The direction in which the camera looks, instead of --look-at
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     direction: Option<Vec3>,
-    /// What is up
+    /// The direction that is up in the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     up: Option<Vec3>,
-    /// Horizontal field of view, over 0 and under 180; makes an orthographic camera one with perspective
+    /// Horizontal field of view in degrees, over 0 and under 180; gives an orthographic camera perspective
     #[arg(long, value_name = "DEGREES", value_parser = within((Bound::Excluded(0.0), Bound::Excluded(180.0))), allow_hyphen_values = true)]
     fov: Option<f32>,
-    /// Radius of the lens, 0 to 1e12; 0 is a pin-hole
+    /// Radius of the lens, 0 to 1e12; 0 is a pinhole, which keeps everything in focus
     #[arg(long, value_name = "RADIUS", value_parser = within(LENGTHS), allow_hyphen_values = true)]
     aperture: Option<f32>,
-    /// Distance of the plane that is sharp, over 0 and at most 1e12 [default: that of --look-at]
+    /// Distance that is in focus, over 0 and at most 1e12 [default: that of --look-at]
     #[arg(long, value_name = "X", value_parser = within(OVER_0), allow_hyphen_values = true)]
     focus_distance: Option<f32>,
 }

@@ -11,37 +11,40 @@ pub(crate) struct CourseFlags {
     /// Render on the CPU
     #[arg(long, conflicts_with_all = ["gpu", "backend"])]
     pub(crate) cpu: bool,
-    /// Render on the GPU; this is usual where there is one
+    /// Render on the GPU, the default where there is one
     #[arg(long, conflicts_with = "backend")]
     pub(crate) gpu: bool,
-    /// Print a colourful input, which runs as it is, and exit; goes with no other flag
+    /// Print a colourful input that runs as it is, and exit; no other flag may be given with it
     #[arg(long, exclusive = true)]
     pub(crate) default: bool,
     /// The three bodies: tetrahedron, cube, octahedron, dodecahedron, icosahedron or none [default:
     /// tetrahedron,octahedron,dodecahedron]
     #[arg(long, value_name = "A,B,C", value_parser = bodies)]
     pub(crate) bodies: Option<Bodies>,
-    /// The lights along the edges light the scene themselves, instead of one in the middle of each body
+    /// Let the lights along the edges light the scene themselves; without this flag one light in the middle of each body stands
+    /// for them
     #[arg(long)]
     pub(crate) edge_lights: bool,
-    /// Write here: frames as in img_%d.png, or one .mp4; its folder is made [default: the path of the input]
+    /// The output: numbered frames such as img_%d.png, or one .mp4. Missing folders are created [default: the path in the
+    /// input]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Frames a second of an .mp4, over 0 and at most 240 [default: 24]
+    /// Frames per second of an .mp4, over 0 and at most 240 [default: 24]
     #[arg(long, value_name = "X", value_parser = super::frames::video_rate(), allow_hyphen_values = true)]
     pub(crate) fps: Option<f32>,
-    /// Of an .mp4, 1 to 100; losses are hard to see at 90 [default: 90]
+    /// Quality of an .mp4, 1 to 100; losses are hard to see at 90 [default: 90]
     #[cfg(feature = "video")]
     #[arg(long, value_name = "N", value_parser = super::values::whole::<u8>(1..=100), allow_hyphen_values = true)]
     pub(crate) video_quality: Option<u8>,
-    /// Let the program ffmpeg, which must be installed, encode an .mp4
+    /// Encode an .mp4 with the program ffmpeg, which must be installed
     #[cfg(feature = "video")]
     #[arg(long, conflicts_with = "resume")]
     pub(crate) ffmpeg: bool,
-    /// Go on with an animation that was interrupted: frames that are whole and of the same input are kept
+    /// Continue an animation that was interrupted: keep the frames that are whole and belong to the same input
     #[arg(long)]
     pub(crate) resume: bool,
-    /// The hierarchy over the primitives; changes no pixel [default: bvh8 on the CPU, bvh on GPUs]
+    /// The hierarchy (acceleration structure) that rays are traced through; changes no pixel [default: bvh8 on the CPU, bvh on
+    /// GPUs]
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
     #[command(flatten)]

@@ -8,40 +8,40 @@ use eosphor::{Accel, Builder, Quality, SahCosts, Scheduler, SimdLevel, Traversal
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
 pub(crate) struct DeviceFlags {
-    /// Where to render: auto (the first GPU, or the CPU), cpu, cuda, or cuda:0,1 for several GPUs, by numbers of 0 to 255
-    /// [default: auto]
+    /// The device to render on: auto (the first GPU, or the CPU if there is none), cpu, cuda (a GPU), or cuda:0,1 (several GPUs
+    /// by number, 0 to 255) [default: auto]
     #[arg(long, value_name = "DEVICE", value_parser = backend)]
     pub(crate) backend: Option<BackendChoice>,
-    /// CPU threads, 1 to 1024 [default: all cores]
+    /// Number of CPU threads, 1 to 1024 [default: all cores]
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024), allow_hyphen_values = true)]
     pub(crate) threads: Option<u16>,
-    /// Side of the squares that threads render, in pixels, 1 to 4096 [default: 32, less where threads would be idle]
+    /// Side of the square tiles that threads render, in pixels, 1 to 4096 [default: 32, less where threads would be idle]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=4096), allow_hyphen_values = true)]
     pub(crate) tile: Option<u32>,
-    /// How bounding volume hierarchies are built; low, medium and high stand for morton, binned and spatial [default: binned]
+    /// How to build a bounding volume hierarchy; low, medium and high mean morton, binned and spatial [default: binned]
     #[arg(long, value_name = "NAME", value_parser = builder())]
     pub(crate) builder: Option<Builder>,
-    /// Primitives that a leaf may hold: of a bvh, 1 to 255, of an octree, 1 to 4294967295; octrees divide cells with more where
-    /// that pays [default: 4 of a bvh, 16 of an octree]
+    /// Most primitives in a leaf: 1 to 255 for a bvh, 1 to 4294967295 for an octree, which divides larger cells only where that
+    /// pays [default: 4 for a bvh, 16 for an octree]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u32::MAX), allow_hyphen_values = true)]
     pub(crate) leaf_size: Option<u32>,
-    /// Depth of the deepest leaves, which hold whatever is left: 1 to 64 of a bvh, to 16 of an octree, to 46 of a kd-tree
-    /// [default: 64 of a bvh, 10 of an octree, by the number of primitives of a kd-tree]
+    /// Largest depth of a leaf; what is left there is not divided further: 1 to 64 for a bvh, to 16 for an octree, to 46 for a
+    /// kd-tree [default: 64 for a bvh, 10 for an octree, from the number of primitives for a kd-tree]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=64), allow_hyphen_values = true)]
     pub(crate) tree_depth: Option<u32>,
-    /// What the surface area heuristic of a bvh, an octree or a kd-tree takes for visiting a node, 0 or more, and for a
-    /// primitive's test, over 0 [default: 1,1 for a bvh, 0,1 for an octree, 1.5,1 for a kd-tree]
+    /// Costs for the surface area heuristic of a bvh, an octree or a kd-tree: of visiting a node, 0 or more, and of testing a
+    /// primitive, over 0 [default: 1,1 for a bvh, 0,1 for an octree, 1.5,1 for a kd-tree]
     #[arg(long, value_name = "NODE,TEST", value_parser = sah_costs, allow_hyphen_values = true)]
     pub(crate) sah_costs: Option<SahCosts>,
-    /// Instructions of the CPU; auto takes the widest there are
+    /// Instruction set of the CPU to use; auto is the widest that it has
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = simd_levels())]
     pub(crate) simd: SimdFlag,
-    /// Threads of a block on GPUs: a multiple of 32, 32 to 512 [default: 128]
+    /// Threads per block on GPUs: a multiple of 32, 32 to 512 [default: 128]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
-    /// How the threads of a warp walk through a bvh on GPUs: single, each for itself; vote, all where any has to; auto, by
-    /// vote where all rays start in one point and go the same way; reconverge, each for itself but in step; wide, in step
-    /// through nodes of eight children
+    /// How the threads of a warp traverse a bvh on GPUs. single: each on its own; vote: together, wherever any of them must go;
+    /// auto: vote for rays that start in one point and go the same way, else single; reconverge: each on its own, but waiting
+    /// for the others at every node and leaf; wide: the same through nodes of eight children
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = traversals())]
     pub(crate) gpu_traversal: Traversal,
     /// The order in which the CPU traces rays: batched, or scalar, the reference [default: batched]

@@ -11,28 +11,28 @@ use std::ops::{Bound, Range};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Animation")]
 pub(crate) struct FrameFlags {
-    /// The frames to render: 0..120 are the first 120 [default: all, where the name of the file has a %d]
+    /// The frames of an animation to render, A to B - 1: 0..120 are the first 120; one number is one frame [default: all]
     #[arg(long, value_name = "A..B", value_parser = frame_range, allow_hyphen_values = true)]
     pub(crate) frames: Option<FrameRange>,
-    /// A turntable of N frames, 1 to 6000000: the camera goes once around the point that it looks at
+    /// Render a turntable of N frames, 1 to 6000000: the camera circles once around the point that it looks at
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=MAX_FRAMES), allow_hyphen_values = true)]
     pub(crate) orbit: Option<u32>,
-    /// Frames a second, over 0 and at most 1000, of an .mp4 at most 240 [default: the scene's, 24 where it says nothing]
+    /// Frames per second, over 0 and at most 1000, of an .mp4 at most 240 [default: the scene's, or 24]
     #[arg(long, value_name = "X", value_parser = frame_rate(), allow_hyphen_values = true)]
     pub(crate) fps: Option<f32>,
-    /// Of an .mp4, 1 to 100; losses are hard to see at 90 [default: 90]
+    /// Quality of an .mp4, 1 to 100; losses are hard to see at 90 [default: 90]
     #[cfg(feature = "video")]
     #[arg(long, value_name = "N", value_parser = whole::<u8>(1..=100), allow_hyphen_values = true)]
     pub(crate) video_quality: Option<u8>,
-    /// Let the program ffmpeg, which must be installed, encode an .mp4
+    /// Encode an .mp4 with the program ffmpeg, which must be installed
     #[cfg(feature = "video")]
     #[arg(long, conflicts_with = "resume")]
     pub(crate) ffmpeg: bool,
-    /// Render the frames together with other processes that are told the same, on this machine or by a shared file system: each
-    /// takes those that are not done and nobody else has in work
+    /// Divide the frames among all processes that run with this flag, on this machine or over a shared file system: each
+    /// renders frames that are not done and that no other process is rendering
     #[arg(long, conflicts_with = "resume")]
     pub(crate) share: bool,
-    /// Frames that are in work at the same time, 1 to 64; changes no pixel [default: what suits the device]
+    /// Frames in flight at the same time, 1 to 64; changes no pixel [default: what suits the device]
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=64), allow_hyphen_values = true, hide = true)]
     pub(crate) in_flight: Option<u16>,
 }

@@ -11,11 +11,11 @@ const USUAL_INTERVAL: u32 = 60;
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Interruption")]
 pub(crate) struct KeepFlags {
-    /// Go on with what an earlier run of the same scene and settings has done: frames that are whole, or the samples that
-    /// OUT.part keeps of a still, which may be given more --samples
+    /// Continue an interrupted render of the same scene and settings: keep the frames that are whole, or the samples of a still
+    /// that OUT.part holds. A still may be given more --samples than before
     #[arg(long)]
     pub(crate) resume: bool,
-    /// How often OUT.part is written while a still is rendered, 1 to 86400; after a signal it is in any case [default: 60]
+    /// Seconds between two writes of OUT.part while a still is rendered, 1 to 86400; a signal always causes one [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = super::values::whole::<u32>(1..=86_400), allow_hyphen_values = true)]
     checkpoint_every: Option<u32>,
 }

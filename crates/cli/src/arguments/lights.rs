@@ -17,12 +17,11 @@ const LIGHT: f32 = 10.0;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Lights")]
 pub(crate) struct LightFlags {
-    /// Add a directional light, as "directional" of JSON scenes: the way that the light goes, as 0,-1,0 from above, and the
-    /// irradiance of a surface that faces it, in W/m² (0 to 1e6) [default: 3]. May be given several times
+    /// Add a directional light: the direction in which its light travels (0,-1,0 comes from above), and the irradiance of a
+    /// surface that faces it, in W/m² (0 to 1e6) [default: 3]. May be given several times
     #[arg(long, value_name = "X,Y,Z[,STRENGTH]", value_parser = sun, allow_hyphen_values = true)]
     sun: Vec<Sun>,
-    /// Add a point light, as "point" of JSON scenes: its place and its radiant intensity in W/sr (0 to 1e6) [default: 10]. May
-    /// be given several times
+    /// Add a point light: its position, and its radiant intensity in W/sr (0 to 1e6) [default: 10]. May be given several times
     #[arg(long, value_name = "X,Y,Z[,POWER]", value_parser = light, allow_hyphen_values = true)]
     light: Vec<PointLight>,
 }

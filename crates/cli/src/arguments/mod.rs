@@ -73,23 +73,24 @@ pub(crate) enum Command {
     /// Render a scene to a picture
     #[command(after_help = examples::RENDER)]
     Render(Box<RenderFlags>),
-    /// Fly around Platonic solids, by the input text of PLATO's course on standard input
+    /// Render a flight around Platonic solids (PLATO's course)
     ///
-    /// Writes a frame after another where the input says, and prints a line for each: its number, milliseconds and rays.
+    /// Reads the input text of PLATO's course from standard input. Writes one frame after another to the path in the input, and
+    /// prints one line per frame: its number, milliseconds and rays.
     #[command(after_help = examples::COURSE)]
     Course(Box<CourseFlags>),
-    /// Say what a scene holds and what its hierarchy looks like
+    /// Show what a scene contains and the statistics of its hierarchy
     #[command(after_help = examples::INFO)]
     Info(InfoFlags),
     /// Compare two pictures: identical, or where and by how much they differ
     ///
-    /// Exits with 0 where every pixel is identical, with 1 where not.
+    /// Exits with 0 where every pixel is identical, with 1 where any differs.
     #[command(after_help = examples::COMPARE)]
     Compare(CompareFlags),
-    /// Make a picture of its shares, which render --tiles or --sample-range has made
+    /// Join the shares of a picture that render --tiles or --sample-range has written
     #[command(after_help = examples::MERGE)]
     Merge(MergeFlags),
-    /// Measure how fast a device is, and whether its answers are those of the CPU
+    /// Measure the speed of a device, and compare its answers with the CPU's
     Bench(BenchFlags),
     /// List the devices that can render
     Devices(DevicesFlags),
@@ -109,11 +110,11 @@ fn scene_help() -> String {
 pub(crate) struct InfoFlags {
     #[arg(help = scene_help())]
     pub(crate) scene: PathBuf,
-    /// The hierarchy over the primitives [default: bvh8]; all: a table of every one, with its work and speed on camera rays;
-    /// builders: the same of bvh and bvh8 by every builder
+    /// The hierarchy to build over the primitives [default: bvh8]. all: a table of every hierarchy with its work and speed on
+    /// camera rays; builders: the same table for bvh and bvh8 with every builder
     #[arg(long, value_name = "NAME", value_parser = device::accels())]
     pub(crate) accel: Option<AccelChoice>,
-    /// Print JSON
+    /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -165,13 +166,13 @@ impl InfoFlags {
 
 #[derive(Debug, Args)]
 pub(crate) struct MergeFlags {
-    /// All shares, in any order; those that lie beside OUT with its name where none is given
+    /// The shares, in any order [default: all files beside OUT that are named as its shares]
     #[arg(value_name = "SHARE")]
     pub(crate) shares: Vec<PathBuf>,
-    /// The picture, as one run would have written it
+    /// The picture, the same file that one run would have written
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
 }
@@ -180,19 +181,19 @@ pub(crate) struct MergeFlags {
 pub(crate) struct CompareFlags {
     /// A picture: .png, .ppm, .jpg or .data, or a linear one: .exr or .hdr
     pub(crate) a: PathBuf,
-    /// Another of the same size. .exr and .hdr are compared with each other only, and .png, .ppm, .jpg and .data with each other
+    /// Another picture of the same size. .exr and .hdr are compared with each other only, and so are .png, .ppm, .jpg and .data
     pub(crate) b: PathBuf,
-    /// Write the absolute difference, amplified so that the largest is white
+    /// Write a picture of the absolute difference, amplified so that the largest difference is white
     #[arg(long, value_name = "OUT.png")]
     pub(crate) diff: Option<PathBuf>,
-    /// Print JSON
+    /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct DevicesFlags {
-    /// Print JSON
+    /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -206,6 +207,6 @@ pub(crate) struct SchemaFlags {
 
 #[derive(Debug, Args)]
 pub(crate) struct CompletionsFlags {
-    /// The shell
+    /// The shell that the script is for
     pub(crate) shell: clap_complete::Shell,
 }

@@ -19,16 +19,17 @@ use std::path::{Path, PathBuf};
 pub(crate) struct RenderFlags {
     #[arg(help = scene_help())]
     pub(crate) scene: PathBuf,
-    /// The picture: .png, .ppm, .jpg, .data, or linear: .exr, .hdr; - is standard output; frames of an animation as in
-    /// frame_%04d.png, or .mp4. Given several times, one picture goes to all of them. A folder that is
-    /// missing is made [default: what the scene's file names]
+    /// The output file: .png, .ppm, .jpg, .data, or with linear colours .exr, .hdr; for an animation a numbered name such as
+    /// frame_%04d.png, or .mp4; - is standard output. If given several times, the picture is written to each. Missing folders
+    /// are created [default: the output that the scene file names]
     #[arg(short, long = "output", value_name = "OUT", value_parser = path())]
     pub(crate) outputs: Vec<PathBuf>,
-    /// Another picture of the scene. cost: the nodes and primitive tests of each pixel's camera rays, from dark to bright
+    /// Show something other than the colours of the scene. cost: how many nodes and primitives the camera rays of each pixel
+    /// test, from dark for few to bright for many
     #[arg(long, value_name = "WHAT", conflicts_with = "layers", value_parser = super::values::named([("cost", Show::Cost)]))]
     pub(crate) show: Option<Show>,
-    /// Nodes and tests that the brightest colour of --show cost stands for, 1 to 4294967295 [default: what one pixel of a
-    /// thousand exceeds]
+    /// The number of nodes and tests that --show cost draws in its brightest colour, 1 to 4294967295 [default: the number that
+    /// one pixel in a thousand exceeds]
     #[arg(long, value_name = "N", requires = "show", value_parser = whole::<u32>(1..=u32::MAX), allow_hyphen_values = true)]
     pub(crate) show_max: Option<u32>,
     #[command(flatten)]
@@ -71,13 +72,15 @@ impl RenderFlags {
 /// What `render` and `bench render` share besides the larger groups.
 #[derive(Debug, Args)]
 pub(crate) struct PictureFlags {
-    /// Render as a reference system does; other flags win over it
+    /// Use the settings of a reference renderer: eos (Thessaly 2015), pg1 (CTU Prague 2025) or course (PLATO); other flags
+    /// override them
     #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1), ("course", Preset::Course)]))]
     pub(crate) preset: Option<Preset>,
-    /// Move all geometry; camera and lights stay
+    /// Move all geometry by this vector; camera and lights stay in place
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
     pub(crate) translate: Option<[f64; 3]>,
-    /// The hierarchy over the primitives; changes no pixel. GPUs have all but bvh8 [default: bvh8 on the CPU, bvh on GPUs]
+    /// The hierarchy (acceleration structure) that rays are traced through; changes no pixel. GPUs support all but bvh8
+    /// [default: bvh8 on the CPU, bvh on GPUs]
     #[arg(long, value_name = "NAME", value_parser = super::device::accel())]
     pub(crate) accel: Option<Accel>,
     #[command(flatten)]
@@ -107,39 +110,39 @@ pub(crate) enum Show {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "File")]
 pub(crate) struct FileFlags {
-    /// The format of a picture that goes to standard output (-o -) [default: png]
+    /// Format of the picture on standard output (-o -) [default: png]
     #[arg(long, value_name = "NAME", value_parser = super::values::named(Format::ALL.map(|format| (format.extensions()[0], format))))]
     pub(crate) format: Option<Format>,
-    /// Layers of an .exr besides the colours, of what each pixel shows first: albedo, normal, depth, object, material,
-    /// cost, or all
+    /// Extra channels in an .exr with what each pixel shows first: a comma-separated list of albedo, normal, depth, object,
+    /// material, cost; or all
     #[arg(long, value_name = "LIST", value_parser = layers)]
     layers: Option<Layers>,
-    /// Leave the background out of a .png or .exr, and say by an alpha channel how much of a pixel is covered. What is seen of the
-    /// background in mirrors and through glass stays
+    /// Leave the background out of a .png or .exr, and add an alpha channel with the coverage of each pixel. Background that is
+    /// seen in mirrors and through glass stays
     #[arg(long, conflicts_with_all = ["show", "sample_range"])]
     pub(crate) alpha: bool,
-    /// An .exr of 16-bit floats; depth and numbers keep 32 bits
+    /// Write 16-bit floats to an .exr; depth and whole numbers keep 32 bits
     #[arg(long)]
     pub(crate) exr_half: bool,
-    /// Of a .jpg, 1 to 100; below 90 colours have half the resolution [default: 90]
+    /// Quality of a .jpg, 1 to 100; below 90 colours have half the resolution [default: 90]
     #[arg(long, value_name = "N", value_parser = whole::<u8>(1..=100), allow_hyphen_values = true)]
     pub(crate) jpeg_quality: Option<u8>,
-    /// Leave the command line and the hash of the scene out of .png and .exr
+    /// Do not store the command line and the hash of the scene in .png and .exr
     #[arg(long)]
     pub(crate) no_metadata: bool,
-    /// Render share K of N, at most 500, of the picture, for jobs that know nothing of each other; the file is
-    /// OUT.K-of-N.share, and eosphor merge makes the picture of all
+    /// Render share K of N of the picture's rows, N at most 500, for jobs that run independently. Writes OUT.K-of-N.share;
+    /// eosphor merge joins all shares
     #[arg(long, value_name = "K/N", value_parser = share, allow_hyphen_values = true)]
     pub(crate) tiles: Option<Share>,
-    /// Take the samples A to B - 1 of each pixel only, for jobs that know nothing of each other; the file is OUT.A-B.sums, and
-    /// eosphor merge makes the picture of all
+    /// Render only the samples A to B - 1 of each pixel, for jobs that run independently. Writes OUT.A-B.sums; eosphor merge
+    /// joins all ranges
     #[arg(long, value_name = "A..B", value_parser = sample_range, allow_hyphen_values = true, conflicts_with_all = ["tiles", "layers", "show"])]
     pub(crate) sample_range: Option<SampleRange>,
-    /// Render a part of the picture only: W x H pixels, whose upper left one is pixel X,Y of the whole. They are the whole's, bit
-    /// for bit; the file has the size of the part, and an .exr says where it lies
+    /// Render only a part of the picture: W x H pixels with the upper left one at X,Y. The pixels are those of the whole
+    /// picture, bit for bit; the file has the size of the part, and an .exr records its position
     #[arg(long, value_name = "X,Y,WxH", value_parser = super::values::region, allow_hyphen_values = true, conflicts_with = "show")]
     pub(crate) region: Option<Region>,
-    /// Rows that are rendered before any is written, 1 to 65535; changes no pixel [default: what memory allows]
+    /// Rows that are rendered before any of them is written, 1 to 65535; changes no pixel [default: what memory allows]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_535), allow_hyphen_values = true, hide = true)]
     pub(crate) band_rows: Option<u32>,
 }
@@ -217,17 +220,17 @@ impl FileFlags {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Report")]
 pub(crate) struct ReportFlags {
-    /// Print the statistics as JSON to stdout
+    /// Print the statistics as JSON to standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Count nodes and tests and time traversal and intersection, for each ray; some times slower, since rays go one by one and
-    /// clocks are read often
+    /// Count nodes and tests per ray, and time traversal and intersection. Renders several times slower, because rays are
+    /// traced one by one and clocks are read often
     #[arg(long)]
     pub(crate) stats: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long, conflicts_with = "verbose")]
     quiet: bool,
-    /// Say more
+    /// Print more messages
     #[arg(short, long, action = ArgAction::SetTrue)]
     verbose: bool,
 }

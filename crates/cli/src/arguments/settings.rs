@@ -11,97 +11,98 @@ use eosphor::{Composition, LightUnits, LoadOptions, NormalMode, PixelSampling, R
 
 /// Each wins over the preset, which wins over the scene.
 #[derive(Debug, Args)]
-#[command(
-    next_help_heading = "Settings (where not given: what the preset or the scene says; where these say nothing, the default)"
-)]
+#[command(next_help_heading = "Settings (flags override the preset, which overrides the scene)")]
 pub(crate) struct SettingsFlags {
     /// Picture size in pixels, each side 1 to 65535 [default: 800x600]
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     size: Option<[u32; 2]>,
-    /// Samples a pixel, 1 to 65536 [default: 1]
+    /// Samples per pixel, 1 to 65536 [default: 1]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_536), allow_hyphen_values = true, conflicts_with = "ssaa")]
     samples: Option<u32>,
-    /// K x K samples in a regular grid over each pixel, 1 to 256; instead of --samples
+    /// K x K samples per pixel in a regular grid, 1 to 256; replaces --samples
     #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=256), allow_hyphen_values = true)]
     ssaa: Option<u32>,
-    /// Where the samples of a pixel lie [default: random]
+    /// Where the samples of a pixel lie: all in its center, or spread over it at random [default: random]
     #[arg(long, value_name = "WHERE", value_parser = pixel_samplings(), conflicts_with = "ssaa")]
     pixel_sampling: Option<PixelSampling>,
-    /// Points that are sampled on each triangle that is a light, 1 to 65536 [default: 16]
+    /// Points to sample on each triangle that is a light, per shaded point, 1 to 65536 [default: 16]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_536), allow_hyphen_values = true)]
     light_samples: Option<u32>,
-    /// Bounces after the camera ray, 0 to 64 [default: 8]
+    /// Largest number of bounces after the camera ray, 0 to 64 [default: 8]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=64), allow_hyphen_values = true)]
     depth: Option<u32>,
-    /// Rays of a smaller weight die, 0 to 1 [default: 0.002]
+    /// Do not trace rays whose share of the pixel's colour is below this, 0 to 1 [default: 0.002]
     #[arg(long, value_name = "X", value_parser = within(0.0..=1.0), allow_hyphen_values = true)]
     energy_threshold: Option<f32>,
-    /// How surfaces are lit; unlit ones (distance, diffuse) at exposure 0 [default: blinn-phong]
+    /// Lighting model; distance and diffuse are unlit and set --exposure 0 [default: blinn-phong]
     #[arg(long, value_name = "MODEL", value_parser = lighting_models())]
     lighting: Option<LightingModel>,
-    /// What stands between a point and a light does this [default: opaque]
+    /// What surfaces between a point and a light do: nothing, block the light, or colour it if they are transparent [default:
+    /// opaque]
     #[arg(long, value_name = "MODE", value_parser = shadow_modes())]
     shadows: Option<ShadowMode>,
-    /// How the Fresnel factor is computed [default: exact]
+    /// Fresnel factor: by the exact equations, by Schlick's approximation, or constant as at normal incidence [default: exact]
     #[arg(long, value_name = "MODE", value_parser = fresnel_modes())]
     fresnel: Option<FresnelMode>,
-    /// How normals vary over a triangle [default: auto]
+    /// Normals of triangles: flat; smooth, from the file; auto, from the file or generated where it has none; or generated for
+    /// all [default: auto]
     #[arg(long, value_name = "MODE", value_parser = normal_modes())]
     normals: Option<NormalMode>,
-    /// With generated normals: keep creases sharper than this, 0 to 180 [default: 40]
+    /// For generated normals: edges sharper than this angle stay sharp, 0 to 180 [default: 40]
     #[arg(long, value_name = "DEGREES", value_parser = within(0.0..=180.0), allow_hyphen_values = true)]
     crease: Option<f32>,
-    /// Triangles are seen from the front only
+    /// Show triangles from the front only
     #[arg(long, overrides_with = "no_cull")]
     cull: bool,
-    /// Triangles are seen from both sides [default]
+    /// Show triangles from both sides [default]
     #[arg(long, overrides_with = "cull")]
     no_cull: bool,
     /// Transparent surfaces also receive light from their far side
     #[arg(long, overrides_with = "no_light_from_behind")]
     light_from_behind: bool,
-    /// They do not [default]
+    /// Transparent surfaces receive no light from their far side [default]
     #[arg(long, overrides_with = "light_from_behind")]
     no_light_from_behind: bool,
-    /// What the colours of lights and lamps mean to the surfaces that they light [default: physical]
+    /// Units of lights. physical: a matte surface reflects colour/pi of its irradiance, as in glTF; plain: without pi, as in
+    /// the reference renderers [default: physical]
     #[arg(long, value_name = "UNITS", value_parser = light_units())]
     light_units: Option<LightUnits>,
     /// Point and spot lights fall off with the square of the distance [default]
     #[arg(long, overrides_with = "no_light_falloff")]
     light_falloff: bool,
-    /// They do not
+    /// Point and spot lights are equally strong at any distance
     #[arg(long, overrides_with = "light_falloff")]
     no_light_falloff: bool,
-    /// Whether a scene without any light has one at the camera (with --preset eos: the two of EOS), and a model without lights
-    /// grey surroundings [default: on]
+    /// Add a light at the camera to a scene without lights (with --preset eos: its two lights), and grey surroundings to a bare
+    /// model [default: on]
     #[arg(long, value_name = "ON", value_parser = named([("on", true), ("off", false)]))]
     headlight: Option<bool>,
-    /// Radiance of the surroundings that surfaces are lit by, times their diffuse colour, 0 to 1e6 [default: 0]
+    /// Radiance of uniform surroundings: adds this times the diffuse colour to every surface, 0 to 1e6 [default: 0]
     #[arg(long, value_name = "X", value_parser = within(0.0..=1e6), allow_hyphen_values = true)]
     ambient: Option<f32>,
-    /// With --lighting distance: the distance of black, divided by 1.5, over 0 and at most 1e12 [default: the scene's far side is
-    /// black]
+    /// With --lighting distance: surfaces are black from 1.5 times this distance on, over 0 and at most 1e12 [default: the
+    /// scene's far side is black]
     #[arg(long, value_name = "X", value_parser = within(OVER_0), allow_hyphen_values = true)]
     max_distance: Option<f32>,
-    /// Radiance of rays that hit nothing, linear, each 0 or more [default: 0,0,0]
+    /// Radiance of rays that hit nothing: linear red, green and blue, each 0 or more [default: 0,0,0]
     #[arg(long, value_name = "R,G,B", value_parser = color, allow_hyphen_values = true)]
     background: Option<Vec3>,
-    /// What reflects and transmits in MTL materials [default: native]
+    /// How the fields of MTL materials become reflection and transmission [default: native]
     #[arg(long, value_name = "WAY", value_parser = compositions())]
     composition: Option<Composition>,
-    /// Colour textures are sRGB-coded [default]
+    /// Decode colour textures from sRGB [default]
     #[arg(long, overrides_with = "linear_textures")]
     srgb_textures: bool,
-    /// Colour textures are linear
+    /// Read colour textures as linear
     #[arg(long, overrides_with = "srgb_textures")]
     linear_textures: bool,
-    /// How linear colours become bytes [default: srgb]
+    /// Transfer curve from linear colours to bytes [default: srgb]
     #[arg(long, value_name = "CURVE", value_parser = transfers())]
     transfer: Option<Transfer>,
-    /// Stops, -64 to 64: colours are multiplied by 2 to this power [default: 0]
+    /// Exposure in stops, -64 to 64: colours are multiplied by 2 to this power [default: 0]
     #[arg(long, value_name = "STOPS", value_parser = within(-64.0..=64.0), allow_hyphen_values = true)]
     exposure: Option<f32>,
-    /// Key of all random numbers, 0 to 4294967295 [default: 0]
+    /// Seed of all random numbers, 0 to 4294967295 [default: 0]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX), allow_hyphen_values = true)]
     seed: Option<u32>,
 }

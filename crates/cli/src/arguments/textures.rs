@@ -7,8 +7,8 @@ use clap::Args;
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Memory")]
 pub(crate) struct TextureFlags {
-    /// What all textures together may take, as in 512M or 4G (K, M, G and T are powers of 1024); half of the memory that is
-    /// free otherwise
+    /// Memory limit for all textures together, such as 512M or 4G (K, M, G and T are powers of 1024) [default: half of the free
+    /// memory]
     #[arg(long, value_name = "SIZE", value_parser = bytes, allow_hyphen_values = true)]
     texture_memory: Option<u64>,
 }
