@@ -20,11 +20,10 @@ pub(crate) struct BenchFlags {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Bench {
-    /// Time queries for closest hits and any hits. The rays are camera rays, one bounce from each hit, and these bounces in
-    /// random order. Measures the CPU unless --backend names GPUs
+    /// Time closest-hit and any-hit queries, on the CPU unless --backend names GPUs
     ///
-    /// Prints the median time of each query and the number of answers that differ from the CPU's in any bit; exits with 1 if
-    /// there are any.
+    /// The rays are camera rays, one bounce from each hit, and these bounces in random order. Prints the median time of each
+    /// query and the number of answers that differ from the CPU's in any bit; exits with 1 if there are any.
     #[command(after_help = super::examples::BENCH_RAYS)]
     Rays(Box<BenchRaysFlags>),
     /// Time a whole picture, from a scene that is already on the device
