@@ -5,9 +5,10 @@ use crate::warp::{self, WARP};
 use crate::watch::Watching;
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::hierarchy::Tracer;
+use eosphor_core::integrator::{RayCounts, Samples, pixel_color, render_samples};
 use eosphor_core::math::Vec3;
+use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{ExactSum, RayCounts, Samples, pixel_color, render_samples};
 
 /// Rows `first .. end` of a picture, which of its pixels' samples are taken, and how many threads share those of a pixel:
 /// 2^`sharing`, at most a warp.

@@ -5,20 +5,23 @@ use crate::parameters::{array, indexed, instance_tree};
 use crate::totals::RayTotals;
 use crate::watch::{Counting, Unwatched, Watching};
 use eosphor_core::camera::Camera;
+use eosphor_core::device::{
+    BvhPair, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
+};
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::hierarchy::{
-    BvhNode, BvhPair, BvhTracer, BvhView, Company, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode,
-    KdRoot, KdTreeTracer, KdTreeView, Link, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer,
-    OctreeView, PairTracer, PairView, PrimitivesView, Root, WideNode, WideTracer, WideView,
+    BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot,
+    KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
+    PrimitivesView,
 };
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::light::Light;
 use eosphor_core::material::Material;
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::Settings;
+use eosphor_core::sums::ExactSum;
 use eosphor_core::texture::{Texture, Textures};
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::ExactSum;
 
 /// Defines a kernel. After the structure's own parameters, which `crates/cuda/src/structure.rs` passes, all have the
 /// same ones, in the order in which `crates/cuda/src/scene.rs` passes them.
@@ -123,12 +126,12 @@ macro_rules! bvh_kernel {
                 pairs: &BvhPair,
                 roots: &Root<Link>,
                 instance_root: Link,
-                company: Company
+                warp_mode: WarpMode
             ) |primitives, _work| PairTracer::<$placed, $in_step>::new(PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
                     instance_root,
-                    company,
+                    warp_mode,
                     primitives,
                 })
         }

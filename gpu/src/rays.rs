@@ -3,11 +3,11 @@
 
 use crate::parameters::{array, indexed};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
-use eosphor_core::geometry::{Geometry, Instance, Sphere};
-use eosphor_core::hierarchy::{
-    BvhPair, Company, FarTracer, Link, PairTracer, PairView, PrimitivesView, Root, Tracer, WideNode,
-    WideTracer, WideView,
+use eosphor_core::device::{
+    BvhPair, FarTracer, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
 };
+use eosphor_core::geometry::{Geometry, Instance, Sphere};
+use eosphor_core::hierarchy::{PrimitivesView, Tracer};
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 
@@ -66,12 +66,12 @@ macro_rules! bvh_ray_kernels {
     ($closest:ident, $occluded:ident, placed $placed:literal, in step $in_step:literal) => {
         ray_kernels! {
             $closest, $occluded, placed $placed,
-            (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, company: Company)
+            (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, warp_mode: WarpMode)
             |primitives| PairTracer::<$placed, $in_step>::new(PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
                     instance_root,
-                    company,
+                    warp_mode,
                     primitives,
                 })
         }
@@ -83,12 +83,12 @@ macro_rules! far_ray_kernels {
     ($closest:ident, $occluded:ident, placed $placed:literal) => {
         ray_kernels! {
             $closest, $occluded, placed $placed,
-            (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, company: Company)
+            (pairs: &BvhPair, roots: &Root<Link>, instance_root: Link, warp_mode: WarpMode)
             |primitives| FarTracer::<$placed>::new(PairView {
                     pairs: indexed(pairs),
                     roots: indexed(roots),
                     instance_root,
-                    company,
+                    warp_mode,
                     primitives,
                 })
         }

@@ -2,7 +2,7 @@
 
 use crate::warp;
 use core::sync::atomic::{AtomicU64, Ordering};
-use eosphor_core::whitted::RayCounts;
+use eosphor_core::integrator::RayCounts;
 
 /// Sums over all threads, in the order in which `crates/cuda/src/launch.rs` reads them.
 #[repr(C)]

@@ -1,7 +1,7 @@
 //! What the threads of a warp, 32 of them, add up together. All of them must ask.
 
 use core::arch::asm;
-use eosphor_core::whitted::ExactSum;
+use eosphor_core::sums::ExactSum;
 
 /// Threads of a warp.
 pub(crate) const WARP: u32 = 32;

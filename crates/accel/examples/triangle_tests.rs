@@ -68,9 +68,9 @@ fn edge_rays(triangles: &[[Vec3; 3]], packed: &[PackedTriangle]) {
     let (mut rays, mut missed) = (0u32, [0u32; 3]);
     for (pair, packed) in triangles.chunks_exact(2).zip(packed.chunks_exact(2)) {
         for _ in 0..32 {
-            let target = pair[0][0].along(pair[0][2] - pair[0][0], random());
+            let target = pair[0][0].plus_scaled(pair[0][2] - pair[0][0], random());
             let away = vec3(random() - 0.5, random() - 0.5, random() - 0.5).normalize();
-            let origin = target.along(away, -0.5 - 10.0 * random());
+            let origin = target.plus_scaled(away, -0.5 - 10.0 * random());
             let direction = (target - origin).normalize();
             if packed[0].normal().dot(direction) * packed[1].normal().dot(direction) <= 0.0 {
                 continue;

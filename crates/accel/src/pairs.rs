@@ -1,10 +1,9 @@
 //! A bounding volume hierarchy as GPUs read it.
 
 use crate::Bvh;
+use eosphor_core::device::{BvhPair, FarTracer, Link, PAIR_SLACK, PairTracer, PairView, Root, WarpMode};
 use eosphor_core::geometry::Bounds;
-use eosphor_core::hierarchy::{
-    BvhNode, BvhPair, Company, FarTracer, Link, PAIR_SLACK, PairTracer, PairView, Root,
-};
+use eosphor_core::hierarchy::BvhNode;
 use eosphor_core::intersect::{EXTENT_SLACK, sphere_bounds};
 use eosphor_core::math::{Vec3, vec3};
 
@@ -128,15 +127,15 @@ impl BvhPairs {
             pairs: &self.pairs,
             roots: &self.roots,
             instance_root: self.instance_root,
-            company: Company::AUTO,
+            warp_mode: WarpMode::AUTO,
             primitives: bvh.primitives.view(),
         }
     }
 
     /// The traversal of GPUs through the world alone, whatever is placed in it.
-    pub fn world_tracer<'a>(&'a self, bvh: &'a Bvh, company: Company) -> PairTracer<'a, false> {
+    pub fn world_tracer<'a>(&'a self, bvh: &'a Bvh, warp_mode: WarpMode) -> PairTracer<'a, false> {
         // SAFETY: closed view: the fields are private, and builders make them so; `view` checks that they belong together.
-        unsafe { PairTracer::new(PairView { company, ..self.view(bvh) }) }
+        unsafe { PairTracer::new(PairView { warp_mode, ..self.view(bvh) }) }
     }
 
     /// The traversal of GPUs with the threads of a warp in step.

@@ -2,7 +2,7 @@
 
 use crate::pairs::Counts;
 use crate::{Bvh, BvhPairs};
-use eosphor_core::hierarchy::{BvhPair, Link, PAIR_SLACK, Root, Target, WideNode, WideTracer, WideView};
+use eosphor_core::device::{BvhPair, Link, PAIR_SLACK, Root, Target, WideNode, WideTracer, WideView};
 use eosphor_core::math::{Vec3, vec3};
 
 /// Children of a node.

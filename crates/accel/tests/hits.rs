@@ -409,7 +409,7 @@ fn corners_on_one_line_are_never_hit() {
     let mut random = Random(77);
     for case in 0..10 {
         // Multiples of 2^-18, so that the edges are exact and their products are not.
-        let mut part = || (random.in_cube() * 262_144.0).abs().along(Vec3::ONE, 1.0);
+        let mut part = || (random.in_cube() * 262_144.0).abs().plus_scaled(Vec3::ONE, 1.0);
         let cut = |v: Vec3| vec3(v.x.trunc(), v.y.trunc(), v.z.trunc()) * (1.0 / 262_144.0);
         let edge = if case == 0 { vec3(0.1, 0.7, 0.3) } else { cut(part()) };
         let corner = if case < 5 { Vec3::ZERO } else { cut(part()) };
@@ -419,7 +419,7 @@ fn corners_on_one_line_are_never_hit() {
             [[corner, middle, end], [corner, end, middle], [end, corner, middle], [middle, end, corner]];
         let structures = Structures::new(&World::new(orders.to_vec(), vec![]));
         for _ in 0..10_000 {
-            let target = corner.along(edge, (2.0 * random.unit()) as f32);
+            let target = corner.plus_scaled(edge, (2.0 * random.unit()) as f32);
             let from = target + random.direction() * (0.1 + random.unit() as f32);
             let aimed = ray(from, (target - from).normalize());
             assert!(structures.closest(&aimed).is_miss(), "{case}: {aimed:?}");

@@ -2,17 +2,19 @@
 //!
 //! This crate is compiled twice from the same source: for the CPU and, by rustc's own NVPTX backend, for NVIDIA
 //! GPUs. It does no IO, allocates nothing, recurses nowhere and cannot fail. Both compilations give the same bits;
-//! the rules that keep it so are in ARCHITECTURE.md, "The picture contract".
+//! the rules that keep it so are in docs/contract.md.
 //!
-//! The way of a pixel: [`whitted::camera_ray`] → [`hierarchy::Tracer::closest_hit`] →
-//! [`shading::SurfacePoint`] → [`whitted::local_radiance`], [`whitted::direct_light`], [`whitted::child_ray`] →
-//! [`whitted::ExactSum`].
+//! The way of a pixel: [`integrator::camera_ray`] → [`hierarchy::Tracer::closest_hit`] →
+//! [`shading::SurfacePoint`] → [`integrator::whitted`]'s stages (local terms, lights, child rays) → [`sums::ExactSum`].
 #![cfg_attr(target_arch = "nvptx64", no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(asm_experimental_arch, core_float_math))]
 
+pub mod bsdf;
 pub mod camera;
+pub mod device;
 pub mod geometry;
 pub mod hierarchy;
+pub mod integrator;
 pub mod intersect;
 pub mod light;
 pub mod material;
@@ -22,6 +24,6 @@ pub mod ray;
 pub mod sampling;
 pub mod settings;
 pub mod shading;
+pub mod sums;
 pub mod texture;
 pub mod view;
-pub mod whitted;

@@ -78,7 +78,7 @@ pub struct Settings {
     pub grid_side: u32,
     /// Where the samples of a pixel lie.
     pub pixel_sampling: PixelSampling,
-    /// Bounces after the camera ray, 0 to [`crate::whitted::MAX_DEPTH`].
+    /// Bounces after the camera ray, 0 to [`crate::integrator::whitted::MAX_DEPTH`].
     pub max_depth: u32,
     /// A ray dies when the largest component of its weight is below this.
     pub energy_threshold: f32,

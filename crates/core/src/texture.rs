@@ -116,7 +116,7 @@ impl Rgba {
     #[inline(always)]
     fn mix(&self, other: &Rgba, weight: f32) -> Rgba {
         Rgba {
-            color: self.color.along(other.color + -self.color, weight),
+            color: self.color.plus_scaled(other.color + -self.color, weight),
             alpha: fma(other.alpha - self.alpha, weight, self.alpha),
         }
     }

@@ -1,11 +1,11 @@
 //! Fresnel and Snell against double precision and the textbook.
 
-use eosphor_core::math::{Vec3, vec3};
-use eosphor_core::settings::FresnelMode;
-use eosphor_core::shading::{
+use eosphor_core::bsdf::{
     Refracted, fresnel_exact, fresnel_factor, fresnel_schlick, reflect, reflectance_at_normal_incidence,
     refract,
 };
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::settings::FresnelMode;
 
 /// Indices of one side over the other, from both sides.
 const ETAS: [f32; 8] = [1.0 / 1.0002, 1.0 / 1.333, 1.0 / 1.5, 1.0 / 2.419, 1.0002, 1.333, 1.5, 2.419];

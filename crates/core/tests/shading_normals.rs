@@ -1,7 +1,7 @@
 //! Shading normals that a surface does not have: directions stay on their side of it, and move no farther than they must.
 
+use eosphor_core::bsdf::{Refracted, mirror_above, reflect, refract, through_surface, turned_up};
 use eosphor_core::math::{Vec3, vec3};
-use eosphor_core::shading::{Refracted, mirror_above, reflect, refract, through_surface, turned_up};
 use proptest::prelude::*;
 
 /// Unit vectors, among them such as lie almost in the planes of the axes.

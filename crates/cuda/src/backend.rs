@@ -7,7 +7,7 @@ use crate::options::{CudaOptions, Traversal};
 use crate::scene::DeviceScene;
 use crate::structure::{Structure, kernel};
 use eosphor_core::math::Vec3;
-use eosphor_core::whitted::ExactSum;
+use eosphor_core::sums::ExactSum;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyOptions, HierarchyStatistics, PreparedScene,
     Progress, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, check_rows, check_samples,

@@ -121,7 +121,7 @@ fn whole_warps(rows: f64) -> u32 {
 mod tests {
     use super::*;
     use eosphor_core::math::Vec3;
-    use eosphor_core::whitted::ExactSum;
+    use eosphor_core::sums::ExactSum;
 
     #[test]
     fn every_row_is_handed_out_once() {

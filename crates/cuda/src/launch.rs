@@ -6,7 +6,7 @@ use crate::staging::Staging;
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaEvent, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::math::Vec3;
-use eosphor_core::whitted::ExactSum;
+use eosphor_core::sums::ExactSum;
 use eosphor_render::{QueryTimes, RayStatistics};
 use std::ops::Range;
 use std::sync::Arc;

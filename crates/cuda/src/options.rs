@@ -2,7 +2,7 @@
 
 use crate::ptx::{MOST_THREADS, USUAL_THREADS};
 use crate::structure::kernel;
-use eosphor_core::hierarchy::Company;
+use eosphor_core::device::WarpMode;
 use eosphor_render::{Accel, BackendError, HierarchyOptions};
 
 /// How the threads of a warp, 32 of them, walk through a bounding volume hierarchy.
@@ -39,11 +39,11 @@ impl Traversal {
     }
 
     /// As kernels take it that know more than one way.
-    pub(crate) fn company(self) -> Company {
+    pub(crate) fn warp_mode(self) -> WarpMode {
         match self {
-            Traversal::Vote => Company::TOGETHER,
-            Traversal::Single => Company::ALONE,
-            Traversal::Auto | Traversal::Reconverge | Traversal::Wide => Company::AUTO,
+            Traversal::Vote => WarpMode::VOTING,
+            Traversal::Single => WarpMode::INDEPENDENT,
+            Traversal::Auto | Traversal::Reconverge | Traversal::Wide => WarpMode::AUTO,
         }
     }
 }

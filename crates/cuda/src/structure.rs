@@ -4,7 +4,8 @@ use crate::options::Traversal;
 use crate::parameters::{Parameters, Part};
 use crate::top_level::ROOMS;
 use eosphor_accel::{Bvh, BvhPairs, BvhWide};
-use eosphor_core::hierarchy::{InstanceTreeView, Link, PrimitivesView, WideNode};
+use eosphor_core::device::{Link, WideNode};
+use eosphor_core::hierarchy::{InstanceTreeView, PrimitivesView};
 use eosphor_render::{Accel, BackendError, Hierarchy};
 
 /// The kernel that renders over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
@@ -204,7 +205,7 @@ pub(crate) fn add_trees<'a>(
             parameters.array(view.roots);
             parameters.begin(Part::InstanceTree);
             parameters.number(view.instance_root.bits());
-            parameters.number(traversal.company().bits());
+            parameters.number(traversal.warp_mode().bits());
         }
         Trees::Wide(wide) => {
             parameters.array(wide.nodes());

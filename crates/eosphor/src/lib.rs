@@ -57,7 +57,7 @@ pub use error::Error;
 pub use render::render;
 
 #[doc(inline)]
-pub use eosphor_core::whitted::ExactSum;
+pub use eosphor_core::sums::ExactSum;
 #[doc(inline)]
 pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, Traversal, devices as cuda_devices};
 #[doc(inline)]

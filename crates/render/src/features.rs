@@ -1,6 +1,6 @@
 //! What the camera rays of each pixel find first, and how much work that was.
 
-use eosphor_core::whitted::PixelFeatures;
+use eosphor_core::integrator::PixelFeatures;
 
 /// Features of some rows of a picture, top row first.
 #[derive(Clone, Debug, PartialEq)]

@@ -30,7 +30,7 @@ pub use backend::{
 pub use bands::Bands;
 pub use cost::CostMap;
 pub use eosphor_accel::{Builder, HierarchyStatistics, Quality};
-pub use eosphor_core::whitted::PixelFeatures;
+pub use eosphor_core::integrator::PixelFeatures;
 pub use features::{CameraWork, FeatureRows};
 pub use film::Film;
 pub use hierarchy::{Accel, Hierarchy};

@@ -1,7 +1,7 @@
 //! Sums of samples: what a film is made of, before the mean is taken.
 
 use crate::Film;
-use eosphor_core::whitted::ExactSum;
+use eosphor_core::sums::ExactSum;
 
 /// Exact sums of some samples of each pixel of some rows, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! What a render did: rays by kind, nodes, tests, and how long that took.
 
-use eosphor_core::whitted::RayCounts;
+use eosphor_core::integrator::RayCounts;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 

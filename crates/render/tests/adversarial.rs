@@ -3,10 +3,11 @@
 #![forbid(unsafe_code)]
 
 use eosphor_core::hierarchy::{ExhaustiveTracer, IgnoreWork, Tracer};
+use eosphor_core::integrator::{RayCounts, render_pixel};
+use eosphor_core::integrator::{pixel_features, transmittance};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use eosphor_core::shading::SurfacePoint;
-use eosphor_core::whitted::{RayCounts, pixel_features, render_pixel, transmittance};
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, Hierarchy, HierarchyOptions};
 use eosphor_scene::{LoadOptions, SceneData, load};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -1,6 +1,6 @@
 //! Parts of pictures have the bits of the whole, whoever renders them and however.
 
-use eosphor_core::whitted::ExactSum;
+use eosphor_core::sums::ExactSum;
 use eosphor_render::{
     Accel, Backend, BackendError, CpuBackend, CpuOptions, Hierarchy, HierarchyStatistics, PreparedRegion,
     PreparedScene, Progress, Region, RenderControl, Rendered, SampleSums, Sampled, Scheduler,

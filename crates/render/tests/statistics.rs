@@ -2,11 +2,11 @@
 
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{CountWork, ExhaustiveTracer, IgnoreWork, Tracer};
+use eosphor_core::integrator::{RayCounts, render_pixel};
 use eosphor_core::intersect::{LocalRay, Slab};
 use eosphor_core::math::vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
-use eosphor_core::whitted::{RayCounts, render_pixel};
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, Film, Hierarchy, RayStatistics, RenderControl};
 use eosphor_scene::{Instance, LoadOptions, Preset, Scene, SceneData, Transform, load};
 use std::cell::RefCell;

@@ -97,7 +97,8 @@ impl Grid {
         &self.starts
     }
 
-    /// Numbers of triangles in the array of primitives, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`], cell by cell.
+    /// What cells hold, one after the other: numbers of triangles in the array of primitives, or of spheres with
+    /// [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     pub fn references(&self) -> &[u32] {
         &self.references
     }

@@ -124,7 +124,8 @@ impl Octree {
         &self.roots
     }
 
-    /// Numbers of triangles in the array of primitives, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`], leaf by leaf.
+    /// What leaves hold, one after the other: numbers of triangles in the array of primitives, or of spheres with
+    /// [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     pub fn references(&self) -> &[u32] {
         &self.references
     }

@@ -48,7 +48,7 @@ fn hierarchies_over_instances_alone_have_no_tracer() {
     assert_eq!(messages, [NO_TRACER; 8]);
     // No instance at all, not even the world.
     let nothing = SceneGeometry::of_instances(&[]).unwrap();
-    assert_eq!(message_of(|| drop(Bvh8::build(&nothing, &options).tracer())), NO_TRACER);
+    assert_eq!(message_of(|| _ = Bvh8::build(&nothing, &options).tracer()), NO_TRACER);
 }
 
 #[test]
@@ -61,10 +61,10 @@ fn instances_of_geometries_that_a_hierarchy_lacks_are_no_top_level_of_it() {
         |scene: &Scene| (Bvh::build(&scene.geometry(), &options), Bvh8::build(&scene.geometry(), &options));
     let (bvh, bvh8) = two(&few);
     assert_eq!(
-        message_of(|| drop(bvh.tracer_with_instances_of(&Bvh::build(&top, &options), IgnoreWork))),
+        message_of(|| _ = bvh.tracer_with_instances_of(&Bvh::build(&top, &options), IgnoreWork)),
         what
     );
-    assert_eq!(message_of(|| drop(bvh8.tracer().with_instances_of(&Bvh8::build(&top, &options)))), what);
+    assert_eq!(message_of(|| _ = bvh8.tracer().with_instances_of(&Bvh8::build(&top, &options))), what);
     let octree = |scene: &SceneGeometry| Octree::build(scene, &OctreeOptions::default());
     let (below, above) = (octree(&few.geometry()), octree(&top));
     assert_eq!(message_of(|| below.tracer_with_instances_of(&above, IgnoreWork)), what);
@@ -96,7 +96,7 @@ fn nodes_for_gpus_go_with_their_own_hierarchy() {
             message_of(|| pairs.tracer(&other)),
             message_of(|| pairs.tracer_in_step(&other)),
             message_of(|| pairs.far_tracer(&other)),
-            message_of(|| pairs.world_tracer(&other, eosphor_core::hierarchy::Company::AUTO)),
+            message_of(|| pairs.world_tracer(&other, eosphor_core::device::WarpMode::AUTO)),
             message_of(|| wide.tracer(&other)),
         ];
         assert!(messages.iter().all(|m| m.contains("go with the hierarchy")), "{messages:?}");

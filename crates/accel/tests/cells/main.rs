@@ -415,7 +415,7 @@ fn every_camera_and_shadow_ray_of_a_cornell_box_agrees() {
         let at = |k: i32| (k as f32 - 49.5) * (0.31 / 50.0);
         let camera = ray(vec3(0.0, 1.0, 4.42), vec3(at(x), at(y), -1.0).normalize());
         let first = reference.closest_hit(&camera, &all);
-        let point = camera.origin.along(camera.direction, first.t.min(10.0));
+        let point = camera.origin.plus_scaled(camera.direction, first.t.min(10.0));
         let to_light = (vec3(0.1, 1.98, 0.1) - point).normalize();
         for r in [camera, ray(point, to_light)] {
             let expected = reference.closest_hit(&r, &all);

@@ -7,9 +7,8 @@ use eosphor_accel::{
     BuildOptions, Bvh, Bvh8, BvhPairs, BvhWide, Coherence, Exhaustive, Grid, GridOptions, KdTree,
     KdTreeOptions, Octree, OctreeOptions, OneByOne, SceneGeometry, SimdLevel,
 };
-use eosphor_core::hierarchy::{
-    BvhPair, FarTracer, IgnoreWork, Link, PairTracer, PairView, WideNode, WideTracer, WideView,
-};
+use eosphor_core::device::{BvhPair, FarTracer, Link, PairTracer, PairView, WideNode, WideTracer, WideView};
+use eosphor_core::hierarchy::IgnoreWork;
 
 /// What is below, and what is above.
 struct Levels<T> {

@@ -67,11 +67,11 @@ fn trace_picture(triangles: &[[Vec3; 3]], mut trace: impl FnMut(&Ray, &RayFilter
             let [a, b, c] = triangles[hit.id.primitive as usize];
             let normal = unit((b - a).cross(c - a));
             let facing = if normal.dot(ray.direction) < 0.0 { normal } else { -normal };
-            let point = a.along(b - a, hit.u).along(c - a, hit.v);
+            let point = a.plus_scaled(b - a, hit.u).plus_scaled(c - a, hit.v);
             let offset = (2.0 + hit.t) / 131_072.0;
             let from = RayFilter { start: hit.id, ..RayFilter::ALL };
             let start = |side: Vec3, direction: Vec3, t_max: f32| Ray {
-                origin: point.along(side, offset),
+                origin: point.plus_scaled(side, offset),
                 t_min: 0.0,
                 direction,
                 t_max,
@@ -88,14 +88,14 @@ fn trace_picture(triangles: &[[Vec3; 3]], mut trace: impl FnMut(&Ray, &RayFilter
                 continue;
             }
             let d = ray.direction;
-            let mirrored = d.along(facing, -2.0 * d.dot(facing));
+            let mirrored = d.plus_scaled(facing, -2.0 * d.dot(facing));
             pending.push((start(facing, unit(mirrored), f32::INFINITY), from, depth + 1));
             if is_ball {
                 let eta = if normal.dot(d) < 0.0 { 1.0 / 1.52 } else { 1.52 };
                 let cos = -d.dot(facing);
                 let k = 1.0 - eta * eta * (1.0 - cos * cos);
                 if k > 0.0 {
-                    let refracted = (d * eta).along(facing, eta * cos - k.sqrt());
+                    let refracted = (d * eta).plus_scaled(facing, eta * cos - k.sqrt());
                     pending.push((start(-facing, unit(refracted), f32::INFINITY), from, depth + 1));
                 }
             }

@@ -6,7 +6,8 @@ use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh, Bvh8, BvhPairs, BvhWide, Coherence, Exhaustive, Filters, Grid,
     GridOptions, KdTree, KdTreeOptions, Octree, OctreeOptions, OneByOne, SimdLevel,
 };
-use eosphor_core::hierarchy::{Company, CountWork, IgnoreWork, ShadowBatch};
+use eosphor_core::device::WarpMode;
+use eosphor_core::hierarchy::{CountWork, IgnoreWork, ShadowBatch};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 
 /// What every way answers, for many rays.
@@ -125,8 +126,8 @@ impl Structures {
             add(&mut ways, format!("bvh {name}, in pairs, for far rays"), OneByOne(pairs.far_tracer(bvh)));
             add(&mut ways, format!("bvh {name}, wide"), OneByOne(wide.tracer(bvh)));
             if bvh.primitives().instances().len() == 1 {
-                for (how, company) in [("alone", Company::ALONE), ("together", Company::TOGETHER)] {
-                    let tracer = pairs.world_tracer(bvh, company);
+                for (how, warp_mode) in [("alone", WarpMode::INDEPENDENT), ("together", WarpMode::VOTING)] {
+                    let tracer = pairs.world_tracer(bvh, warp_mode);
                     add(&mut ways, format!("bvh {name}, in pairs, {how}"), OneByOne(tracer));
                 }
             }

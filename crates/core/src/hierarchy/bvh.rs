@@ -184,8 +184,8 @@ pub(super) fn walk<S: Search>(
     if !Slab::passes(near, far, search.t_max()) {
         return false;
     }
-    let mut room = Stack::<Entry, MAX_BVH_DEPTH>::room();
-    let mut stack = Stack::new(&mut room);
+    let mut storage = Stack::<Entry, MAX_BVH_DEPTH>::storage();
+    let mut stack = Stack::new(&mut storage);
     loop {
         if node.is_inner() {
             let (first, second) = (trusted(nodes, node.first), trusted(nodes, node.first + 1));

@@ -1,7 +1,7 @@
 //! From a primitive that a traversal has reached to a hit that counts.
 
 use super::SPHERE_REFERENCE;
-use super::search::{Offered, Place, Search};
+use super::search::{OfferOutcome, PrimitiveSlot, Search};
 use crate::geometry::{Geometry, Instance, Sphere};
 use crate::intersect::{
     LocalRay, PackedTriangle, Slab, TriangleHit, intersect_sphere, intersect_triangle, may_meet_sphere,
@@ -29,30 +29,30 @@ pub struct PrimitivesView<'a> {
 
 /// What a traversal in the space of one instance needs besides the ray there: whose primitives these are.
 #[derive(Clone, Copy)]
-pub(super) struct Placement<'a> {
+pub(crate) struct Placement<'a> {
     /// Number of the instance.
-    pub(super) instance: u32,
+    pub(crate) instance: u32,
     /// The ray in the world.
-    pub(super) world_ray: &'a Ray,
+    pub(crate) world_ray: &'a Ray,
 }
 
 impl<'a> Placement<'a> {
     #[inline(always)]
-    pub(super) fn world(world_ray: &'a Ray) -> Placement<'a> {
+    pub(crate) fn world(world_ray: &'a Ray) -> Placement<'a> {
         Placement { instance: 0, world_ray }
     }
 
     /// A primitive of the instance.
     #[inline(always)]
-    fn place(&self, primitive: u32) -> Place {
-        Place { instance: self.instance, primitive }
+    fn place(&self, primitive: u32) -> PrimitiveSlot {
+        PrimitiveSlot { instance: self.instance, primitive }
     }
 }
 
 impl PrimitivesView<'_> {
     /// Searches triangles `first .. first + count` of the array; `true` ends the search.
     #[inline(always)]
-    pub(super) fn search_triangles<S: Search>(
+    pub(crate) fn search_triangles<S: Search>(
         &self,
         first: u32,
         count: u32,
@@ -77,12 +77,12 @@ impl PrimitivesView<'_> {
                 continue;
             }
             let place = placement.place(number);
-            let mut offered = Offered::Unclear;
+            let mut offered = OfferOutcome::Unclear;
             if meeting.is_certain {
                 offered = search.offer_certain(place, meeting.t - meeting.error, meeting.t + meeting.error);
             }
-            if offered == Offered::Ends
-                || offered == Offered::Unclear && search.unclear(self, place, id, placement)
+            if offered == OfferOutcome::Ends
+                || offered == OfferOutcome::Unclear && search.unclear(self, place, id, placement)
             {
                 return true;
             }
@@ -92,28 +92,28 @@ impl PrimitivesView<'_> {
 
     /// The whole test of a triangle by the ray that is this one in the world.
     #[inline(always)]
-    pub(super) fn exact_triangle(&self, place: Place, world_ray: &Ray) -> TriangleHit {
+    pub(crate) fn exact_triangle(&self, place: PrimitiveSlot, world_ray: &Ray) -> TriangleHit {
         let (map, extent) = self.space(place.instance);
         intersect_triangle(trusted(self.triangles, place.primitive), world_ray, map, extent)
     }
 
     /// What the `t` of a triangle's hit lacks of that of double precision.
     #[inline(always)]
-    pub(super) fn rest(&self, place: Place, t: f32, world_ray: &Ray) -> f32 {
+    pub(crate) fn rest(&self, place: PrimitiveSlot, t: f32, world_ray: &Ray) -> f32 {
         let (map, _) = self.space(place.instance);
         t_rest(trusted(self.triangles, place.primitive), t, world_ray, map)
     }
 
     /// The `t` of a hit in double precision.
     #[inline(always)]
-    pub(super) fn t64(&self, place: Place, hit: &TriangleHit, world_ray: &Ray) -> f64 {
+    pub(crate) fn t64(&self, place: PrimitiveSlot, hit: &TriangleHit, world_ray: &Ray) -> f64 {
         let rest = if hit.t_rest == UNKNOWN_REST { self.rest(place, hit.t, world_ray) } else { hit.t_rest };
         hit.t as f64 + rest as f64
     }
 
     /// What the `t` of a triangle's hit lacks of that of double precision, by the triangle's name. Looks at all there are:
     /// hardly ever asked for.
-    pub(super) fn rest_by_name(&self, id: PrimitiveId, t: f32, world_ray: &Ray) -> f32 {
+    pub(crate) fn rest_by_name(&self, id: PrimitiveId, t: f32, world_ray: &Ray) -> f32 {
         if id.instance as usize >= self.instances.len() {
             return 0.0;
         }
@@ -123,13 +123,13 @@ impl PrimitivesView<'_> {
 
     /// For the world boxes of instances. (These have slack of their own: no extent is needed.)
     #[inline(always)]
-    pub(super) fn world_slab(&self, world_ray: &Ray) -> Slab {
+    pub(crate) fn world_slab(&self, world_ray: &Ray) -> Slab {
         Slab::new(world_ray.origin, world_ray.direction, 0.0)
     }
 
     /// How rays come into an instance's space, if not as they are, and the extent of what is there.
     #[inline(always)]
-    pub(super) fn space(&self, instance: u32) -> (Option<&Affine>, f32) {
+    pub(crate) fn space(&self, instance: u32) -> (Option<&Affine>, f32) {
         if instance == 0 {
             return (None, trusted(self.geometries, 0).extent);
         }
@@ -139,7 +139,7 @@ impl PrimitivesView<'_> {
 
     /// The same by the whole test of every triangle: the reference.
     #[inline(always)]
-    pub(super) fn test_triangles(
+    pub(crate) fn test_triangles(
         &self,
         first: u32,
         count: u32,
@@ -165,7 +165,7 @@ impl PrimitivesView<'_> {
 
     /// Tests spheres `first .. first + count` of the array; `true` ends the search.
     #[inline(always)]
-    pub(super) fn search_spheres(
+    pub(crate) fn search_spheres(
         &self,
         first: u32,
         count: u32,
@@ -189,9 +189,9 @@ impl PrimitivesView<'_> {
 
     /// Computes the hits of a primitive, and offers them; `true` ends the search.
     #[inline(always)]
-    pub(super) fn decide(
+    pub(crate) fn decide(
         &self,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         placement: &Placement,
         search: &mut impl Search,
@@ -222,7 +222,7 @@ impl PrimitivesView<'_> {
     /// The ray in an instance's space, or `None` where it misses the instance's box between `t_min` and `t_max`, as this slab
     /// measures.
     #[inline(always)]
-    pub(super) fn enter_instance<'r>(
+    pub(crate) fn enter_instance<'r>(
         &self,
         number: u32,
         ray: &'r Ray,
@@ -265,7 +265,7 @@ out_of_line! {
 /// An item of a hierarchy's array, by an index that the same hierarchy holds. It is not checked: traversals are reached through
 /// tracers alone, and who makes a tracer promises the invariant.
 #[inline(always)]
-pub(super) fn trusted<T>(items: &[T], index: u32) -> &T {
+pub(crate) fn trusted<T>(items: &[T], index: u32) -> &T {
     debug_assert!((index as usize) < items.len());
     // SAFETY: closed view, promised to the tracer's `new` (debug builds check it).
     unsafe { items.get_unchecked(index as usize) }

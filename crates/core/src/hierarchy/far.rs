@@ -63,7 +63,7 @@ pub fn moved_at(ray: &Ray) -> f32 {
 }
 
 /// Where a ray enters a box, and what it looks like from there: all of a [`FarRay`] but its slab.
-pub struct Entry {
+pub struct BoxEntry {
     /// The point.
     pub origin: Vec3,
     /// In the space of the box.
@@ -80,10 +80,10 @@ pub struct Entry {
     pub slack: f32,
 }
 
-impl Entry {
+impl BoxEntry {
     /// Into this box, by a ray that instances see moved by what rounding at this coordinate does. `None` where it passes by.
     #[inline(always)]
-    pub fn new(ray: &Ray, map: Option<&Affine>, bounds: &Bounds, moved_at: f32) -> Option<Entry> {
+    pub fn new(ray: &Ray, map: Option<&Affine>, bounds: &Bounds, moved_at: f32) -> Option<BoxEntry> {
         let extent = bounds.extent();
         let PreciseRay { origin: o, direction: d } = PreciseRay::of(ray, map);
         let slack = EXTENT_SLACK * moved_at;
@@ -122,7 +122,7 @@ impl Entry {
         let end = if begins_before { t_max - near } else { f64::NEG_INFINITY };
         let rounding = if end.is_finite() { ROUNDING * (t_max.abs() + near.abs()) } else { 0.0 };
         let t_min = (t_min - near) as f32;
-        Some(Entry {
+        Some(BoxEntry {
             origin: vec3(p[0] as f32, p[1] as f32, p[2] as f32),
             direction: vec3(d[0] as f32, d[1] as f32, d[2] as f32),
             t_min: t_min - t_min.abs() * (1.0 / 4_194_304.0),
@@ -154,7 +154,7 @@ impl Entry {
 out_of_line! {
     /// [`FarRay::new`]; instances move the ray by what rounding at this coordinate does.
     fn far_ray(ray: &Ray, map: Option<&Affine>, bounds: &Bounds, moved_at: f32) -> Option<FarRay> {
-        let entry = Entry::new(ray, map, bounds, moved_at)?;
+        let entry = BoxEntry::new(ray, map, bounds, moved_at)?;
         Some(FarRay { ray: entry.ray(bounds.extent() + moved_at), from: entry.from, slack: entry.slack })
     }
 }

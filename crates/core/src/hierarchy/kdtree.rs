@@ -128,8 +128,8 @@ impl<C: Work> SearchScene for KdTreeTracer<'_, C> {
             work: &self.work,
             mailbox: Some(Mailbox::new()),
         };
-        let mut room = Stack::<(u32, f32, f32), MAX_KD_DEPTH>::room();
-        let mut stack = Stack::new(&mut room);
+        let mut storage = Stack::<(u32, f32, f32), MAX_KD_DEPTH>::storage();
+        let mut stack = Stack::new(&mut storage);
         let mut number = root.node;
         loop {
             let node = trusted(tree.nodes, number);

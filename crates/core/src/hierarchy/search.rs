@@ -12,17 +12,17 @@ use crate::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 /// Where a primitive is: the instance that places it, and its number in the array of triangles or, with
 /// [`SPHERE_REFERENCE`], of spheres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Place {
-    pub(super) instance: u32,
-    pub(super) primitive: u32,
+pub(crate) struct PrimitiveSlot {
+    pub(crate) instance: u32,
+    pub(crate) primitive: u32,
 }
 
-impl Place {
-    const NONE: Place = Place { instance: 0, primitive: NONE };
+impl PrimitiveSlot {
+    const NONE: PrimitiveSlot = PrimitiveSlot { instance: 0, primitive: NONE };
 
     /// Its name.
     #[inline(always)]
-    pub(super) fn id(self, primitives: &PrimitivesView) -> PrimitiveId {
+    pub(crate) fn id(self, primitives: &PrimitivesView) -> PrimitiveId {
         let primitive = if self.primitive & SPHERE_REFERENCE == 0 {
             trusted(primitives.triangles, self.primitive).primitive
         } else {
@@ -34,7 +34,7 @@ impl Place {
 
 /// What became of a certain hit that was offered by its bounds.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Offered {
+pub(crate) enum OfferOutcome {
     /// It has to be compared in double precision.
     Unclear,
     /// Taken.
@@ -44,7 +44,7 @@ pub(super) enum Offered {
 }
 
 /// What is looked for, and what was found so far.
-pub(super) trait Search {
+pub(crate) trait Search {
     /// The search of which this one is a view from elsewhere.
     type Whole: Search;
     /// It.
@@ -54,13 +54,13 @@ pub(super) trait Search {
     /// The same in double precision.
     fn end(&self) -> f64;
     /// Offers a hit of a triangle that is certain, with bounds of its `t`.
-    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered;
+    fn offer_certain(&mut self, place: PrimitiveSlot, low: f32, high: f32) -> OfferOutcome;
     /// A primitive whose hits have to be computed to tell; `true` ends the search.
     #[inline(always)]
     fn unclear(
         &mut self,
         primitives: &PrimitivesView,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         placement: &Placement,
     ) -> bool
@@ -75,7 +75,7 @@ pub(super) trait Search {
         &mut self,
         primitives: &PrimitivesView,
         ray: &Ray,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         hit: &TriangleHit,
     ) -> bool;
@@ -113,9 +113,9 @@ pub fn bounds_of_last(ray: &Ray, last: &Hit) -> (f32, f32) {
 }
 
 /// The nearest hit.
-pub(super) struct Closest {
+pub(crate) struct Closest {
     /// Where the best hit is; its primitive is [`NONE`] as long as there is none.
-    place: Place,
+    place: PrimitiveSlot,
     /// The best hit is no earlier than this,
     low: f32,
     /// and no later than this.
@@ -129,14 +129,20 @@ pub(super) struct Closest {
 
 impl Closest {
     #[inline(always)]
-    pub(super) fn new(t_max: f32, from: f64) -> Closest {
+    pub(crate) fn new(t_max: f32, from: f64) -> Closest {
         let (low, high) = if from == 0.0 { (t_max, upper(t_max)) } else { around_end(t_max, from) };
-        Closest { place: Place::NONE, low, high, hit: TriangleHit::NOWHERE, is_known: false, from }
+        Closest { place: PrimitiveSlot::NONE, low, high, hit: TriangleHit::NOWHERE, is_known: false, from }
     }
 
     /// Bounds of a hit that was computed.
     #[inline(always)]
-    fn bounds(&self, primitives: &PrimitivesView, ray: &Ray, place: Place, hit: &TriangleHit) -> (f32, f32) {
+    fn bounds(
+        &self,
+        primitives: &PrimitivesView,
+        ray: &Ray,
+        place: PrimitiveSlot,
+        hit: &TriangleHit,
+    ) -> (f32, f32) {
         if self.from == 0.0 {
             return hit.bounds();
         }
@@ -150,7 +156,7 @@ impl Closest {
 
     /// The hit, computed.
     #[inline(always)]
-    pub(super) fn hit(&self, primitives: &PrimitivesView, ray: &Ray) -> Hit {
+    pub(crate) fn hit(&self, primitives: &PrimitivesView, ray: &Ray) -> Hit {
         if self.is_none() {
             return Hit::miss(ray.t_max);
         }
@@ -170,7 +176,7 @@ impl Closest {
     }
 
     #[inline(always)]
-    fn take(&mut self, place: Place, hit: &TriangleHit, (low, high): (f32, f32)) {
+    fn take(&mut self, place: PrimitiveSlot, hit: &TriangleHit, (low, high): (f32, f32)) {
         *self = Closest { place, low, high, hit: *hit, is_known: true, from: self.from };
     }
 
@@ -208,12 +214,12 @@ impl Search for Closest {
     }
 
     #[inline(always)]
-    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
+    fn offer_certain(&mut self, place: PrimitiveSlot, low: f32, high: f32) -> OfferOutcome {
         if high < self.low {
             (self.place, self.low, self.high, self.is_known) = (place, low, high, false);
-            return Offered::Taken;
+            return OfferOutcome::Taken;
         }
-        Offered::Unclear
+        OfferOutcome::Unclear
     }
 
     #[inline(always)]
@@ -221,7 +227,7 @@ impl Search for Closest {
         &mut self,
         primitives: &PrimitivesView,
         ray: &Ray,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         hit: &TriangleHit,
     ) -> bool {
@@ -245,14 +251,14 @@ impl Search for Closest {
 }
 
 /// Any hit.
-pub(super) struct Any {
+pub(crate) struct Any {
     end: f32,
-    pub(super) found: bool,
+    pub(crate) found: bool,
 }
 
 impl Any {
     #[inline(always)]
-    pub(super) fn new(t_max: f32, from: f64) -> Any {
+    pub(crate) fn new(t_max: f32, from: f64) -> Any {
         let end = if from == 0.0 { upper(t_max) } else { around_end(t_max, from).1 };
         Any { end, found: false }
     }
@@ -277,13 +283,20 @@ impl Search for Any {
     }
 
     #[inline(always)]
-    fn offer_certain(&mut self, _: Place, _: f32, _: f32) -> Offered {
+    fn offer_certain(&mut self, _: PrimitiveSlot, _: f32, _: f32) -> OfferOutcome {
         self.found = true;
-        Offered::Ends
+        OfferOutcome::Ends
     }
 
     #[inline(always)]
-    fn offer(&mut self, _: &PrimitivesView, _: &Ray, _: Place, _: PrimitiveId, _: &TriangleHit) -> bool {
+    fn offer(
+        &mut self,
+        _: &PrimitivesView,
+        _: &Ray,
+        _: PrimitiveSlot,
+        _: PrimitiveId,
+        _: &TriangleHit,
+    ) -> bool {
         self.found = true;
         true
     }
@@ -295,7 +308,7 @@ impl Search for Any {
 }
 
 /// The nearest hit after another one.
-pub(super) struct Next {
+pub(crate) struct Next {
     after: Hit,
     /// The other one is no earlier than this, and no later than that, from the ray's origin;
     after_bounds: (f32, f32),
@@ -306,7 +319,7 @@ pub(super) struct Next {
 
 impl Next {
     #[inline(always)]
-    pub(super) fn new(ray: &Ray, after: &Hit, from: f64) -> Next {
+    pub(crate) fn new(ray: &Ray, after: &Hit, from: f64) -> Next {
         let after_bounds = bounds_of_last(ray, after);
         let after_high = if from == 0.0 {
             after_bounds.1
@@ -318,7 +331,7 @@ impl Next {
 
     /// The hit, computed, with its rest.
     #[inline(always)]
-    pub(super) fn hit(&self, primitives: &PrimitivesView, ray: &Ray) -> Hit {
+    pub(crate) fn hit(&self, primitives: &PrimitivesView, ray: &Ray) -> Hit {
         self.nearest.precise_hit(primitives, ray)
     }
 
@@ -328,7 +341,7 @@ impl Next {
         &self,
         primitives: &PrimitivesView,
         ray: &Ray,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         hit: &TriangleHit,
     ) -> bool {
@@ -371,8 +384,12 @@ impl Search for Next {
     }
 
     #[inline(always)]
-    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
-        if low > self.after_high { self.nearest.offer_certain(place, low, high) } else { Offered::Unclear }
+    fn offer_certain(&mut self, place: PrimitiveSlot, low: f32, high: f32) -> OfferOutcome {
+        if low > self.after_high {
+            self.nearest.offer_certain(place, low, high)
+        } else {
+            OfferOutcome::Unclear
+        }
     }
 
     #[inline(always)]
@@ -380,7 +397,7 @@ impl Search for Next {
         &mut self,
         primitives: &PrimitivesView,
         ray: &Ray,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         hit: &TriangleHit,
     ) -> bool {
@@ -440,12 +457,12 @@ pub fn widening(t: f32, lost: f32) -> f32 {
 }
 
 /// What a search looks like from a point that a walk has moved the origin to.
-pub(super) struct Moved<'a, S> {
-    pub(super) search: &'a mut S,
+pub(crate) struct Moved<'a, S> {
+    pub(crate) search: &'a mut S,
     /// The search's `t` of that point.
-    pub(super) from: f64,
+    pub(crate) from: f64,
     /// The ray's own `t` of it, without its sign.
-    pub(super) distance: f64,
+    pub(crate) distance: f64,
 }
 
 impl<S: Search> Search for Moved<'_, S> {
@@ -472,7 +489,7 @@ impl<S: Search> Search for Moved<'_, S> {
 
     /// The `t` of double precision, by which hits are ordered, has been rounded where the ray's own is large.
     #[inline(always)]
-    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
+    fn offer_certain(&mut self, place: PrimitiveSlot, low: f32, high: f32) -> OfferOutcome {
         let lost = self.distance * LOST;
         if self.from == 0.0 {
             return self.search.offer_certain(
@@ -490,7 +507,7 @@ impl<S: Search> Search for Moved<'_, S> {
     fn unclear(
         &mut self,
         primitives: &PrimitivesView,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         placement: &Placement,
     ) -> bool {
@@ -502,7 +519,7 @@ impl<S: Search> Search for Moved<'_, S> {
         &mut self,
         primitives: &PrimitivesView,
         ray: &Ray,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         hit: &TriangleHit,
     ) -> bool {

@@ -2,26 +2,26 @@
 
 use core::mem::MaybeUninit;
 
-/// Room for `N` items. Kept apart from [`Stack`] so that the stack's length can live in a register on the GPU.
-pub(crate) type Room<T, const N: usize> = [MaybeUninit<T>; N];
+/// StackStorage for `N` items. Kept apart from [`Stack`] so that the stack's length can live in a register on the GPU.
+pub(crate) type StackStorage<T, const N: usize> = [MaybeUninit<T>; N];
 
-/// A stack over borrowed room. Its users bound their depth; debug builds check.
+/// A stack over borrowed storage. Its users bound their depth; debug builds check.
 pub struct Stack<'a, T: Copy, const N: usize> {
-    room: &'a mut Room<T, N>,
+    storage: &'a mut StackStorage<T, N>,
     len: u32,
 }
 
 impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
-    /// Uninitialised room.
+    /// Uninitialised storage.
     #[inline(always)]
-    pub const fn room() -> Room<T, N> {
+    pub const fn storage() -> StackStorage<T, N> {
         [const { MaybeUninit::uninit() }; N]
     }
 
     /// An empty stack.
     #[inline(always)]
-    pub fn new(room: &'a mut Room<T, N>) -> Self {
-        Stack { room, len: 0 }
+    pub fn new(storage: &'a mut StackStorage<T, N>) -> Self {
+        Stack { storage, len: 0 }
     }
 
     /// Whether nothing is on it.
@@ -38,7 +38,7 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
     pub unsafe fn push(&mut self, item: T) {
         debug_assert!((self.len as usize) < N, "the builder bounds the depth to the stack");
         // SAFETY: the caller has seen to it that there is room.
-        unsafe { self.room.get_unchecked_mut(self.len as usize).write(item) };
+        unsafe { self.storage.get_unchecked_mut(self.len as usize).write(item) };
         self.len += 1;
     }
 
@@ -50,7 +50,7 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
         }
         self.len -= 1;
         // SAFETY: items below `len` were written by `push`.
-        Some(unsafe { self.room.get_unchecked(self.len as usize).assume_init() })
+        Some(unsafe { self.storage.get_unchecked(self.len as usize).assume_init() })
     }
 
     /// Takes the top item.
@@ -62,7 +62,7 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
         debug_assert!(self.len > 0);
         self.len -= 1;
         // SAFETY: items below `len` were written by `push`.
-        unsafe { self.room.get_unchecked(self.len as usize).assume_init() }
+        unsafe { self.storage.get_unchecked(self.len as usize).assume_init() }
     }
 
     /// The top item, to be changed in place.
@@ -72,6 +72,6 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
             return None;
         }
         // SAFETY: items below `len` were written by `push`.
-        Some(unsafe { self.room.get_unchecked_mut(self.len as usize - 1).assume_init_mut() })
+        Some(unsafe { self.storage.get_unchecked_mut(self.len as usize - 1).assume_init_mut() })
     }
 }

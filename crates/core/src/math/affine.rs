@@ -23,13 +23,16 @@ impl Affine {
     /// Maps a point.
     #[inline(always)]
     pub fn point(&self, p: Vec3) -> Vec3 {
-        self.translation.along(self.columns[0], p.x).along(self.columns[1], p.y).along(self.columns[2], p.z)
+        self.translation
+            .plus_scaled(self.columns[0], p.x)
+            .plus_scaled(self.columns[1], p.y)
+            .plus_scaled(self.columns[2], p.z)
     }
 
     /// Maps a direction. Its length is scaled along, so a ray's `t` means the same before and after.
     #[inline(always)]
     pub fn direction(&self, d: Vec3) -> Vec3 {
-        (self.columns[0] * d.x).along(self.columns[1], d.y).along(self.columns[2], d.z)
+        (self.columns[0] * d.x).plus_scaled(self.columns[1], d.y).plus_scaled(self.columns[2], d.z)
     }
 
     /// Multiplies by the transpose of the linear part. With the inverse map this takes normals forward; the

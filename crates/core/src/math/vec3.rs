@@ -53,7 +53,7 @@ impl Vec3 {
 
     /// `self + direction * t`, fused.
     #[inline(always)]
-    pub fn along(self, direction: Vec3, t: f32) -> Vec3 {
+    pub fn plus_scaled(self, direction: Vec3, t: f32) -> Vec3 {
         vec3(fma(direction.x, t, self.x), fma(direction.y, t, self.y), fma(direction.z, t, self.z))
     }
 

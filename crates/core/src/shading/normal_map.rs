@@ -26,13 +26,13 @@ pub fn normal_map(
     let sign = if fma(du1, dv2, -(du2 * dv1)) < 0.0 { -1.0 } else { 1.0 };
     let n = smooth.normalize_or(Vec3::ZERO);
     // Along growing u, and, by the sign of the mapping, along growing v.
-    let along_u = (edges[0] * (dv2 * sign)).along(edges[1], -dv1 * sign);
-    let tangent = along_u.along(n, -along_u.dot(n)).normalize_or(Vec3::ZERO);
+    let along_u = (edges[0] * (dv2 * sign)).plus_scaled(edges[1], -dv1 * sign);
+    let tangent = along_u.plus_scaled(n, -along_u.dot(n)).normalize_or(Vec3::ZERO);
     let bitangent = n.cross(tangent) * sign;
     let scale = material.normal_scale;
     let (x, y, z) =
         (fma(2.0, texel.x, -1.0) * scale, fma(2.0, texel.y, -1.0) * scale, fma(2.0, texel.z, -1.0));
-    let mapped = (n * z).along(tangent, x).along(bitangent, y);
+    let mapped = (n * z).plus_scaled(tangent, x).plus_scaled(bitangent, y);
     if tangent == Vec3::ZERO { smooth } else { mapped.normalize_or(n) }
 }
 

@@ -1,11 +1,12 @@
 //! A point of a surface, ready to be shaded.
 
 use super::hit_point::HitPoint;
+use crate::bsdf::turned_up;
 use crate::material::NONE;
 use crate::math::elementary::exp2;
 use crate::math::{Vec3, fma, vec3};
 use crate::ray::{Hit, PrimitiveId, Ray};
-use crate::shading::{Appearance, MaterialTexels, normal_map, turned_up};
+use crate::shading::{EvaluatedMaterial, MaterialTexels, normal_map};
 use crate::texture::Rgba;
 use crate::view::{SceneView, item};
 
@@ -23,11 +24,11 @@ pub struct SurfacePoint {
     /// The ray met the front.
     pub front: bool,
     /// What it is made of, at this point.
-    pub look: Appearance,
+    pub material_values: EvaluatedMaterial,
     /// Number of its material.
     pub material: u32,
     /// The share of the surface that the ray sees: its opacity, or nothing of a single-sided one from behind.
-    pub seen: f32,
+    pub coverage: f32,
     /// Its primitive.
     pub id: PrimitiveId,
     /// How far off the surface new rays start.
@@ -89,16 +90,16 @@ impl SurfacePoint {
         let smooth = to_world(local.smooth).normalize_or(outward);
         let front = outward.dot(to_viewer) >= 0.0;
         let geometric_normal = if front { outward } else { -outward };
-        let look = Appearance::new(material, &texels, &local.color);
+        let material_values = EvaluatedMaterial::new(material, &texels, &local.color);
         SurfacePoint {
             position: point.position,
             geometric_normal,
             normal: turned_up(if front { smooth } else { -smooth }, geometric_normal),
             to_viewer,
             front,
-            look,
+            material_values,
             material: local.material,
-            seen: if front | !material.single_sided { look.opacity } else { 0.0 },
+            coverage: if front | !material.single_sided { material_values.opacity } else { 0.0 },
             id: hit.id,
             offset: point.offset(outward),
         }
@@ -106,9 +107,9 @@ impl SurfacePoint {
 
     /// Where a ray starts that leaves to the side that `direction` points to.
     #[inline(always)]
-    pub fn leave(&self, direction: Vec3) -> Vec3 {
+    pub fn offset_origin(&self, direction: Vec3) -> Vec3 {
         let side = if direction.dot(self.geometric_normal) >= 0.0 { self.offset } else { -self.offset };
-        self.position.along(self.geometric_normal, side)
+        self.position.plus_scaled(self.geometric_normal, side)
     }
 
     /// What is left of light that went this far through the body behind the surface: `2^(-a d)`.
@@ -139,7 +140,7 @@ fn on_triangle(view: &SceneView, number: u32, material: u32, hit: &Hit) -> Local
     let material = if material == NONE { shading.material } else { material };
     let mut local = Local {
         outward: e1.cross(e2),
-        smooth: (n0 * w).along(n1, hit.u).along(n2, hit.v),
+        smooth: (n0 * w).plus_scaled(n1, hit.u).plus_scaled(n2, hit.v),
         uvs: [uv; 2],
         color: Rgba::WHITE,
         material,

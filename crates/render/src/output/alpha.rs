@@ -2,8 +2,8 @@
 
 use super::{DevelopSettings, Developed};
 use crate::{FeatureRows, Film};
+use eosphor_core::integrator::PixelFeatures;
 use eosphor_core::math::Vec3;
-use eosphor_core::whitted::PixelFeatures;
 
 /// How much of a pixel is covered: 0 where it shows the background alone, 1 where it shows none of it past surfaces. What is
 /// seen of it in mirrors and through glass covers.

@@ -15,7 +15,7 @@ use super::identity::SumsHeader;
 use crate::SampleSums;
 use crate::output::{self, MAX_SIDE};
 use crate::process::this_process;
-use eosphor_core::whitted::ExactSum;
+use eosphor_core::sums::ExactSum;
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};

@@ -3,7 +3,7 @@
 use crate::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
-use eosphor_core::whitted::MAX_RADIANCE;
+use eosphor_core::sums::MAX_RADIANCE;
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, RenderControl};
 use eosphor_scene::{
     Image, Instance, Light, MaterialKind, Mesh, NO_INDEX, RenderSettings, Scene, SceneData, Texels, Texture,

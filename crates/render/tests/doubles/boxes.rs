@@ -76,7 +76,7 @@ impl Room {
                 }
                 let point = SurfacePoint::new(&view, &ray, &hit);
                 let direction: Vec3 = single(above(&mut random, double(point.geometric_normal)));
-                ray = Ray::new(point.leave(direction), direction);
+                ray = Ray::new(point.offset_origin(direction), direction);
                 start = hit.id;
             }
         });

@@ -5,8 +5,8 @@
 
 use crate::double::{Double, Meeting, Shape};
 use crate::vector::*;
+use eosphor_core::integrator::camera_ray;
 use eosphor_core::material::NONE;
-use eosphor_core::whitted::camera_ray;
 use eosphor_scene::{Light, MaterialKind, Scene, SceneData};
 
 /// What a matte surface of colour 1 sends of an irradiance of 1.

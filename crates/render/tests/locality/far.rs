@@ -5,9 +5,9 @@
 
 use eosphor_accel::{BuildOptions, Bvh, SceneGeometry};
 use eosphor_core::hierarchy::{IgnoreWork, Tracer};
+use eosphor_core::integrator::{RayCounts, render_pixel};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
-use eosphor_core::whitted::{RayCounts, render_pixel};
 use eosphor_scene::{
     Instance, Material, MaterialKind, Mesh, NO_INDEX, Scene, SceneData, Sphere, Transform, Triangle,
 };

@@ -2,9 +2,9 @@
 
 use super::SceneData;
 use crate::error::Problem;
+use eosphor_core::integrator::whitted::MAX_DEPTH;
 use eosphor_core::light::Light;
 use eosphor_core::material::{Material, NONE};
-use eosphor_core::whitted::MAX_DEPTH;
 
 impl SceneData {
     /// Whether every number leads somewhere. What [`SceneData::flatten`] makes does; backends ask because the fields are

@@ -6,10 +6,10 @@ use crate::model::*;
 use crate::presets::Preset;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::light::Light as CoreLight;
+use eosphor_core::light::emitted;
 use eosphor_core::material::{FresnelUse, NONE, Refraction, SurfaceModel};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use eosphor_core::settings::LightingModel;
-use eosphor_core::shading::emitted;
 
 fn flatten(scene: &Scene) -> (SceneData, Vec<Note>) {
     SceneData::flatten(scene).unwrap()

@@ -6,8 +6,8 @@ use crate::double::{Vec3d, add, cross, dot, length, scale, sub, unit};
 use crate::flatten::SceneData;
 use crate::model::{MaterialKind, Scene};
 use eosphor_core::light::Light;
+use eosphor_core::light::triangle_sample;
 use eosphor_core::math::{Vec3, vec3};
-use eosphor_core::shading::triangle_sample;
 
 fn near(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-14

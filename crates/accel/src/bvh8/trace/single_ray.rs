@@ -4,7 +4,7 @@ use super::walk::Found;
 use crate::bvh8::view::GeometrySize;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use eosphor_core::geometry::Bounds;
-use eosphor_core::hierarchy::{Entry, LOST, is_far, moved_at};
+use eosphor_core::hierarchy::{BoxEntry, LOST, is_far, moved_at};
 use eosphor_core::intersect::{
     EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, LocalRay, ORIGIN_SLACK, SHORTEST_DIRECTION, SMALLEST_DIRECTION,
     T_SLACK, USUAL_LENGTH,
@@ -184,7 +184,7 @@ impl<'a> SingleRay<'a> {
             To::Instances => (None, moved_at(ray)),
             To::Object(map) => (Some(map), 0.0),
         };
-        let entry = Entry::new(ray, map, bounds, moved_at)?;
+        let entry = BoxEntry::new(ray, map, bounds, moved_at)?;
         let (from, slab_extent) = (entry.from, bounds.extent() + moved_at);
         if entry.length.is_infinite() {
             return Some(SingleRay::from_local::<S>(&entry.ray(slab_extent), ray, map, size, Some(from)));

@@ -46,8 +46,8 @@ impl<C: Work> GridTracer<'_, C> {
         references: &mut References<'_, C>,
         search: &mut impl Search,
     ) -> bool {
-        let mut room = Stack::<Range, MAX_DEPTH>::room();
-        let mut stack = Stack::new(&mut room);
+        let mut storage = Stack::<Range, MAX_DEPTH>::storage();
+        let mut stack = Stack::new(&mut storage);
         let mut range = Range { first: [0; 3], end: root.cells, enter, leave };
         loop {
             let (axis, count) = range.longest();

@@ -109,8 +109,8 @@ impl<C: Work> SearchScene for OctreeTracer<'_, C> {
             work: &self.work,
             mailbox: None,
         };
-        let mut room = Stack::<Frame, MAX_OCTREE_DEPTH>::room();
-        let mut stack = Stack::new(&mut room);
+        let mut storage = Stack::<Frame, MAX_OCTREE_DEPTH>::storage();
+        let mut stack = Stack::new(&mut storage);
         let mut ends = false;
         let (mut number, mut corner) = (root.node, bounds.min);
         let mut half = (bounds.max - bounds.min) * 0.5;

@@ -129,8 +129,8 @@ impl<'a, const W: usize> Packet<'a, W> {
     pub(super) fn search(mut self, tree: &OctreeView, bounds: &Bounds, root: u32) -> [bool; W] {
         let half = (bounds.max - bounds.min) * 0.5;
         let mut mailbox = Mailbox::new();
-        let mut room = Stack::<Frame<W>, MAX_OCTREE_DEPTH>::room();
-        let mut stack = Stack::new(&mut room);
+        let mut storage = Stack::<Frame<W>, MAX_OCTREE_DEPTH>::storage();
+        let mut stack = Stack::new(&mut storage);
         let (mut number, mut center, mut quarter) = (root, bounds.min + half, half * 0.5);
         let (mut enter, mut leave) = (self.enter, self.leave);
         loop {

@@ -141,8 +141,8 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
             work: &self.work,
             mailbox: Some(Mailbox::new()),
         };
-        let mut room = Stack::<Frame, MAX_OCTREE_DEPTH>::room();
-        let mut stack = Stack::new(&mut room);
+        let mut storage = Stack::<Frame, MAX_OCTREE_DEPTH>::storage();
+        let mut stack = Stack::new(&mut storage);
         let (mut number, mut depth) = (root.node, 0u32);
         loop {
             let node = trusted(tree.nodes, number);

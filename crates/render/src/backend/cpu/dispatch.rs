@@ -10,8 +10,8 @@ use super::tile::Tile;
 use super::watch::{seen, with_clock};
 use super::{Scheduler, SimdLevel};
 use crate::{Hierarchy, RayStatistics};
+use eosphor_core::integrator::{RayCounts, Samples, render_samples};
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{RayCounts, Samples, render_samples};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -111,8 +111,8 @@ fn diffuse_rays(
         let normal = point.geometric_normal;
         let (x, y) = orthonormal_basis(normal);
         let local = cosine_lobe(1.0, point_2d(number, 1));
-        let direction = (x * local.x).along(y, local.y).along(normal, local.z);
-        (Ray::new(point.leave(direction), direction), RayFilter { start: hit.id, ..*filter })
+        let direction = (x * local.x).plus_scaled(y, local.y).plus_scaled(normal, local.z);
+        (Ray::new(point.offset_origin(direction), direction), RayFilter { start: hit.id, ..*filter })
     });
     leaving.unzip()
 }

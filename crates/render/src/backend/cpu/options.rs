@@ -27,7 +27,7 @@ pub enum Scheduler {
     /// where work is counted, rays are traced as by [`Scheduler::Scalar`].
     #[default]
     Batched,
-    /// Pixel after pixel, each path to its end: the reference, `eosphor_core::whitted::radiance`.
+    /// Pixel after pixel, each path to its end: the reference, `eosphor_core::integrator::whitted::radiance`.
     Scalar,
 }
 

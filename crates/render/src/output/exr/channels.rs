@@ -2,8 +2,8 @@
 
 use crate::CameraWork;
 use crate::output::alpha::coverage;
+use eosphor_core::integrator::PixelFeatures;
 use eosphor_core::math::Vec3;
-use eosphor_core::whitted::PixelFeatures;
 use exr::meta::attribute::SampleType;
 use exr::prelude::f16;
 use serde::{Deserialize, Serialize};

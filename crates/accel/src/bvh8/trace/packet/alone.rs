@@ -1,7 +1,7 @@
 //! Rays of a packet that go on one by one.
 
 use super::decide::world_ray;
-use super::{Leg, Packet, Query16};
+use super::{LocalPacket, Packet, Query16};
 use crate::bvh8::Child;
 use crate::bvh8::trace::single;
 use crate::bvh8::trace::single_ray::SingleRay;
@@ -41,7 +41,7 @@ impl<'a> SingleRays<'a> {
 
     /// Makes those of `lanes` that are not there yet.
     #[inline(always)]
-    fn make<S: Simd>(&mut self, leg: &Leg<S>, query: &Query16<'a, S>, lanes: u32) {
+    fn make<S: Simd>(&mut self, leg: &LocalPacket<S>, query: &Query16<'a, S>, lanes: u32) {
         let mut missing = lanes & !self.made;
         self.made |= missing;
         while missing != 0 {
@@ -103,7 +103,7 @@ impl<S: Simd> Packet<S> {
         &mut self,
         query: &Query16<'a, S>,
         at: Child,
-        leg: &Leg<S>,
+        leg: &LocalPacket<S>,
         singles: &mut SingleRays<'a>,
         lanes: u32,
     ) {
@@ -118,7 +118,7 @@ struct Alone<'a, 'b, 'l, S: Simd, const QUERY: Query, const INSTANCES: bool> {
     packet: &'a mut Packet<S>,
     query: &'a Query16<'b, S>,
     at: Child,
-    leg: &'a Leg<'l, S>,
+    leg: &'a LocalPacket<'l, S>,
     singles: &'a mut SingleRays<'b>,
     lanes: u32,
 }

@@ -3,7 +3,7 @@
 use super::decide::Decide;
 use super::interval::Interval;
 use super::look::{Look, Shared, lane3};
-use super::{Best, Leg, MaskOf, Packet, PartMask, Query16, TO_LOW};
+use super::{Best, LocalPacket, MaskOf, Packet, PartMask, Query16, TO_LOW};
 use crate::bvh8::TriangleBlock;
 use crate::bvh8::trace::lanes::{Determinant, EdgesV, PlanesV, StepTriangles};
 use crate::bvh8::trace::walk::{ANY, Query};
@@ -14,7 +14,7 @@ use std::mem::MaybeUninit;
 pub(super) struct Leaf<'a, 'b, S: Simd, const N: usize> {
     pub(super) packets: &'a mut [Packet<S>; N],
     pub(super) queries: &'a [Query16<'b, S>; N],
-    pub(super) legs: &'a [Leg<'a, S>; N],
+    pub(super) legs: &'a [LocalPacket<'a, S>; N],
     /// Bits of those with rays that enter it.
     pub(super) live: u32,
     /// These rays.
@@ -83,7 +83,7 @@ impl<S: Simd> Best<S> {
     unsafe fn test<const QUERY: Query, const ONE_ORIGIN: bool>(
         &mut self,
         query: &Query16<S>,
-        leg: &Leg<S>,
+        leg: &LocalPacket<S>,
         tested: &Tested,
         mut lanes: MaskOf<S>,
         look: &MaybeUninit<Look<S>>,
@@ -121,7 +121,7 @@ impl<S: Simd> Best<S> {
     unsafe fn test_part<const QUERY: Query, const ONE_ORIGIN: bool, const PART: usize>(
         &mut self,
         query: &Query16<S>,
-        leg: &Leg<S>,
+        leg: &LocalPacket<S>,
         tested: &Tested,
         lanes: MaskOf<S>,
         end: &mut S::F16,
@@ -160,7 +160,7 @@ impl<S: Simd> Best<S> {
         &mut self,
         query: &Query16<S>,
         candidates: &Candidates<S>,
-        leg: &Leg<S>,
+        leg: &LocalPacket<S>,
         ends: &mut S::F16,
     ) -> bool {
         let Candidates { part, planes, edges, place, lanes: mask, clear } = candidates;

@@ -1,6 +1,6 @@
 //! What is decided about rays of a packet one by one.
 
-use super::{Best, Leg, Query16, TO_LOW};
+use super::{Best, LocalPacket, Query16, TO_LOW};
 use crate::bvh8::trace::walk::{ANY, Found, Offer, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::simd::{Float, Kernel, Simd, Vec3V, each};
@@ -11,7 +11,7 @@ use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 
 /// A ray of a leg, in the world.
 #[inline(always)]
-pub(super) fn world_ray<S: Simd>(leg: &Leg<S>, lane: usize) -> Ray {
+pub(super) fn world_ray<S: Simd>(leg: &LocalPacket<S>, lane: usize) -> Ray {
     // SAFETY: as above.
     let read = |v: &S::F16| unsafe { *(&raw const *v).cast::<f32>().add(lane) };
     let vector = |v: &Vec3V<S::F16>| -> Vec3 { vec3(read(&v[0]), read(&v[1]), read(&v[2])) };
@@ -75,7 +75,7 @@ impl<S: Simd> Best<S> {
 /// since it is rare and large. What it needs is copied for it: what it had a reference to would always be written to memory.
 pub(super) struct Decide<'a, 'b, S: Simd, const QUERY: Query> {
     pub(super) query: &'a Query16<'b, S>,
-    pub(super) leg: &'a Leg<'a, S>,
+    pub(super) leg: &'a LocalPacket<'a, S>,
     pub(super) place: u32,
     /// Lane of the first ray of the part.
     pub(super) first: usize,
@@ -166,7 +166,7 @@ impl PreciseHits {
 
     /// Of the rays of a part, whose first has this lane.
     #[inline(always)]
-    fn new<S: Simd>(leg: &Leg<S>, first: usize, triangle: &PackedTriangle) -> PreciseHits {
+    fn new<S: Simd>(leg: &LocalPacket<S>, first: usize, triangle: &PackedTriangle) -> PreciseHits {
         let [o, d] = [&leg.world.origin, &leg.world.direction].map(|v| each!(k => v[k].to_array()));
         let mut hits = PreciseHits::NONE;
         let (mut within, mut beside) = ([0u32; 16], [0u32; 16]);

@@ -1,7 +1,7 @@
 //! What an instance places, for sixteen rays.
 
 use super::alone::SingleRays;
-use super::{Leg, MaskOf, Packet, Query16, walk_octants};
+use super::{LocalPacket, MaskOf, Packet, Query16, walk_octants};
 use crate::bvh8::EMPTY;
 use crate::bvh8::trace::lanes::LocalV;
 use crate::bvh8::trace::walk::Query;
@@ -15,7 +15,7 @@ impl<S: Simd> Packet<S> {
         &mut self,
         query: &Query16<S>,
         number: u32,
-        world: &Leg<S>,
+        world: &LocalPacket<S>,
         active: MaskOf<S>,
     ) -> bool {
         let bvh = query.bvh;
@@ -33,7 +33,7 @@ impl<S: Simd> Packet<S> {
         let own = rays.mapped(&instance.object_from_world);
         let (mut local, usual) = LocalV::of_object(rays, &own, extent);
         usual.mend_others::<S>(&own, &mut local);
-        let leg = Leg { own: &own, local: &local, extent, instance: number, world: rays };
+        let leg = LocalPacket { own: &own, local: &local, extent, instance: number, world: rays };
         let active = active.and(S::F16::splat(0.0).le(leg.local.t_min));
         let root = bvh.roots[geometry];
         let (mut room, mut singles) = (MaybeUninit::uninit(), MaybeUninit::uninit());

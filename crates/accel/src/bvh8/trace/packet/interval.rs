@@ -1,6 +1,6 @@
 //! Bounds of rays, to test boxes against all of them at a time.
 
-use super::{Leg, MaskOf};
+use super::{LocalPacket, MaskOf};
 use crate::simd::{Float, Mask, Simd, Vec3V, cross, each};
 use eosphor_core::intersect::{EXTENT_SLACK, ORIGIN_SLACK};
 use std::mem::MaybeUninit;
@@ -52,7 +52,7 @@ impl<S: Simd, const N: usize> Interval<S, N> {
     /// its sign, whatever the bounds make of it. There is at least one.
     #[inline(always)]
     pub(super) fn new(
-        legs: &[Leg<S>; N],
+        legs: &[LocalPacket<S>; N],
         extent: f32,
         groups: &[MaskOf<S>; N],
         octant: usize,
@@ -84,7 +84,7 @@ impl<S: Simd, const N: usize> Interval<S, N> {
         let (mut one_origin, mut is_usual) = (true, true);
         member = 0;
         while member < N {
-            let Leg { own, local, .. } = &legs[member];
+            let LocalPacket { own, local, .. } = &legs[member];
             let same = each!(k => own.origin[k].same_bits(S::F16::splat(low[k])));
             one_origin &= !groups[member].without(same[0].and(same[1]).and(same[2])).any();
             let usual = local.length.lt(S::F16::splat(f32::INFINITY));

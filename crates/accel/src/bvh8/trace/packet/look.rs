@@ -1,7 +1,7 @@
 //! A first look at the triangles of a block: which of sixteen rays may meet one.
 
 use super::interval::Interval;
-use super::{Leg, MaskOf};
+use super::{LocalPacket, MaskOf};
 use crate::bvh8::TriangleBlock;
 use crate::bvh8::trace::lanes::{Determinant, StepPlanes, StepTriangles, distance as distance_of};
 use crate::simd::{Float, Mask, Simd, Vec3V, cross, dot, each, subtract};
@@ -136,7 +136,7 @@ impl Shared {
         &self,
         block: &TriangleBlock,
         lane: usize,
-        leg: &Leg<S>,
+        leg: &LocalPacket<S>,
         moment: &MaybeUninit<Vec3V<S::F16>>,
         active: MaskOf<S>,
     ) -> Look<S> {
@@ -183,7 +183,7 @@ impl Shared {
         &self,
         block: &TriangleBlock,
         lane: usize,
-        leg: &Leg<S>,
+        leg: &LocalPacket<S>,
         look: &Look<S>,
         lanes: MaskOf<S>,
         end: S::F16,
@@ -209,7 +209,7 @@ impl Shared {
         &self,
         block: &TriangleBlock,
         lane: usize,
-        leg: &Leg<S>,
+        leg: &LocalPacket<S>,
         part: usize,
     ) -> StepTriangles<S::Part> {
         let origin = each!(k => S::part(&leg.own.origin[k], part));

@@ -104,7 +104,7 @@ pub(super) struct Query16<'a, S: Simd> {
 
 /// The rays in the space of one instance.
 #[derive(Clone, Copy)]
-struct Leg<'a, S: Simd> {
+struct LocalPacket<'a, S: Simd> {
     own: &'a RaysV<S::F16>,
     local: &'a LocalV<S::F16>,
     extent: f32,
@@ -112,7 +112,7 @@ struct Leg<'a, S: Simd> {
     world: &'a RaysV<S::F16>,
 }
 
-impl<S: Simd> Leg<'_, S> {
+impl<S: Simd> LocalPacket<'_, S> {
     /// A part of the rays, for the first step.
     #[inline(always)]
     fn step_rays(&self, part: usize) -> StepRays<S::Part> {
@@ -202,14 +202,15 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query, const N: usize>(
     }
     // SAFETY: all have been written.
     let locals = unsafe { locals.assume_init_ref() };
-    let mut legs = [Leg::<S> { own: &rays[0], local: &locals[0], extent, instance: 0, world: &rays[0] }; N];
+    let mut legs =
+        [LocalPacket::<S> { own: &rays[0], local: &locals[0], extent, instance: 0, world: &rays[0] }; N];
     let none = MaskOf::<S>::from_bits(0);
     let (mut near, mut near_instances, mut alone, mut alone_instances) =
         ([none; N], [none; N], [0; N], [0; N]);
     let has_instances = bvh.instance_root != EMPTY;
     k = 0;
     while k < N {
-        let leg = Leg::<S> { own: &rays[k], local: &locals[k], world: &rays[k], ..legs[0] };
+        let leg = LocalPacket::<S> { own: &rays[k], local: &locals[k], world: &rays[k], ..legs[0] };
         legs[k] = leg;
         let active = MaskOf::<S>::from_bits(active[k]);
         let live = active.and(zero.le(leg.local.t_min)).and(leg.local.t_min.le(packets[k].end));
@@ -258,7 +259,7 @@ unsafe fn walk_octants<'a, S: Simd, const QUERY: Query, const INSTANCES: bool, c
     packets: &mut [Packet<S>; N],
     queries: &[Query16<'a, S>; N],
     root: Child,
-    legs: &[Leg<S>; N],
+    legs: &[LocalPacket<S>; N],
     singles: &mut [SingleRays<'a>; N],
     active: [MaskOf<S>; N],
     room: &mut Room<S, N>,

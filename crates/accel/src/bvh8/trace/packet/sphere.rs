@@ -1,7 +1,7 @@
 //! A sphere against sixteen rays.
 
 use super::decide::world_ray;
-use super::{Leg, Packet, Query16};
+use super::{LocalPacket, Packet, Query16};
 use crate::bvh8::trace::walk::{ANY, NO_TRIANGLE, Offer, Query};
 use crate::simd::{Kernel, Simd};
 use eosphor_core::intersect::{LocalRay, TriangleHit, intersect_sphere, may_meet_sphere};
@@ -14,7 +14,7 @@ impl<S: Simd> Packet<S> {
         &mut self,
         query: &Query16<S>,
         number: u32,
-        leg: &Leg<S>,
+        leg: &LocalPacket<S>,
         lanes: u32,
     ) -> bool {
         // SAFETY: the caller's.
@@ -27,7 +27,7 @@ struct SphereTest<'a, 'b, 'l, S: Simd, const QUERY: Query> {
     packet: &'a mut Packet<S>,
     query: &'a Query16<'b, S>,
     number: u32,
-    leg: &'a Leg<'l, S>,
+    leg: &'a LocalPacket<'l, S>,
     lanes: u32,
 }
 

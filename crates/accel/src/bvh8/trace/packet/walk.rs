@@ -3,7 +3,7 @@
 use super::alone::SingleRays;
 use super::block::Leaf;
 use super::interval::Interval;
-use super::{Leg, MaskOf, Packet, Query16};
+use super::{LocalPacket, MaskOf, Packet, Query16};
 use crate::bvh8::trace::single::{near_and_far_planes, planes};
 use crate::bvh8::trace::walk::{Query, STACK};
 use crate::bvh8::{Child, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
@@ -37,7 +37,7 @@ pub(super) struct Walk<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: boo
     pub(super) packets: &'a mut [Packet<S>; N],
     pub(super) queries: &'a [Query16<'b, S>; N],
     pub(super) root: Child,
-    pub(super) legs: &'a [Leg<'a, S>; N],
+    pub(super) legs: &'a [LocalPacket<'a, S>; N],
     pub(super) singles: &'a mut [SingleRays<'b>; N],
     pub(super) groups: [MaskOf<S>; N],
     pub(super) octant: usize,

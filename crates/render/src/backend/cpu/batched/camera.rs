@@ -2,8 +2,8 @@
 
 use super::super::tile::Tile;
 use super::Path;
+use eosphor_core::integrator::camera_ray;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::camera_ray;
 use std::ops::Range;
 
 /// Side of the blocks of pixels whose rays follow each other: 16 rays, as many as a packet takes.

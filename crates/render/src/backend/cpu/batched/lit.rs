@@ -1,13 +1,14 @@
 //! Surface points that lights are added to.
 
 use super::Path;
+use eosphor_core::integrator::whitted::{LampLobe, Receiver, Receivers, is_lit, point_key, takes_light};
+use eosphor_core::integrator::whitted::{shadow_origin, side_sign};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::PrimitiveId;
 use eosphor_core::settings::Settings;
 use eosphor_core::shading::SurfacePoint;
+use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{ExactSum, LampLobe, Receiver, Receivers, is_lit, point_key, takes_light};
-use eosphor_core::whitted::{shadow_origin, side_sign};
 
 /// Points in a block: as many lanes as AVX-512 has.
 pub(super) const LANES: usize = 16;
@@ -265,11 +266,11 @@ impl LitPoints {
         set(&mut block.geometric_normal, lane, point.geometric_normal);
         set(&mut block.to_viewer, lane, point.to_viewer);
         block.offset[lane] = point.offset;
-        block.shininess[lane] = point.look.shininess;
-        set(&mut block.diffuse, lane, point.look.diffuse);
-        set(&mut block.specular, lane, point.look.specular);
-        set(&mut block.transmission, lane, point.look.transmission);
-        block.lamp_highlights[lane] = point.look.lamp_highlights;
+        block.shininess[lane] = point.material_values.shininess;
+        set(&mut block.diffuse, lane, point.material_values.diffuse);
+        set(&mut block.specular, lane, point.material_values.specular);
+        set(&mut block.transmission, lane, point.material_values.transmission);
+        block.lamp_highlights[lane] = point.material_values.lamp_highlights;
         block.lobe[lane] = *lobe;
         block.any_lobes |= lobe.is_there();
         block.id[lane] = point.id;

@@ -25,11 +25,14 @@ use super::dispatch::TileJob;
 use super::tile::Tile;
 pub(super) use camera::CameraRays;
 use eosphor_accel::{BatchTracer, Coherence, Filters};
+use eosphor_core::integrator::PathRay;
+use eosphor_core::integrator::whitted::{LampLobe, depth_limit, local_radiance};
+use eosphor_core::integrator::{RayCounts, weight_at};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::shading::SurfacePoint;
+use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{ExactSum, LampLobe, PathRay, RayCounts, depth_limit, local_radiance, weight_at};
 use lit::LitPoints;
 use pending::Pending;
 use shadows::Shadows;
@@ -144,9 +147,9 @@ impl Workspace {
             }
             let point = SurfacePoint::new(view, &self.rays[k], hit);
             let ray = PathRay { weight: weight_at(view, &point, &path.ray, hit.t), ..path.ray };
-            if point.seen > 0.0 {
+            if point.coverage > 0.0 {
                 let found = local_radiance(view, &point, &ray, hit.t);
-                let shown = ray.weight * point.seen;
+                let shown = ray.weight * point.coverage;
                 let lobe = LampLobe::new(view, &point, &ray, max_depth);
                 if LitPoints::takes(view, &point, &lobe) {
                     self.lit.push((&point, &lobe), path, pixel, shown, found);

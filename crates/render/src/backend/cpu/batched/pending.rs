@@ -1,9 +1,10 @@
 //! Surface points whose rays are not all on their way yet.
 
 use super::Path;
+use eosphor_core::integrator::PathRay;
+use eosphor_core::integrator::whitted::{branches_at, child_ray, ray_behind};
 use eosphor_core::shading::SurfacePoint;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{PathRay, branches_at, child_ray, ray_behind};
 
 /// A point and what is next of its rays.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +61,7 @@ impl Pending {
             let next = if top.next < top.branches {
                 let branch = top.next;
                 top.next += 1;
-                let shown = PathRay { weight: ray.weight * top.point.seen, ..*ray };
+                let shown = PathRay { weight: ray.weight * top.point.coverage, ..*ray };
                 child_ray(view, &top.point, &shown, (x, y, sample), branch)
             } else {
                 let behind = ray_behind(view, &top.point, ray, top.t);

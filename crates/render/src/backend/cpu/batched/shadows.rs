@@ -2,14 +2,17 @@
 
 use super::lit::{Block, LANES, LitPoints, Side};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
+use eosphor_core::integrator::transmittance;
+use eosphor_core::integrator::whitted::{
+    LightLanes, LightSums, gather, is_lit_from_behind, light_key, shade_direct,
+};
+use eosphor_core::integrator::whitted::{highlight, shadow_filter};
 use eosphor_core::light::Light;
+use eosphor_core::light::emitted;
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
-use eosphor_core::shading::emitted;
 use eosphor_core::view::SceneView;
-use eosphor_core::whitted::{Gathered, LightLanes, answer, gather, is_lit_from_behind, light_key};
-use eosphor_core::whitted::{highlight, shadow_filter, transmittance};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A light with at least this many samples fills packets from each point by itself; of others, one sample of all points
@@ -20,7 +23,7 @@ const MANY_SAMPLES: u32 = 12;
 #[derive(Clone, Copy)]
 struct Offered {
     lanes: LightLanes<LANES>,
-    got: [Gathered; LANES],
+    got: [LightSums; LANES],
     /// The lanes that the light reaches unless something is in the way.
     active: [bool; LANES],
 }
@@ -47,7 +50,8 @@ impl Lamp<'_> {
     fn receivers<'b>(&self, view: &SceneView, block: &'b Block, sample: u32) -> Side<'b> {
         let mut side = Side::new(block, self.side);
         // Only lights with a size are sampled at random places.
-        if let Light::Triangle { samples, .. } = *self.light {
+        if self.light.is_lamp() {
+            let samples = self.light.samples();
             for lane in 0..LANES {
                 side.key[lane] = light_key(block.key(view.settings, lane), self.number, self.side);
                 side.index[lane] = block.sample[lane].wrapping_mul(samples).wrapping_add(sample);
@@ -74,13 +78,13 @@ impl Lamp<'_> {
 
     /// Adds what the first `count` points of a block make of the light that they got.
     #[inline(always)]
-    fn add_to(&self, view: &SceneView, block: &mut Block, count: usize, got: &[Gathered; LANES]) {
+    fn add_to(&self, view: &SceneView, block: &mut Block, count: usize, got: &[LightSums; LANES]) {
         let color = emitted(self.light);
         for lane in 0..count {
             if self.shines_on(view, block, lane) {
                 let (diffuse, (specular, _)) = (block.diffuse(lane), self.highlight(block, lane));
                 let transmission = block.transmission(lane);
-                let light = answer(color, diffuse, specular, transmission, self.side, &got[lane]);
+                let light = shade_direct(color, diffuse, specular, transmission, self.side, &got[lane]);
                 block.add_light(lane, light);
             }
         }
@@ -157,7 +161,7 @@ impl Shadows {
             if sample == 0 {
                 self.offered.push(Offered {
                     lanes,
-                    got: [Gathered::default(); LANES],
+                    got: [LightSums::default(); LANES],
                     active: [false; LANES],
                 });
             }
@@ -213,7 +217,7 @@ impl Shadows {
             let count = points.points_in(number);
             let block = &points.blocks[number];
             let side = lamp.receivers(view, block, 0);
-            let mut got = [Gathered::default(); LANES];
+            let mut got = [LightSums::default(); LANES];
             for lane in 0..count {
                 if lamp.shines_on(view, block, lane) {
                     let (receiver, filter) = (side.receiver(lane), shadow_filter(lamp.light, block.id[lane]));

@@ -1,47 +1,17 @@
 //! The reference scheduler: one loop with a fixed stack.
 
 use super::{
-    ExactSum, LampLobe, PathRay, RayKind, branches_at, camera_ray, child_ray, depth_limit, direct_light,
-    is_lit,
+    LampLobe, branches_at, child_ray, depth_limit, direct_light, is_lit, local_radiance, ray_behind,
 };
-use super::{local_radiance, ray_behind, weight_at};
 use crate::hierarchy::{Stack, Tracer};
-use crate::math::Vec3;
+use crate::integrator::{PathRay, RayCounts, weight_at};
 use crate::ray::Hit;
 use crate::shading::SurfacePoint;
+use crate::sums::ExactSum;
 use crate::view::SceneView;
 
 /// The largest depth limit; the stack has a level for every bounce.
 pub const MAX_DEPTH: u32 = 64;
-
-/// Rays of a sample by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(C)]
-pub struct RayCounts {
-    /// From the camera.
-    pub camera: u64,
-    /// Mirrored.
-    pub reflected: u64,
-    /// Through surfaces.
-    pub refracted: u64,
-    /// Of glossy lobes.
-    pub glossy: u64,
-    /// Towards lights.
-    pub shadow: u64,
-}
-
-impl RayCounts {
-    /// Counts a ray.
-    #[inline(always)]
-    pub fn count(&mut self, kind: RayKind) {
-        match kind {
-            RayKind::Camera => self.camera += 1,
-            RayKind::Reflected => self.reflected += 1,
-            RayKind::Refracted => self.refracted += 1,
-            RayKind::Glossy => self.glossy += 1,
-        }
-    }
-}
 
 /// A surface point on the way whose rays are not all traced yet. The point itself is computed again for each branch,
 /// so that a level stays small and the stack does not grow with the number of glossy rays.
@@ -68,8 +38,8 @@ pub fn radiance<T: Tracer, const W: usize>(
 ) {
     let settings = view.settings;
     let max_depth = depth_limit(settings);
-    let mut room = Stack::<Level, { MAX_DEPTH as usize + 1 }>::room();
-    let mut stack = Stack::new(&mut room);
+    let mut storage = Stack::<Level, { MAX_DEPTH as usize + 1 }>::storage();
+    let mut stack = Stack::new(&mut storage);
     let mut path_ray = first;
     loop {
         counts.count(path_ray.kind);
@@ -84,7 +54,7 @@ pub fn radiance<T: Tracer, const W: usize>(
         path_ray = 'next: loop {
             let Some(level) = stack.top_mut() else { return };
             let point = SurfacePoint::new(view, &level.ray.ray(), &level.hit);
-            let there = point.seen;
+            let there = point.coverage;
             if level.next_branch == FRESH {
                 level.next_branch = 0;
                 level.ray.weight = weight_at(view, &point, &level.ray, level.hit.t);
@@ -117,53 +87,4 @@ pub fn radiance<T: Tracer, const W: usize>(
             }
         };
     }
-}
-
-/// All samples of a pixel.
-#[inline(always)]
-pub fn render_pixel<T: Tracer, const W: usize>(
-    view: &SceneView,
-    tracer: &T,
-    x: u32,
-    y: u32,
-    counts: &mut RayCounts,
-) -> ExactSum {
-    let samples = Samples { first: 0, end: view.settings.samples, step: 1 };
-    render_samples::<T, W>(view, tracer, (x, y), samples, counts)
-}
-
-/// Some samples of a pixel: from the first on every `step`-th one before the end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Samples {
-    /// The number of the first one.
-    pub first: u32,
-    /// What all numbers are below.
-    pub end: u32,
-    /// From one to the next; at least 1.
-    pub step: u32,
-}
-
-/// Some samples of a pixel: a part of its sum.
-#[inline(always)]
-pub fn render_samples<T: Tracer, const W: usize>(
-    view: &SceneView,
-    tracer: &T,
-    (x, y): (u32, u32),
-    samples: Samples,
-    counts: &mut RayCounts,
-) -> ExactSum {
-    let mut sum = ExactSum::default();
-    let mut sample = samples.first;
-    while sample < samples.end {
-        let ray = camera_ray(view, x, y, sample);
-        radiance::<T, W>(view, tracer, ray, (x, y, sample), &mut sum, counts);
-        sample += samples.step;
-    }
-    sum
-}
-
-/// The colour of a pixel, from its sum.
-#[inline(always)]
-pub fn pixel_color(view: &SceneView, sum: &ExactSum) -> Vec3 {
-    sum.mean(view.settings.samples)
 }

@@ -1,7 +1,7 @@
 //! Stage 2: what a surface point gives by itself.
 
-use super::PathRay;
 use super::lobe_light::lamp_share;
+use crate::integrator::PathRay;
 use crate::math::{Vec3, min};
 use crate::settings::LightingModel;
 use crate::shading::SurfacePoint;
@@ -17,10 +17,10 @@ pub fn local_radiance(view: &SceneView, point: &SurfacePoint, ray: &PathRay, t: 
             let reach = 1.5 * settings.max_distance;
             Vec3::splat(1.0 - min(t, reach) / reach)
         }
-        LightingModel::Diffuse => point.look.diffuse,
-        _ => {
-            let emission = point.look.emission * lamp_share(view, point, ray, t);
-            emission + point.look.diffuse * settings.ambient
+        LightingModel::Diffuse => point.material_values.diffuse,
+        LightingModel::Lambert | LightingModel::Phong | LightingModel::BlinnPhong => {
+            let emission = point.material_values.emission * lamp_share(view, point, ray, t);
+            emission + point.material_values.diffuse * settings.ambient
         }
     }
 }
@@ -28,5 +28,8 @@ pub fn local_radiance(view: &SceneView, point: &SurfacePoint, ray: &PathRay, t: 
 /// Whether the model goes on to lights and further rays.
 #[inline(always)]
 pub fn is_lit(model: LightingModel) -> bool {
-    !matches!(model, LightingModel::Distance | LightingModel::Diffuse)
+    match model {
+        LightingModel::Distance | LightingModel::Diffuse => false,
+        LightingModel::Lambert | LightingModel::Phong | LightingModel::BlinnPhong => true,
+    }
 }

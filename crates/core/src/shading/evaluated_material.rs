@@ -19,9 +19,9 @@
 //! et al., Real-Time Rendering, 4th ed., 9.8). Lamps, which reflected rays see, throw none on these materials, or they
 //! would count twice.
 
+use crate::bsdf::reflectance_at_normal_incidence;
 use crate::material::{AlphaUse, FresnelUse, Material, NONE, Refraction, ScalarTexture, SurfaceModel};
 use crate::math::{Vec3, clamp, max};
-use crate::shading::reflectance_at_normal_incidence;
 use crate::texture::{Rgba, Textures};
 
 /// Up to this roughness reflections are sharp.
@@ -35,7 +35,7 @@ const METAL_RAYS: u32 = 4;
 
 /// A material at a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Appearance {
+pub struct EvaluatedMaterial {
     /// What lights are multiplied by, scattered.
     pub diffuse: Vec3,
     /// The highlight's weight.
@@ -54,7 +54,7 @@ pub struct Appearance {
     pub fresnel: FresnelUse,
     /// The part of `kr` that is metal: the share of the surface, and its colour at normal incidence times that share.
     pub metal: f32,
-    /// See [`Appearance::metal`].
+    /// See [`EvaluatedMaterial::metal`].
     pub metal_color: Vec3,
     /// `kt` before Fresnel.
     pub transmission: Vec3,
@@ -124,12 +124,12 @@ impl MaterialTexels {
     }
 }
 
-impl Appearance {
+impl EvaluatedMaterial {
     /// What `material` is where its textures say this and the vertex colour is `color`.
     #[inline(always)]
-    pub fn new(material: &Material, texels: &MaterialTexels, color: &Rgba) -> Appearance {
+    pub fn new(material: &Material, texels: &MaterialTexels, color: &Rgba) -> EvaluatedMaterial {
         let tint = texels.diffuse.color * color.color;
-        let mut look = Appearance {
+        let mut material_values = EvaluatedMaterial {
             diffuse: material.diffuse * tint,
             specular: material.specular * texels.specular.color,
             shininess: material.shininess,
@@ -151,23 +151,23 @@ impl Appearance {
         };
         if material.alpha != AlphaUse::Ignore {
             let there = material.opacity * color.alpha * texels.opacity;
-            look.opacity = match material.alpha {
+            material_values.opacity = match material.alpha {
                 AlphaUse::Mask if there >= material.alpha_cutoff => 1.0,
                 AlphaUse::Mask => 0.0,
                 _ => clamp(there, 0.0, 1.0),
             };
         }
         if material.model == SurfaceModel::MetallicRoughness {
-            look.metallic_roughness(
+            material_values.metallic_roughness(
                 clamp(material.metallic * texels.metallic, 0.0, 1.0),
                 clamp(material.roughness * texels.roughness, 0.0, 1.0),
                 clamp(material.transmission.x * texels.transmission, 0.0, 1.0),
             );
         } else if material.refraction == Refraction::Straight {
             // A textured pane casts its picture.
-            look.shadow_filter *= tint;
+            material_values.shadow_filter *= tint;
         }
-        look
+        material_values
     }
 
     /// The rule of the table above; the base colour is in `diffuse`, the dielectric's weight in `specular`.
@@ -225,14 +225,14 @@ mod tests {
     use super::*;
     use crate::math::vec3;
 
-    fn look_colored(material: &Material, color: &Rgba) -> Appearance {
+    fn values_colored(material: &Material, color: &Rgba) -> EvaluatedMaterial {
         let textures = Textures { textures: &[], words: &[], srgb_decode: &[0.0; 256] };
         let texels = MaterialTexels::new(&textures, material, &[[0.0; 2]; 2]);
-        Appearance::new(material, &texels, color)
+        EvaluatedMaterial::new(material, &texels, color)
     }
 
-    fn look(material: &Material) -> Appearance {
-        look_colored(material, &Rgba::WHITE)
+    fn material_values(material: &Material) -> EvaluatedMaterial {
+        values_colored(material, &Rgba::WHITE)
     }
 
     fn pbr(metallic: f32, roughness: f32, transmission: f32) -> Material {
@@ -251,12 +251,12 @@ mod tests {
     #[test]
     fn plastic_metal_and_glass() {
         let near = |a: Vec3, b: Vec3| assert!((a - b).abs().max_component() < 1e-6, "{a:?} {b:?}");
-        let plastic = look(&pbr(0.0, 1.0, 0.0));
+        let plastic = material_values(&pbr(0.0, 1.0, 0.0));
         near(plastic.diffuse, vec3(0.8, 0.4, 0.2) * 0.96);
         near(plastic.specular, Vec3::splat(0.04 * 0.25));
         assert_eq!((plastic.shininess, plastic.metal, plastic.transmits()), (0.0, 0.0, false));
         assert_eq!((plastic.lobe_rays(0), plastic.lobe_rays(1)), (1, 1));
-        let metal = look(&pbr(1.0, 0.5, 0.5));
+        let metal = material_values(&pbr(1.0, 0.5, 0.5));
         near(metal.diffuse, Vec3::ZERO);
         near(metal.metal_color, vec3(0.8, 0.4, 0.2));
         assert_eq!(
@@ -264,7 +264,7 @@ mod tests {
             (1.0, false, 4, 1)
         );
         assert_eq!(metal.shininess, 30.0);
-        let glass = look(&pbr(0.0, 0.0, 1.0));
+        let glass = material_values(&pbr(0.0, 0.0, 1.0));
         near(glass.diffuse, Vec3::ZERO);
         near(glass.transmission, vec3(0.8, 0.4, 0.2));
         assert_eq!((glass.lobe_rays(0), glass.glossy_transmission, glass.reflects()), (0, false, true));
@@ -280,9 +280,9 @@ mod tests {
         ] {
             let material = Material { alpha, opacity: 0.5, alpha_cutoff: 0.375, ..Material::default() };
             let color = Rgba { color: vec3(1.0, 0.5, 0.0), alpha: there };
-            let look = look_colored(&material, &color);
-            assert_eq!(look.opacity, expected, "{alpha:?}");
-            assert_eq!(look.diffuse, vec3(0.75, 0.375, 0.0));
+            let material_values = values_colored(&material, &color);
+            assert_eq!(material_values.opacity, expected, "{alpha:?}");
+            assert_eq!(material_values.diffuse, vec3(0.75, 0.375, 0.0));
         }
     }
 }

@@ -5,14 +5,14 @@ use crate::math::{Vec3, clamp, fma, max, min, sqrt};
 /// The mirror image of direction `d` at a surface of unit normal `n`: `d - 2 (d.n) n`. Of the length of `d`.
 #[inline(always)]
 pub fn reflect(d: Vec3, n: Vec3) -> Vec3 {
-    d.along(n, -2.0 * d.dot(n))
+    d.plus_scaled(n, -2.0 * d.dot(n))
 }
 
 /// A direction on the side of a plane that the unit vector `up` points to: mirrored at the plane where it points below.
 /// Unlike a direction that is cut to the plane it depends smoothly on `d`, and the opposite of `up` becomes `up`.
 #[inline(always)]
 pub fn turned_up(d: Vec3, up: Vec3) -> Vec3 {
-    d.along(up, -2.0 * min(d.dot(up), 0.0))
+    d.plus_scaled(up, -2.0 * min(d.dot(up), 0.0))
 }
 
 /// Directions that shading normals send to the wrong side leave the surface at a slope of about as much as they came, from
@@ -34,7 +34,7 @@ pub fn mirror_above(d: Vec3, n: Vec3, above: Vec3) -> (Vec3, Vec3) {
     if height >= least {
         return (mirrored.normalize_or(-d), n);
     }
-    let lifted = mirrored.along(above, least - height).normalize_or(above);
+    let lifted = mirrored.plus_scaled(above, least - height).normalize_or(above);
     (lifted, (lifted - d).normalize_or(above))
 }
 
@@ -46,7 +46,7 @@ pub fn through_surface(direction: Vec3, above: Vec3) -> Vec3 {
     if height < 0.0 {
         return direction;
     }
-    direction.along(above, -(height + max(height, LOWEST))).normalize_or(-above)
+    direction.plus_scaled(above, -(height + max(height, LOWEST))).normalize_or(-above)
 }
 
 /// Where a ray goes on that is bent at a surface.
@@ -68,5 +68,5 @@ pub fn refract(d: Vec3, n: Vec3, eta: f32) -> Refracted {
         return Refracted::TotalReflection;
     }
     let cos_out = sqrt(1.0 - sin2_out);
-    Refracted::Through((d * eta).along(n, fma(eta, cos_in, -cos_out)).normalize_or(d))
+    Refracted::Through((d * eta).plus_scaled(n, fma(eta, cos_in, -cos_out)).normalize_or(d))
 }

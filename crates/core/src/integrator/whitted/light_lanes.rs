@@ -4,14 +4,15 @@
 //! code. With one lane it is plain scalar code, with the same bits.
 
 use super::Receivers;
+use crate::bsdf::specular_lobe;
 use crate::hierarchy::ShadowBatch;
 use crate::intersect::precise::{dot64, double, minus64};
 use crate::light::Light;
+use crate::light::{LightSample, sample_light, triangle_sample};
 use crate::math::{Vec3, fma, max, vec3};
 use crate::ray::Ray;
 use crate::sampling::{point_2d, triangle_point};
 use crate::settings::{LightingModel, Settings};
-use crate::shading::{LightSample, sample_light, specular_lobe, triangle_sample};
 
 /// Shadow rays and what each brings if nothing is in its way.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +56,7 @@ impl<const W: usize> LightLanes<W> {
         let mut weight = [0.0; W];
         lanes.sample(settings, light, receivers, &mut weight);
         lanes.weigh(settings.lighting_model, receivers, &weight);
-        if matches!(light, Light::Triangle { .. }) & receivers.any_lobes() {
+        if light.is_lamp() & receivers.any_lobes() {
             lanes.weigh_lobes(receivers, &weight);
         }
         lanes
@@ -98,7 +99,7 @@ impl<const W: usize> LightLanes<W> {
                 let power = area / samples as f32;
                 for lane in 0..W {
                     let [b1, b2] = triangle_point([u[lane], v[lane]]);
-                    let offset = v0.along(e1, b1).along(e2, b2) - receivers.origin(lane);
+                    let offset = v0.plus_scaled(e1, b1).plus_scaled(e2, b2) - receivers.origin(lane);
                     weight[lane] = self.take(lane, triangle_sample(offset, normal, power));
                 }
                 let (a, b) = (e1.abs(), e2.abs());
@@ -170,7 +171,7 @@ impl<const W: usize> LightLanes<W> {
             match model {
                 LightingModel::Phong => self.highlight(LightingModel::Phong, receivers, &lit),
                 LightingModel::BlinnPhong => self.highlight(LightingModel::BlinnPhong, receivers, &lit),
-                _ => {}
+                LightingModel::Distance | LightingModel::Diffuse | LightingModel::Lambert => {}
             }
         }
     }

@@ -64,7 +64,7 @@ impl Receiver {
             normal: point.normal * sign,
             above,
             to_viewer: point.to_viewer,
-            shininess: point.look.shininess,
+            shininess: point.material_values.shininess,
             highlights,
             lobe: *lobe,
             key: 0,
@@ -82,7 +82,7 @@ pub fn side_sign(side: u32) -> f32 {
 /// Where shadow rays start on the side that `above` points to.
 #[inline(always)]
 pub fn shadow_origin(position: Vec3, above: Vec3, offset: f32) -> Vec3 {
-    position.along(above, offset)
+    position.plus_scaled(above, offset)
 }
 
 impl Receivers for Receiver {

@@ -1,16 +1,16 @@
 //! Queries by a [`PairView`].
 
-use super::Tracer;
-use super::candidates::PrimitivesView;
-use super::pairs::{Outcome, PairView, Room, Walk};
-use super::search::{Any, Closest, Next, Search};
-use super::stack::Stack;
+use super::pairs::{Outcome, PairView, StackStorage, Walk};
 use super::walks::{Walks, search_by, tracer_by_walks};
 use super::warp::Warp;
+use crate::hierarchy::Tracer;
+use crate::hierarchy::candidates::PrimitivesView;
+use crate::hierarchy::search::{Any, Closest, Next, Search};
+use crate::hierarchy::stack::Stack;
 use crate::ray::{Hit, Ray, RayFilter};
 
 /// Traverses a [`PairView`]; without `PLACED` the world alone, which takes fewer registers. With `IN_STEP` the threads of a
-/// warp wait for each other after every node, whatever the view says of their company.
+/// warp wait for each other after every node, whatever the view says of it.
 #[derive(Clone, Copy, Debug)]
 pub struct PairTracer<'a, const PLACED: bool, const IN_STEP: bool = false> {
     /// The trees.
@@ -36,12 +36,12 @@ impl<const PLACED: bool, const IN_STEP: bool> Walks for PairTracer<'_, PLACED, I
 
     #[inline(always)]
     fn walk(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> Outcome {
-        let mut room: Room = Stack::room();
-        let mut walk = Walk::<false, PLACED>::new(&self.view, ray, &mut room);
+        let mut storage: StackStorage = Stack::storage();
+        let mut walk = Walk::<false, PLACED>::new(&self.view, ray, &mut storage);
         let warp = Warp::here();
         if IN_STEP {
             walk.run_in_step(&self.view, filter, search, warp)
-        } else if walk.goes_along(self.view.company, warp) {
+        } else if walk.goes_along(self.view.warp_mode, warp) {
             walk.run_together(&self.view, filter, search, warp)
         } else {
             walk.run(&self.view, filter, search)
@@ -57,8 +57,8 @@ fn search_for_any_ray<S: Search>(
     filter: &RayFilter,
     start: impl Fn(f64) -> S,
 ) -> S {
-    let mut room: Room = Stack::room();
-    let mut walk = Walk::<true, true>::new(view, ray, &mut room);
+    let mut storage: StackStorage = Stack::storage();
+    let mut walk = Walk::<true, true>::new(view, ray, &mut storage);
     let mut search = start(walk.from());
     walk.run(view, filter, &mut search);
     search

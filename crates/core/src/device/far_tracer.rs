@@ -1,12 +1,12 @@
 //! Queries by a [`PairView`] for rays that may start far away.
 
-use super::Tracer;
+use super::deferred::DeferredCandidates;
 use super::pair_tracer::{closest_hit_of_any_ray, next_hit_of_any_ray, occluded_any_ray};
-use super::pairs::{PairView, Room, Walk};
-use super::put_off::PutOff;
-use super::search::{Any, Closest, Next, Search};
-use super::stack::Stack;
+use super::pairs::{PairView, StackStorage, Walk};
 use super::warp::Warp;
+use crate::hierarchy::Tracer;
+use crate::hierarchy::search::{Any, Closest, Next, Search};
+use crate::hierarchy::stack::Stack;
 use crate::ray::{Hit, Ray, RayFilter};
 
 /// Traverses a [`PairView`] from where each ray enters the box of the tree, whether it starts far away or not. A
@@ -33,18 +33,18 @@ impl<const PLACED: bool> FarTracer<'_, PLACED> {
     /// The search that `start` makes of the point that it has to measure from. `None` where too much was unclear.
     #[inline(always)]
     fn search<S: Search>(&self, ray: &Ray, filter: &RayFilter, start: impl Fn(f64) -> S) -> Option<S> {
-        let mut room: Room = Stack::room();
-        let mut walk = Walk::<true, PLACED>::new(&self.view, ray, &mut room);
-        let mut aside = PutOff::<S>::room();
-        let mut put_off = PutOff::new(start(walk.from()), &mut aside);
+        let mut storage: StackStorage = Stack::storage();
+        let mut walk = Walk::<true, PLACED>::new(&self.view, ray, &mut storage);
+        let mut storage = DeferredCandidates::<S>::storage();
+        let mut deferred = DeferredCandidates::new(start(walk.from()), &mut storage);
         let warp = Warp::here();
-        if walk.goes_along(self.view.company, warp) {
-            walk.run_together(&self.view, filter, &mut put_off, warp);
+        if walk.goes_along(self.view.warp_mode, warp) {
+            walk.run_together(&self.view, filter, &mut deferred, warp);
         } else {
-            walk.run(&self.view, filter, &mut put_off);
+            walk.run(&self.view, filter, &mut deferred);
         }
-        let is_decided = put_off.decide(&self.view.primitives, ray);
-        is_decided.then_some(put_off.search)
+        let is_decided = deferred.decide(&self.view.primitives, ray);
+        is_decided.then_some(deferred.search)
     }
 }
 

@@ -1,5 +1,9 @@
 //! Lights, in the form that shading reads.
 
+mod sample;
+
+pub use sample::{LightSample, emitted, sample_light, triangle_sample};
+
 use crate::math::Vec3;
 
 /// One light. Emissive triangles are lights each; other emitters are only seen.
@@ -61,13 +65,43 @@ pub enum Light {
     },
 }
 
+/// What a light is to those who sample it: a new one says it here, and every `match` on it names what it needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightKind {
+    /// It shines from one point: rays that go on by chance never meet it.
+    DeltaPosition,
+    /// It shines from one direction, infinitely far.
+    DeltaDirection,
+    /// It has an area that rays meet, so what a ray brings of it must not be counted twice.
+    Area,
+}
+
 impl Light {
+    /// What it is to those who sample it.
+    #[inline(always)]
+    pub fn kind(&self) -> LightKind {
+        match self {
+            Light::Point { .. } | Light::Spot { .. } => LightKind::DeltaPosition,
+            Light::Directional { .. } => LightKind::DeltaDirection,
+            Light::Triangle { .. } => LightKind::Area,
+        }
+    }
+
+    /// Whether it has an area, so that rays of lobes meet it, too.
+    #[inline(always)]
+    pub fn is_lamp(&self) -> bool {
+        match self.kind() {
+            LightKind::DeltaPosition | LightKind::DeltaDirection => false,
+            LightKind::Area => true,
+        }
+    }
+
     /// Shadow rays that a shading point sends to this light.
     #[inline(always)]
     pub fn samples(&self) -> u32 {
         match self {
             Light::Triangle { samples, .. } => *samples,
-            _ => 1,
+            Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } => 1,
         }
     }
 }

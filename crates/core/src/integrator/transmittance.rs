@@ -1,10 +1,10 @@
 //! What gets through the surfaces between a point and a light: coloured shadows.
 
-use super::MAX_RADIANCE;
 use crate::hierarchy::Tracer;
 use crate::math::{Vec3, fma};
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
 use crate::shading::SurfacePoint;
+use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
 
 /// What gets through all surfaces on the way, per channel: the product of their shadow filters in the order of the hits,
@@ -32,7 +32,8 @@ pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter:
             continue;
         }
         // Where a ray does not see a surface, that casts no shadow to where the ray starts.
-        let mut surface = point.look.shadow_filter * point.seen + Vec3::splat(1.0 - point.seen);
+        let mut surface =
+            point.material_values.shadow_filter * point.coverage + Vec3::splat(1.0 - point.coverage);
         if !point.front {
             surface *= point.left_by_body(view, hit.t - before);
         }

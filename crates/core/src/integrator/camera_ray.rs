@@ -38,7 +38,8 @@ pub fn camera_ray(view: &SceneView, x: u32, y: u32, sample: u32) -> PathRay {
     let across = fma(2.0, (x as f32 + dx) / settings.width as f32, -1.0);
     let down = fma(2.0, (y as f32 + dy) / settings.height as f32, -1.0);
     let aside = |from: Vec3| {
-        from.along(camera.right, across * camera.half_width).along(camera.up, -down * camera.half_height)
+        from.plus_scaled(camera.right, across * camera.half_width)
+            .plus_scaled(camera.up, -down * camera.half_height)
     };
     let on_plane = aside(camera.forward);
     let (origin, direction) = if camera.projection == Projection::Orthographic {
@@ -46,7 +47,7 @@ pub fn camera_ray(view: &SceneView, x: u32, y: u32, sample: u32) -> PathRay {
     } else if camera.aperture_radius > 0.0 {
         let [lens_x, lens_y] = disk_point(point_2d(sample, hash_pair(key, LENS_DIMENSION)));
         let (a, b) = (lens_x * camera.aperture_radius, lens_y * camera.aperture_radius);
-        let off_axis = (camera.right * a).along(camera.up, b);
+        let off_axis = (camera.right * a).plus_scaled(camera.up, b);
         (camera.eye + off_axis, on_plane * camera.focus_distance - off_axis)
     } else {
         (camera.eye, on_plane)

@@ -4,15 +4,16 @@
 //! Shares are those of the balance heuristic (Veach and Guibas 1995, "Optimally combining sampling techniques for Monte Carlo
 //! rendering", section 3): each way's by how densely it samples the direction. They add up to one.
 
-use super::PathRay;
 use super::children::{Mirror, reflected_share};
 use super::direct_light::answers_light;
 use super::local::is_lit;
+use crate::bsdf::lobe_density;
 use crate::geometry::Instance;
+use crate::integrator::PathRay;
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::settings::{Settings, ShadowMode};
-use crate::shading::{SurfacePoint, lobe_density};
+use crate::shading::SurfacePoint;
 use crate::view::{SceneView, item};
 
 /// How a surface point reflects lamps: by the lobe that its glossy rays are distributed by.
@@ -35,7 +36,7 @@ impl LampLobe {
     /// The lobe at a point that `ray` found, where rays of it will be traced and there are lights.
     #[inline(always)]
     pub fn new(view: &SceneView, point: &SurfacePoint, ray: &PathRay, depth_limit: u32) -> LampLobe {
-        let look = &point.look;
+        let look = &point.material_values;
         let rays = look.lobe_rays(ray.depth);
         let is_lobe = (rays > 0) & (ray.depth < depth_limit) & look.reflects();
         if !is_lobe | view.lights.is_empty() | !is_lit(view.settings.lighting_model) {
@@ -68,7 +69,8 @@ impl LampLobe {
 /// Whether lights are sampled for a point: surfaces that are black in every way are not asked about.
 #[inline(always)]
 pub fn takes_light(point: &SurfacePoint, lobe: &LampLobe) -> bool {
-    answers_light(point.look.diffuse, point.look.specular) | (lobe.color.max_component() > 0.0)
+    answers_light(point.material_values.diffuse, point.material_values.specular)
+        | (lobe.color.max_component() > 0.0)
 }
 
 /// Whether what a ray of a lobe finds behind a surface is found by sampling lamps, too: where shadow rays pass it.
@@ -81,7 +83,7 @@ pub(super) fn lamps_shine_through(settings: &Settings) -> bool {
 /// the ray is of no lobe and where what shines is no lamp that is sampled.
 #[inline(always)]
 pub(super) fn lamp_share(view: &SceneView, point: &SurfacePoint, ray: &PathRay, distance: f32) -> f32 {
-    if !(ray.lobe_density > 0.0) | !point.front | (point.look.emission.max_component() <= 0.0) {
+    if !(ray.lobe_density > 0.0) | !point.front | (point.material_values.emission.max_component() <= 0.0) {
         return 1.0;
     }
     // Textured lamps are not sampled, and neither are spheres.

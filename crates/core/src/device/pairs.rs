@@ -6,14 +6,14 @@
 //! [`Root::reach`]; for others `Space::slack` is added as they go, and those from far away start from the box of the tree.
 //!
 //! What is not certain in single precision would need a function that every walk keeps registers for. So it is put aside
-//! (`put_off.rs`) until the walk is over.
+//! (`deferred.rs`) until the walk is over.
 
-use super::candidates::{Placement, PrimitivesView, trusted};
-use super::far::FarRay;
-use super::search::{Moved, Search};
 use super::warp::Warp;
-use super::{MAX_BVH_DEPTH, Stack};
 use crate::geometry::Bounds;
+use crate::hierarchy::candidates::{Placement, PrimitivesView, trusted};
+use crate::hierarchy::far::FarRay;
+use crate::hierarchy::search::{Moved, Search};
+use crate::hierarchy::{MAX_BVH_DEPTH, Stack};
 use crate::intersect::{LocalRay, Slab, sphere_bounds};
 use crate::math::{Vec3, fma, max, min};
 use crate::ray::{Ray, RayFilter};
@@ -209,7 +209,7 @@ pub struct PairView<'a> {
     /// The tree over the instances but the world, with boxes for the same rays as the world's tree.
     pub instance_root: Link,
     /// How threads of a warp walk.
-    pub company: Company,
+    pub warp_mode: WarpMode,
     /// Primitives, in the order of the leaves.
     pub primitives: PrimitivesView<'a>,
 }
@@ -242,15 +242,15 @@ impl PairView<'_> {
 /// Whether the threads of a warp walk through the tree together, each for its own ray. It changes no hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
-pub struct Company(u32);
+pub struct WarpMode(u32);
 
-impl Company {
+impl WarpMode {
     /// Together where their rays start in one point and go the same way along every axis.
-    pub const AUTO: Company = Company(0);
+    pub const AUTO: WarpMode = WarpMode(0);
     /// Each thread for itself.
-    pub const ALONE: Company = Company(1);
+    pub const INDEPENDENT: WarpMode = WarpMode(1);
     /// All of a warp go where any of them has to, by vote (EOS's algorithm). Instances are entered alone.
-    pub const TOGETHER: Company = Company(2);
+    pub const VOTING: WarpMode = WarpMode(2);
 
     /// As kernels take it.
     pub fn bits(self) -> u32 {
@@ -350,8 +350,8 @@ struct Crossing {
     near1: f32,
 }
 
-/// Room for a walk's stack.
-pub(super) type Room = super::stack::Room<Link, ROOM>;
+/// StackStorage for a walk's stack.
+pub(super) type StackStorage = crate::hierarchy::stack::StackStorage<Link, ROOM>;
 
 /// How a walk came to its end.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -375,8 +375,8 @@ pub(super) struct Walk<'a, 's, const ANYWHERE: bool, const PLACED: bool> {
 impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PLACED> {
     /// At the beginning.
     #[inline(always)]
-    pub(super) fn new(view: &PairView, world_ray: &'a Ray, room: &'s mut Room) -> Self {
-        let mut stack = Stack::new(room);
+    pub(super) fn new(view: &PairView, world_ray: &'a Ray, storage: &'s mut StackStorage) -> Self {
+        let mut stack = Stack::new(storage);
         // SAFETY: as in `fork`.
         unsafe {
             stack.push(Link::DONE);
@@ -536,11 +536,11 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
 
     /// Whether to walk together with the threads that are here. Only the world is walked through so.
     #[inline(always)]
-    pub(super) fn goes_along(&self, company: Company, warp: Warp) -> bool {
-        if PLACED || company == Company::ALONE {
+    pub(super) fn goes_along(&self, warp_mode: WarpMode, warp: Warp) -> bool {
+        if PLACED || warp_mode == WarpMode::INDEPENDENT {
             return false;
         }
-        if company == Company::TOGETHER {
+        if warp_mode == WarpMode::VOTING {
             return true;
         }
         let o = self.space.placement.world_ray.origin;

@@ -4,11 +4,11 @@
 //! Unlike theirs, a node names each child by a [`Link`], so that leaves may lie anywhere; and what is put aside is the
 //! node with the children that are left of it, in the order in which a ray of this octant meets them.
 
-use super::candidates::{PrimitivesView, trusted};
 use super::pairs::{Link, Outcome, Root, Space, Target};
-use super::search::Search;
 use super::warp::Warp;
-use super::{MAX_BVH_DEPTH, Stack};
+use crate::hierarchy::candidates::{PrimitivesView, trusted};
+use crate::hierarchy::search::Search;
+use crate::hierarchy::{MAX_BVH_DEPTH, Stack};
 use crate::intersect::Slab;
 use crate::math::{Vec3, fma, max, min};
 use crate::ray::{Ray, RayFilter};
@@ -90,8 +90,8 @@ pub struct WideView<'a> {
 /// A node a level of two trees, and the ends.
 const ROOM: usize = 2 * (MAX_BVH_DEPTH + 8) + 4;
 
-/// Room for a walk's stack.
-pub(super) type Room = super::stack::Room<Rest, ROOM>;
+/// StackStorage for a walk's stack.
+pub(super) type StackStorage = crate::hierarchy::stack::StackStorage<Rest, ROOM>;
 
 /// What is left of a node: its number above 8 bits, of which those are set whose children are still to be visited. Without
 /// any it is one of the ends.
@@ -136,8 +136,8 @@ pub(super) struct Walk<'a, 's, const ANYWHERE: bool, const PLACED: bool> {
 impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PLACED> {
     /// At the beginning.
     #[inline(always)]
-    pub(super) fn new(view: &WideView, world_ray: &'a Ray, room: &'s mut Room) -> Self {
-        let mut stack = Stack::new(room);
+    pub(super) fn new(view: &WideView, world_ray: &'a Ray, storage: &'s mut StackStorage) -> Self {
+        let mut stack = Stack::new(storage);
         // SAFETY: as in `visit`.
         unsafe {
             stack.push(Rest::DONE);

@@ -1,15 +1,16 @@
 //! Stage 4: rays that go on from a surface point.
 
-use super::camera_ray::pixel_key;
 use super::lobe_light::lamps_shine_through;
-use super::{LampLobe, MAX_RADIANCE, PathRay, RayKind, depth_limit};
+use super::{LampLobe, depth_limit};
+use crate::bsdf::{Refracted, fresnel_factor, lobe_density, mirror_above, refract, through_surface};
+use crate::integrator::camera_ray::pixel_key;
+use crate::integrator::{PathRay, RayKind, is_worth_tracing};
 use crate::material::{FresnelUse, Refraction};
 use crate::math::{Vec3, max};
 use crate::sampling::{cosine_lobe, hash_pair, orthonormal_basis, point_2d};
 use crate::settings::Settings;
-use crate::shading::{
-    Appearance, Refracted, SurfacePoint, fresnel_factor, lobe_density, mirror_above, refract, through_surface,
-};
+use crate::shading::{EvaluatedMaterial, SurfacePoint};
+use crate::sums::MAX_RADIANCE;
 use crate::view::SceneView;
 
 /// Keys of the random numbers of lobes: about the mirrored ray, and about the transmitted one.
@@ -18,21 +19,21 @@ const GLOSSY_TRANSMISSION_DIMENSION: u32 = 0x4;
 
 /// Rays that go on from a surface after this many bounces: reflected ones first, then the transmitted ones.
 #[inline(always)]
-pub fn branch_count(look: &Appearance, depth: u32) -> u32 {
-    reflected_rays(look, depth) + transmitted_rays(look, depth)
+pub fn branch_count(material_values: &EvaluatedMaterial, depth: u32) -> u32 {
+    reflected_rays(material_values, depth) + transmitted_rays(material_values, depth)
 }
 
 #[inline(always)]
-fn reflected_rays(look: &Appearance, depth: u32) -> u32 {
-    if look.reflects() { look.lobe_rays(depth).max(1) } else { 0 }
+fn reflected_rays(material_values: &EvaluatedMaterial, depth: u32) -> u32 {
+    if material_values.reflects() { material_values.lobe_rays(depth).max(1) } else { 0 }
 }
 
 #[inline(always)]
-fn transmitted_rays(look: &Appearance, depth: u32) -> u32 {
-    if !look.transmits() {
+fn transmitted_rays(material_values: &EvaluatedMaterial, depth: u32) -> u32 {
+    if !material_values.transmits() {
         0
-    } else if look.glossy_transmission {
-        look.lobe_rays(depth).max(1)
+    } else if material_values.glossy_transmission {
+        material_values.lobe_rays(depth).max(1)
     } else {
         1
     }
@@ -56,11 +57,11 @@ impl Mirror {
     /// For a ray of unit direction `d`.
     #[inline(always)]
     pub(super) fn new(settings: &Settings, point: &SurfacePoint, d: Vec3) -> Mirror {
-        let look = &point.look;
+        let material_values = &point.material_values;
         let (direction, normal) = mirror_above(d, point.normal, point.geometric_normal);
-        let eta = if point.front { 1.0 / look.ior } else { look.ior };
+        let eta = if point.front { 1.0 / material_values.ior } else { material_values.ior };
         let cos = max(-d.dot(normal), 0.0);
-        let is_ignored = look.fresnel == FresnelUse::Ignore;
+        let is_ignored = material_values.fresnel == FresnelUse::Ignore;
         let factor = if is_ignored { 1.0 } else { fresnel_factor(settings.fresnel, cos, eta) };
         Mirror { direction, normal, cos, eta, factor }
     }
@@ -68,13 +69,15 @@ impl Mirror {
 
 /// What is reflected.
 #[inline(always)]
-pub(super) fn reflected_share(look: &Appearance, mirror: &Mirror) -> Vec3 {
-    let mut kr = look.reflection * mirror.factor;
-    if look.metal > 0.0 {
+pub(super) fn reflected_share(material_values: &EvaluatedMaterial, mirror: &Mirror) -> Vec3 {
+    let mut kr = material_values.reflection * mirror.factor;
+    if material_values.metal > 0.0 {
         // Schlick's approximation for metal, whose colour fades to white at grazing angles.
         let m = 1.0 - mirror.cos;
         let m2 = m * m;
-        kr += look.metal_color.along(Vec3::splat(look.metal) - look.metal_color, m2 * m2 * m);
+        kr += material_values
+            .metal_color
+            .plus_scaled(Vec3::splat(material_values.metal) - material_values.metal_color, m2 * m2 * m);
     }
     kr
 }
@@ -89,29 +92,30 @@ pub fn child_ray(
     (x, y, sample): (u32, u32, u32),
     branch: u32,
 ) -> Option<PathRay> {
-    let (settings, look) = (view.settings, &point.look);
+    let (settings, material_values) = (view.settings, &point.material_values);
     let d = parent.direction;
     let at_mirror = Mirror::new(settings, point, d);
     let Mirror { direction: mirror, normal: n, eta, factor, .. } = at_mirror;
-    let reflected = reflected_rays(look, parent.depth);
+    let reflected = reflected_rays(material_values, parent.depth);
     let key = |dimension: u32| hash_pair(hash_pair(pixel_key(settings.seed, x, y), parent.path), dimension);
     let mut spread = 1.0;
     let (mut density, mut travelled) = (0.0, 0.0);
     let (direction, share, kind, inside) = if branch < reflected {
-        let kr = reflected_share(look, &at_mirror);
-        let rays = look.lobe_rays(parent.depth);
+        let kr = reflected_share(material_values, &at_mirror);
+        let rays = material_values.lobe_rays(parent.depth);
         if rays == 0 {
             (mirror, kr, RayKind::Reflected, parent.inside)
         } else {
             let index = sample.wrapping_mul(rays).wrapping_add(branch);
-            let direction = lobe_direction(mirror, look.glossy_exponent, index, key(GLOSSY_DIMENSION));
+            let direction =
+                lobe_direction(mirror, material_values.glossy_exponent, index, key(GLOSSY_DIMENSION));
             // Rays of the lobe that go under the surface count as black.
             if direction.dot(point.geometric_normal) <= 0.0 {
                 return None;
             }
             spread = 1.0 / rays as f32;
             if LampLobe::new(view, point, parent, depth_limit(settings)).is_there() {
-                density = rays as f32 * lobe_density(mirror, direction, look.glossy_exponent);
+                density = rays as f32 * lobe_density(mirror, direction, material_values.glossy_exponent);
             }
             (direction, kr, RayKind::Glossy, parent.inside)
         }
@@ -120,11 +124,11 @@ pub fn child_ray(
             density = parent.lobe_density;
             travelled = parent.travelled + (point.position - parent.origin).length();
         }
-        let passed = if look.fresnel == FresnelUse::Both { 1.0 - factor } else { 1.0 };
-        let kt = look.transmission * passed;
+        let passed = if material_values.fresnel == FresnelUse::Both { 1.0 - factor } else { 1.0 };
+        let kt = material_values.transmission * passed;
         let beyond =
             if point.front { parent.inside.saturating_add(1) } else { parent.inside.saturating_sub(1) };
-        let (direction, kind, inside) = match look.refraction {
+        let (direction, kind, inside) = match material_values.refraction {
             Refraction::Straight => (d, RayKind::Refracted, beyond),
             Refraction::Snell => match refract(d, n, eta) {
                 Refracted::Through(direction) => {
@@ -134,11 +138,16 @@ pub fn child_ray(
                 Refracted::TotalReflection => (mirror, RayKind::Reflected, parent.inside),
             },
         };
-        let rays = if look.glossy_transmission { look.lobe_rays(parent.depth) } else { 0 };
+        let rays =
+            if material_values.glossy_transmission { material_values.lobe_rays(parent.depth) } else { 0 };
         if rays > 0 {
             let index = sample.wrapping_mul(rays).wrapping_add(branch - reflected);
-            let spread_out =
-                lobe_direction(direction, look.glossy_exponent, index, key(GLOSSY_TRANSMISSION_DIMENSION));
+            let spread_out = lobe_direction(
+                direction,
+                material_values.glossy_exponent,
+                index,
+                key(GLOSSY_TRANSMISSION_DIMENSION),
+            );
             // As above: what ends on the wrong side counts as black.
             if direction.dot(point.geometric_normal) * spread_out.dot(point.geometric_normal) <= 0.0 {
                 return None;
@@ -152,8 +161,8 @@ pub fn child_ray(
     // Limited, so that no product of large colours becomes infinite: infinity times 0 would be NaN.
     // A lobe lives or dies as a whole, however many rays it is spread over.
     let carried = (parent.weight * share).min(Vec3::splat(MAX_RADIANCE));
-    is_alive(view, carried).then_some(PathRay {
-        origin: point.leave(direction),
+    is_worth_tracing(view, carried).then_some(PathRay {
+        origin: point.offset_origin(direction),
         path: hash_pair(parent.path, branch + 1),
         direction,
         depth: parent.depth + 1,
@@ -167,17 +176,10 @@ pub fn child_ray(
     })
 }
 
-/// Whether a ray of this weight is worth tracing.
-#[inline(always)]
-pub(super) fn is_alive(view: &SceneView, weight: Vec3) -> bool {
-    let energy = weight.max_component();
-    (energy > 0.0) & (energy >= view.settings.energy_threshold)
-}
-
 /// A direction of the lobe `cos^exponent` about a unit vector.
 #[inline(always)]
 fn lobe_direction(axis: Vec3, exponent: f32, index: u32, key: u32) -> Vec3 {
     let local = cosine_lobe(exponent, point_2d(index, key));
     let (tangent, bitangent) = orthonormal_basis(axis);
-    (axis * local.z).along(tangent, local.x).along(bitangent, local.y).normalize()
+    (axis * local.z).plus_scaled(tangent, local.x).plus_scaled(bitangent, local.y).normalize()
 }

@@ -4,40 +4,43 @@
 //! works with lies in memory. A walk that decides afterwards keeps it in registers. It loses little by that: of the rays, few
 //! meet something unclear, and they go on to what is behind it.
 
-use super::candidates::{Placement, PrimitivesView};
-use super::search::{Offered, Place, Search};
+use crate::hierarchy::candidates::{Placement, PrimitivesView};
+use crate::hierarchy::search::{OfferOutcome, PrimitiveSlot, Search};
 use crate::intersect::TriangleHit;
 use crate::ray::{PrimitiveId, Ray};
 use core::mem::MaybeUninit;
 
-/// How many primitives a walk puts off; a ray that meets more takes another walk.
+/// How many primitives a walk defers; a ray that meets more takes another walk.
 const MOST: usize = 16;
 
-/// Room for primitives put off: their instances and numbers. Apart from [`PutOff`], so that their number can live in a
-/// register; and apart from each other, or else the loop that finds them counts in pairs.
-pub(super) struct Aside {
+/// Storage for deferred primitives: their instances and numbers. It is apart from [`DeferredCandidates`], so that their number
+/// can live in a register; and the two are apart from each other, or else the loop that finds them counts in pairs.
+pub(super) struct DeferredStorage {
     instances: [MaybeUninit<u32>; MOST],
     primitives: [MaybeUninit<u32>; MOST],
 }
 
 /// A search that puts off what is unclear.
-pub(super) struct PutOff<'a, S> {
+pub(super) struct DeferredCandidates<'a, S> {
     /// With what is certain.
     pub(super) search: S,
-    aside: &'a mut Aside,
+    storage: &'a mut DeferredStorage,
     /// How many there are; one more than there is room for, if there was none left.
     count: u32,
 }
 
-impl<'a, S: Search> PutOff<'a, S> {
+impl<'a, S: Search> DeferredCandidates<'a, S> {
     #[inline(always)]
-    pub(super) const fn room() -> Aside {
-        Aside { instances: [MaybeUninit::uninit(); MOST], primitives: [MaybeUninit::uninit(); MOST] }
+    pub(super) const fn storage() -> DeferredStorage {
+        DeferredStorage {
+            instances: [MaybeUninit::uninit(); MOST],
+            primitives: [MaybeUninit::uninit(); MOST],
+        }
     }
 
     #[inline(always)]
-    pub(super) fn new(search: S, aside: &'a mut Aside) -> Self {
-        PutOff { search, aside, count: 0 }
+    pub(super) fn new(search: S, storage: &'a mut DeferredStorage) -> Self {
+        DeferredCandidates { search, storage, count: 0 }
     }
 
     /// Decides what was put off. `false` if there was no room for all of it.
@@ -50,8 +53,11 @@ impl<'a, S: Search> PutOff<'a, S> {
         while k < self.count {
             // SAFETY: those below `count` were written.
             let place = unsafe {
-                let instance = self.aside.instances.get_unchecked(k as usize).assume_init();
-                Place { instance, primitive: self.aside.primitives.get_unchecked(k as usize).assume_init() }
+                let instance = self.storage.instances.get_unchecked(k as usize).assume_init();
+                PrimitiveSlot {
+                    instance,
+                    primitive: self.storage.primitives.get_unchecked(k as usize).assume_init(),
+                }
             };
             let placement = Placement { instance: place.instance, world_ray };
             if self.search.unclear(primitives, place, place.id(primitives), &placement) {
@@ -63,7 +69,7 @@ impl<'a, S: Search> PutOff<'a, S> {
     }
 }
 
-impl<S: Search> Search for PutOff<'_, S> {
+impl<S: Search> Search for DeferredCandidates<'_, S> {
     type Whole = Self;
 
     #[inline(always)]
@@ -82,19 +88,19 @@ impl<S: Search> Search for PutOff<'_, S> {
     }
 
     #[inline(always)]
-    fn offer_certain(&mut self, place: Place, low: f32, high: f32) -> Offered {
+    fn offer_certain(&mut self, place: PrimitiveSlot, low: f32, high: f32) -> OfferOutcome {
         self.search.offer_certain(place, low, high)
     }
 
     #[inline(always)]
-    fn unclear(&mut self, _: &PrimitivesView, place: Place, _: PrimitiveId, _: &Placement) -> bool {
+    fn unclear(&mut self, _: &PrimitivesView, place: PrimitiveSlot, _: PrimitiveId, _: &Placement) -> bool {
         let place_in = self.count as usize;
         self.count += 1;
         if place_in >= MOST {
             return true;
         }
-        self.aside.instances[place_in].write(place.instance);
-        self.aside.primitives[place_in].write(place.primitive);
+        self.storage.instances[place_in].write(place.instance);
+        self.storage.primitives[place_in].write(place.primitive);
         false
     }
 
@@ -103,7 +109,7 @@ impl<S: Search> Search for PutOff<'_, S> {
         &mut self,
         primitives: &PrimitivesView,
         ray: &Ray,
-        place: Place,
+        place: PrimitiveSlot,
         id: PrimitiveId,
         hit: &TriangleHit,
     ) -> bool {

@@ -1,9 +1,9 @@
 //! Queries by walks that put off what is unclear, for GPUs.
 
-use super::candidates::PrimitivesView;
+use super::deferred::DeferredCandidates;
 use super::pairs::Outcome;
-use super::put_off::PutOff;
-use super::search::Search;
+use crate::hierarchy::candidates::PrimitivesView;
+use crate::hierarchy::search::Search;
 use crate::ray::{Ray, RayFilter};
 
 /// Walks through a hierarchy.
@@ -22,12 +22,12 @@ pub(super) fn search_by<S: Search>(
     filter: &RayFilter,
     search: S,
 ) -> Option<S> {
-    let mut aside = PutOff::<S>::room();
-    let mut put_off = PutOff::new(search, &mut aside);
-    if walks.walk(ray, filter, &mut put_off) == Outcome::Far {
+    let mut storage = DeferredCandidates::<S>::storage();
+    let mut deferred = DeferredCandidates::new(search, &mut storage);
+    if walks.walk(ray, filter, &mut deferred) == Outcome::Far {
         return None;
     }
-    if put_off.decide(walks.primitives(), ray) { Some(put_off.search) } else { None }
+    if deferred.decide(walks.primitives(), ray) { Some(deferred.search) } else { None }
 }
 
 /// Makes a tracer with a field `view: $view` answer queries by [`Walks`], and, where that is not for a ray, by a search that

@@ -10,14 +10,14 @@ use crate::settings::LightingModel;
 pub fn specular_lobe(model: LightingModel, n: Vec3, v: Vec3, l: Vec3, exponent: f32) -> f32 {
     match model {
         LightingModel::Phong => {
-            let mirrored = (-l).along(n, 2.0 * n.dot(l));
+            let mirrored = (-l).plus_scaled(n, 2.0 * n.dot(l));
             pow(max(mirrored.dot(v), 0.0), exponent)
         }
         LightingModel::BlinnPhong => {
             let half = (l + v).normalize_or(Vec3::ZERO);
             pow(max(n.dot(half), 0.0), exponent)
         }
-        _ => 0.0,
+        LightingModel::Distance | LightingModel::Diffuse | LightingModel::Lambert => 0.0,
     }
 }
 

@@ -1,15 +1,17 @@
 //! Stage 3: light that reaches a surface point.
 
-use super::camera_ray::pixel_key;
 use super::light_lanes::LightLanes;
-use super::{LampLobe, Receiver, takes_light, transmittance};
+use super::{LampLobe, Receiver, takes_light};
 use crate::hierarchy::Tracer;
+use crate::integrator::camera_ray::pixel_key;
+use crate::integrator::transmittance;
 use crate::light::Light;
+use crate::light::emitted;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, RayFilter};
 use crate::sampling::hash_pair;
 use crate::settings::{Settings, ShadowMode};
-use crate::shading::{SurfacePoint, emitted};
+use crate::shading::SurfacePoint;
 use crate::view::SceneView;
 
 /// Key of the random numbers of the first light; the others follow.
@@ -19,7 +21,7 @@ const FIRST_LIGHT_DIMENSION: u32 = 0x100;
 /// sample `sample` of pixel (x, y); `shadow_rays` counts.
 ///
 /// This is one point at a time. Schedulers that take many points call the parts: [`light_key`], then [`LightLanes`] or
-/// [`gather`], then [`answer`], for the lights and the sides of the point in the same order.
+/// [`gather`], then [`shade_direct`], for the lights and the sides of the point in the same order.
 #[inline(always)]
 pub fn direct_light<T: Tracer, const W: usize>(
     view: &SceneView,
@@ -30,8 +32,8 @@ pub fn direct_light<T: Tracer, const W: usize>(
     shadow_rays: &mut u64,
 ) -> Vec3 {
     let key = point_key(view.settings, path, x, y);
-    let look = &point.look;
-    let sides = 1 + is_lit_from_behind(view.settings, look.transmission) as u32;
+    let material_values = &point.material_values;
+    let sides = 1 + is_lit_from_behind(view.settings, material_values.transmission) as u32;
     let mut sum = Vec3::ZERO;
     if !takes_light(point, lobe) {
         return sum;
@@ -40,7 +42,8 @@ pub fn direct_light<T: Tracer, const W: usize>(
     while (number as usize) < view.lights.len() {
         let light = &view.lights[number as usize];
         let color = emitted(light);
-        let (specular, highlights) = highlight(light, look.specular, look.lamp_highlights, lobe);
+        let (specular, highlights) =
+            highlight(light, material_values.specular, material_values.lamp_highlights, lobe);
         let mut side = 0;
         while side < sides {
             let samples = light.samples();
@@ -55,7 +58,14 @@ pub fn direct_light<T: Tracer, const W: usize>(
             } else {
                 gather::<T, 1>(view, tracer, light, &receiver, &filter, shadow_rays)
             };
-            sum += answer(color, look.diffuse, specular, look.transmission, side, &got);
+            sum += shade_direct(
+                color,
+                material_values.diffuse,
+                specular,
+                material_values.transmission,
+                side,
+                &got,
+            );
             side += 1;
         }
         number += 1;
@@ -80,7 +90,7 @@ pub fn is_lit_from_behind(settings: &Settings, transmission: Vec3) -> bool {
 /// its rays meet them, too, so that a highlight besides would count them twice.
 #[inline(always)]
 pub fn highlight(light: &Light, specular: Vec3, lamp_highlights: bool, lobe: &LampLobe) -> (Vec3, bool) {
-    let is_lamp = matches!(light, Light::Triangle { .. });
+    let is_lamp = light.is_lamp();
     if is_lamp & lobe.is_there() {
         return (lobe.color, lobe.color.max_component() > 0.0);
     }
@@ -105,7 +115,7 @@ pub fn light_key(point_key: u32, light: u32, side: u32) -> u32 {
 pub fn shadow_filter(light: &Light, from: PrimitiveId) -> RayFilter {
     let target = match *light {
         Light::Triangle { instance, primitive, .. } => PrimitiveId { instance, primitive },
-        _ => PrimitiveId::NONE,
+        Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } => PrimitiveId::NONE,
     };
     // A light is not lit by itself: its samples lie in its own plane.
     RayFilter { start: from, target, cull_back_faces: false }
@@ -113,14 +123,14 @@ pub fn shadow_filter(light: &Light, from: PrimitiveId) -> RayFilter {
 
 /// Sums over the samples of a light, each weighted by what gets through: `N.L` and the highlight's lobe.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Gathered {
+pub struct LightSums {
     /// `N.L`.
     pub diffuse: Vec3,
     /// The highlight.
     pub specular: Vec3,
 }
 
-impl Gathered {
+impl LightSums {
     /// Adds a sample's weights, times what gets through.
     #[inline(always)]
     pub fn add(&mut self, through: Vec3, diffuse: f32, specular: f32) {
@@ -131,13 +141,13 @@ impl Gathered {
 
 /// What a surface of these colours makes of light of this colour on a side.
 #[inline(always)]
-pub fn answer(
+pub fn shade_direct(
     color: Vec3,
     diffuse: Vec3,
     specular: Vec3,
     transmission: Vec3,
     side: u32,
-    got: &Gathered,
+    got: &LightSums,
 ) -> Vec3 {
     if side == 0 {
         color * (diffuse * got.diffuse + specular * got.specular)
@@ -155,14 +165,14 @@ pub fn gather<T: Tracer, const W: usize>(
     receiver: &Receiver,
     filter: &RayFilter,
     shadow_rays: &mut u64,
-) -> Gathered {
+) -> LightSums {
     let mut gatherer = Gatherer { view, tracer, light, receiver, filter, sum: Sum::default() };
     let count = light.samples();
     let mut start = 0;
     while start < count {
         let left = count - start;
-        if W > FEW && left <= FEW as u32 {
-            *shadow_rays += gatherer.add::<FEW>(start, left);
+        if W > GATHERED_AT_ONCE && left <= GATHERED_AT_ONCE as u32 {
+            *shadow_rays += gatherer.add::<GATHERED_AT_ONCE>(start, left);
             break;
         }
         *shadow_rays += gatherer.add::<W>(start, left);
@@ -172,7 +182,7 @@ pub fn gather<T: Tracer, const W: usize>(
 }
 
 /// The last samples are traced by so many lanes where they fit: most of the others would be idle.
-pub const FEW: usize = 4;
+pub const GATHERED_AT_ONCE: usize = 4;
 
 struct Gatherer<'a, T> {
     view: &'a SceneView<'a>,
@@ -188,16 +198,16 @@ struct Gatherer<'a, T> {
 struct Sum {
     diffuse: f32,
     specular: f32,
-    coloured: Gathered,
+    coloured: LightSums,
 }
 
 impl Sum {
     #[inline(always)]
-    fn gathered(&self, mode: ShadowMode) -> Gathered {
+    fn gathered(&self, mode: ShadowMode) -> LightSums {
         if mode == ShadowMode::Coloured {
             self.coloured
         } else {
-            Gathered { diffuse: Vec3::splat(self.diffuse), specular: Vec3::splat(self.specular) }
+            LightSums { diffuse: Vec3::splat(self.diffuse), specular: Vec3::splat(self.specular) }
         }
     }
 }

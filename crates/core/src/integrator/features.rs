@@ -1,12 +1,13 @@
 //! What the camera rays of a pixel find first, unlit: for denoisers, compositing and tests.
 
-use super::arrival::{MAX_HOLES, ray_behind, weight_at};
-use super::{ExactSum, PathRay, camera_ray};
+use super::coverage::{MAX_HOLES, ray_through_hole, weight_at};
+use super::{PathRay, camera_ray};
 use crate::hierarchy::Tracer;
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::ray::PrimitiveId;
 use crate::shading::SurfacePoint;
+use crate::sums::ExactSum;
 use crate::view::{SceneView, item};
 
 /// What the camera rays of a pixel find first. Reflections and glass are not followed; holes are looked through, but where
@@ -64,10 +65,10 @@ pub fn pixel_features<T: Tracer>(view: &SceneView, tracer: &T, x: u32, y: u32) -
                 break;
             }
             let point = SurfacePoint::new(view, &ray, &hit);
-            let is_there = point.seen > 0.0 || path_ray.holes >= MAX_HOLES;
+            let is_there = point.coverage > 0.0 || path_ray.holes >= MAX_HOLES;
             if is_there && !is_found {
                 is_found = true;
-                albedo.add(point.look.diffuse + point.look.metal_color);
+                albedo.add(point.material_values.diffuse + point.material_values.metal_color);
                 normal.add(point.normal);
                 depth += (path_ray.travelled + hit.t) as f64;
                 hits += 1;
@@ -78,7 +79,7 @@ pub fn pixel_features<T: Tracer>(view: &SceneView, tracer: &T, x: u32, y: u32) -
             }
             // As the picture's own rays go on.
             let arrived = PathRay { weight: weight_at(view, &point, &path_ray, hit.t), ..path_ray };
-            match ray_behind(view, &point, &arrived, hit.t) {
+            match ray_through_hole(view, &point, &arrived, hit.t) {
                 Some(behind) => path_ray = behind,
                 None => break,
             }

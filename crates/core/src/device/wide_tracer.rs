@@ -1,13 +1,13 @@
 //! Queries by a [`WideView`].
 
-use super::Tracer;
-use super::candidates::PrimitivesView;
 use super::pairs::Outcome;
-use super::search::{Any, Closest, Next, Search};
-use super::stack::Stack;
 use super::walks::{Walks, search_by, tracer_by_walks};
 use super::warp::Warp;
-use super::wide::{Room, Walk, WideView};
+use super::wide::{StackStorage, Walk, WideView};
+use crate::hierarchy::Tracer;
+use crate::hierarchy::candidates::PrimitivesView;
+use crate::hierarchy::search::{Any, Closest, Next, Search};
+use crate::hierarchy::stack::Stack;
 use crate::ray::{Hit, Ray, RayFilter};
 
 /// Traverses a [`WideView`], the threads of a warp in step; without `PLACED` the world alone, which takes fewer registers.
@@ -36,8 +36,8 @@ impl<const PLACED: bool> Walks for WideTracer<'_, PLACED> {
 
     #[inline(always)]
     fn walk(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> Outcome {
-        let mut room: Room = Stack::room();
-        let mut walk = Walk::<false, PLACED>::new(&self.view, ray, &mut room);
+        let mut storage: StackStorage = Stack::storage();
+        let mut walk = Walk::<false, PLACED>::new(&self.view, ray, &mut storage);
         walk.run::<true>(&self.view, filter, search, Warp::here())
     }
 }
@@ -50,9 +50,9 @@ fn search_for_any_ray<S: Search>(
     filter: &RayFilter,
     start: impl Fn(f64) -> S,
 ) -> S {
-    let mut room: Room = Stack::room();
+    let mut storage: StackStorage = Stack::storage();
     let mut search = start(0.0);
-    Walk::<true, true>::new(view, ray, &mut room).run::<false>(view, filter, &mut search, Warp::here());
+    Walk::<true, true>::new(view, ray, &mut storage).run::<false>(view, filter, &mut search, Warp::here());
     search
 }
 

@@ -1,0 +1,17 @@
+//! What GPUs alone do: hierarchies in the form that they read, and walks whose threads go in warps. The only room with
+//! `asm!`: loads and votes, no arithmetic. On a CPU everything here runs too, with warps of one thread.
+
+mod deferred;
+mod far_tracer;
+mod pair_tracer;
+mod pairs;
+mod walks;
+mod warp;
+mod wide;
+mod wide_tracer;
+
+pub use far_tracer::FarTracer;
+pub use pair_tracer::PairTracer;
+pub use pairs::{BvhPair, Link, PAIR_SLACK, PairView, Root, Target, WarpMode};
+pub use wide::{WideNode, WideView};
+pub use wide_tracer::WideTracer;

@@ -1,0 +1,29 @@
+//! Stage 2: what a ray does at the surface point that it found.
+
+use super::lobe_light::lamps_shine_through;
+use super::local::is_lit;
+use super::{MAX_DEPTH, branch_count};
+use crate::integrator::{PathRay, ray_through_hole};
+use crate::settings::Settings;
+use crate::shading::SurfacePoint;
+use crate::view::SceneView;
+
+/// Bounces after the camera ray; none for the unlit models.
+#[inline(always)]
+pub fn depth_limit(settings: &Settings) -> u32 {
+    if is_lit(settings.lighting_model) { settings.max_depth.min(MAX_DEPTH) } else { 0 }
+}
+
+/// Rays that go on from a point that a ray of this depth found; the one through its holes is not among them.
+#[inline(always)]
+pub fn branches_at(point: &SurfacePoint, depth: u32, depth_limit: u32) -> u32 {
+    if depth < depth_limit && point.coverage > 0.0 { branch_count(&point.material_values, depth) } else { 0 }
+}
+
+/// [`ray_through_hole`], as Whitted's rays go on: the density of the lobe that sent it counts for what it finds behind only where
+/// lamps are found there by sampling, too.
+#[inline(always)]
+pub fn ray_behind(view: &SceneView, point: &SurfacePoint, ray: &PathRay, t: f32) -> Option<PathRay> {
+    let lobe_density = if lamps_shine_through(view.settings) { ray.lobe_density } else { 0.0 };
+    ray_through_hole(view, point, ray, t).map(|behind| PathRay { lobe_density, ..behind })
+}

@@ -1,0 +1,22 @@
+//! Whitted's ray tracing in stages: `camera_ray` → trace → `SurfacePoint::new` → local terms, light, child rays.
+//!
+//! [`radiance`] is the reference scheduler: one loop with a fixed stack.
+
+mod arrival;
+mod children;
+mod direct_light;
+mod light_lanes;
+mod lobe_light;
+mod local;
+mod radiance;
+mod receiver;
+
+pub use arrival::{branches_at, depth_limit, ray_behind};
+pub use children::{branch_count, child_ray};
+pub use direct_light::{GATHERED_AT_ONCE, LightSums, direct_light, gather};
+pub use direct_light::{highlight, is_lit_from_behind, light_key, point_key, shade_direct, shadow_filter};
+pub use light_lanes::LightLanes;
+pub use lobe_light::{LampLobe, takes_light};
+pub use local::{is_lit, local_radiance};
+pub use radiance::{MAX_DEPTH, radiance};
+pub use receiver::{Receiver, Receivers, shadow_origin, side_sign};
