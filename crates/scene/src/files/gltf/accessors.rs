@@ -1,10 +1,8 @@
 //! Typed arrays in buffers: all component types, strides and sparse ones, straight from bytes.
 
 use super::buffers::{Buffers, View, part};
+use super::document::{Accessor, ComponentType, Document, ElementType, Sparse};
 use super::{Part, named};
-use gltf::json::Root;
-use gltf::json::accessor::{Accessor, ComponentType, Type, sparse::Sparse};
-use gltf::json::validation::Checked;
 use std::cell::Cell;
 
 /// Elements that may be taken from accessors whatever the buffers hold.
@@ -15,7 +13,7 @@ const ELEMENTS_A_BYTE: u64 = 16;
 
 /// Reads accessors.
 pub(super) struct Accessors<'a> {
-    pub(super) root: &'a Root,
+    pub(super) root: &'a Document,
     buffers: &'a Buffers<'a>,
     pub(super) budget: Budget,
 }
@@ -43,7 +41,7 @@ struct Elements<'a> {
 }
 
 impl<'a> Accessors<'a> {
-    pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>) -> Accessors<'a> {
+    pub(super) fn new(root: &'a Document, buffers: &'a Buffers<'a>) -> Accessors<'a> {
         let elements = FREE_ELEMENTS.saturating_add(buffers.total().saturating_mul(ELEMENTS_A_BYTE));
         Accessors { root, buffers, budget: Budget(Cell::new(elements)) }
     }
@@ -117,34 +115,34 @@ impl<'a> Accessors<'a> {
 
     /// How many elements an accessor has; they are counted as taken.
     fn count(&self, accessor: &Accessor) -> Result<usize, String> {
-        self.budget.spend(accessor.count.0)?;
-        usize::try_from(accessor.count.0).map_err(|_| "it has too many elements".to_string())
+        self.budget.spend(accessor.count)?;
+        usize::try_from(accessor.count).map_err(|_| "it has too many elements".to_string())
     }
 
     /// The elements before sparse ones replace some; `None` where they are all zero.
     fn base(&self, accessor: &Accessor, size: usize, count: usize) -> Result<Option<Elements<'_>>, String> {
         let Some(view) = accessor.buffer_view else { return Ok(None) };
         let view = self.buffers.view(view.value())?;
-        elements(&view, accessor.byte_offset.unwrap_or_default().0, size, count).map(Some)
+        elements(&view, accessor.byte_offset.unwrap_or_default(), size, count).map(Some)
     }
 
     /// Where a sparse accessor differs from its base, each place less than `count`, and its elements there.
     fn sparse(&self, sparse: &Sparse, size: usize, count: usize) -> Result<(Vec<u32>, Elements<'_>), String> {
         let inner = || {
-            let many = usize::try_from(sparse.count.0).ok().filter(|&many| many <= count);
-            let many = many.ok_or_else(|| format!("{} places for {count} elements", sparse.count.0))?;
-            let Checked::Valid(component) = &sparse.indices.component_type else {
+            let many = usize::try_from(sparse.count).ok().filter(|&many| many <= count);
+            let many = many.ok_or_else(|| format!("{} places for {count} elements", sparse.count))?;
+            let Some(component) = sparse.indices.component_type else {
                 return Err("its indices have an unknown component type".into());
             };
             let view = self.buffers.view(sparse.indices.buffer_view.value())?;
-            let offset = sparse.indices.byte_offset.0;
+            let offset = sparse.indices.byte_offset;
             let places =
-                whole_numbers(&elements(&view, offset, component_size(component.0), many)?, component.0)?;
+                whole_numbers(&elements(&view, offset, component_size(component), many)?, component)?;
             if let Some(place) = places.iter().find(|&&place| place as usize >= count) {
                 return Err(format!("place {place} does not exist; there are {count}"));
             }
             let view = self.buffers.view(sparse.values.buffer_view.value())?;
-            Ok((places, elements(&View { stride: None, ..view }, sparse.values.byte_offset.0, size, many)?))
+            Ok((places, elements(&View { stride: None, ..view }, sparse.values.byte_offset, size, many)?))
         };
         inner().map_err(|problem: String| format!("its sparse part: {problem}"))
     }
@@ -168,10 +166,7 @@ fn elements<'a>(view: &View<'a>, offset: u64, size: usize, count: usize) -> Resu
 }
 
 fn component_type(accessor: &Accessor) -> Result<ComponentType, String> {
-    match accessor.component_type {
-        Checked::Valid(component) => Ok(component.0),
-        Checked::Invalid => Err("its component type is unknown; export it again".into()),
-    }
+    accessor.component_type.ok_or_else(|| "its component type is unknown; export it again".into())
 }
 
 fn component_size(component: ComponentType) -> usize {
@@ -183,13 +178,15 @@ fn component_size(component: ComponentType) -> usize {
 }
 
 fn components(accessor: &Accessor) -> Result<usize, String> {
-    match accessor.type_ {
-        Checked::Valid(Type::Scalar) => Ok(1),
-        Checked::Valid(Type::Vec2) => Ok(2),
-        Checked::Valid(Type::Vec3) => Ok(3),
-        Checked::Valid(Type::Vec4) => Ok(4),
-        Checked::Valid(_) => Err("it holds matrices, not vectors; export it again".into()),
-        Checked::Invalid => Err("its type is unknown; export it again".into()),
+    match accessor.element_type {
+        Some(ElementType::Scalar) => Ok(1),
+        Some(ElementType::Vec2) => Ok(2),
+        Some(ElementType::Vec3) => Ok(3),
+        Some(ElementType::Vec4) => Ok(4),
+        Some(ElementType::Mat2 | ElementType::Mat3 | ElementType::Mat4) => {
+            Err("it holds matrices, not vectors; export it again".into())
+        }
+        None => Err("its type is unknown; export it again".into()),
     }
 }
 

@@ -3,10 +3,9 @@
 use super::Part;
 use super::accessors::{Accessors, Budget};
 use super::channels::{Played, Target};
+use super::document::{self, AnimationSampler};
 use crate::model::{Interpolation, Move, MoveKey};
 use eosphor_core::math::{Vec3, sqrt64};
-use gltf::json::animation::{Interpolation as FileInterpolation, Sampler};
-use gltf::json::validation::Checked;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -58,13 +57,13 @@ pub(super) fn own(moves: &[Arc<Move>], budget: &Budget) -> Result<Vec<Move>, Str
     Ok(moves.iter().map(|motion| Move::clone(motion)).collect())
 }
 
-fn made(accessors: &Accessors<'_>, sampler: &Sampler, target: Target) -> Result<Move, String> {
-    let Checked::Valid(kind) = sampler.interpolation else {
+fn made(accessors: &Accessors<'_>, sampler: &AnimationSampler, target: Target) -> Result<Move, String> {
+    let Some(kind) = sampler.interpolation else {
         return Err("its interpolation is unknown; it must be LINEAR, STEP or CUBICSPLINE".into());
     };
     let interpolation = match kind {
-        FileInterpolation::Step => Interpolation::Step,
-        FileInterpolation::Linear | FileInterpolation::CubicSpline => Interpolation::Linear,
+        document::Interpolation::Step => Interpolation::Step,
+        document::Interpolation::Linear | document::Interpolation::CubicSpline => Interpolation::Linear,
     };
     let key = |seconds| MoveKey { seconds, ..MoveKey::default() };
     let vector = |x: [f32; 3]| Some(Vec3::from(x));
@@ -88,10 +87,10 @@ fn made(accessors: &Accessors<'_>, sampler: &Sampler, target: Target) -> Result<
 /// The keys of a sampler, at times that increase. Those of four components are rotations.
 fn read<const N: usize>(
     accessors: &Accessors<'_>,
-    sampler: &Sampler,
-    kind: FileInterpolation,
+    sampler: &AnimationSampler,
+    kind: document::Interpolation,
 ) -> Result<Vec<Key<N>>, String> {
-    let is_curve = kind == FileInterpolation::CubicSpline;
+    let is_curve = kind == document::Interpolation::CubicSpline;
     let times = accessors.read(sampler.input.value(), |[seconds]: [f32; 1]| seconds);
     let times = times.map_err(|e| format!("its times: {e}"))?;
     let values = accessors.read(sampler.output.value(), |value: [f32; N]| value);

@@ -1,9 +1,9 @@
 //! One mesh of the model from the primitives of a mesh of the file.
 
+use super::document::Mode;
 use super::topology::{face_normal, for_each_triangle, triangle_count};
 use super::vertices::{VertexKey, Vertices};
 use crate::model::{Mesh, NO_INDEX, Triangle};
-use gltf::json::mesh::Mode;
 use std::collections::HashMap;
 
 /// A mesh in the making.

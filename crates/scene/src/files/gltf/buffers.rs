@@ -1,16 +1,16 @@
 //! The bytes that a file speaks of: its buffers, and the views into them.
 
 use super::Part;
+use super::document::Document;
 use super::uri;
 use crate::files::loader::Loader;
-use gltf::json::Root;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// All buffers, read. One that is missing or broken is an error only where it is used.
 pub(super) struct Buffers<'a> {
-    root: &'a Root,
+    root: &'a Document,
     /// Of each buffer, the number of its bytes.
     numbers: Vec<Result<usize, String>>,
     bytes: Vec<Cow<'a, [u8]>>,
@@ -25,7 +25,12 @@ pub(super) struct View<'a> {
 
 impl<'a> Buffers<'a> {
     /// Reads all buffers; several that name one file share its bytes.
-    pub(super) fn read(loader: &mut Loader, path: &Path, root: &'a Root, binary: Option<&'a [u8]>) -> Self {
+    pub(super) fn read(
+        loader: &mut Loader,
+        path: &Path,
+        root: &'a Document,
+        binary: Option<&'a [u8]>,
+    ) -> Self {
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut buffers = Buffers { root, numbers: Vec::new(), bytes: Vec::new() };
         let mut files: HashMap<PathBuf, Result<usize, String>> = HashMap::new();
@@ -78,16 +83,16 @@ impl<'a> Buffers<'a> {
                 return Err(format!("{}: buffer {buffer} does not exist; there are {count}", name()));
             }
         };
-        let start = view.byte_offset.unwrap_or_default().0;
-        let within = part(bytes, start, view.byte_length.0).ok_or_else(|| {
-            let (length, has) = (view.byte_length.0, bytes.len());
+        let start = view.byte_offset.unwrap_or_default();
+        let within = part(bytes, start, view.byte_length).ok_or_else(|| {
+            let (length, has) = (view.byte_length, bytes.len());
             format!(
                 "{}: bytes {start} to {} of buffer {buffer}, which has {has}; get the buffer again",
                 name(),
                 u128::from(start) + u128::from(length)
             )
         })?;
-        Ok(View { bytes: within, stride: view.byte_stride.map(|s| s.0).filter(|&stride| stride != 0) })
+        Ok(View { bytes: within, stride: view.byte_stride.filter(|&stride| stride != 0) })
     }
 }
 

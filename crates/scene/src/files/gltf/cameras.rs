@@ -1,13 +1,11 @@
 //! Cameras of the scene, in the order of its nodes.
 
 use super::accessors::Budget;
+use super::document::{self, CameraType, Document};
 use super::nodes::Nodes;
 use super::{Part, quoted};
 use crate::files::warnings::Warnings;
 use crate::model::{Camera, Move, Scene};
-use gltf::json::Root;
-use gltf::json::camera::{Camera as FileCamera, Type};
-use gltf::json::validation::Checked;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -35,7 +33,7 @@ impl NamedCamera {
 pub(super) fn placed(
     warnings: &mut Warnings,
     path: &Path,
-    root: &Root,
+    root: &Document,
     nodes: &Nodes,
     budget: &Budget,
 ) -> Result<Vec<NamedCamera>, String> {
@@ -75,15 +73,15 @@ pub(super) fn placed(
 }
 
 /// The field of view; whether there is one.
-fn open(camera: &mut Camera, file: &FileCamera) -> bool {
-    match (&file.type_, &file.perspective, &file.orthographic) {
-        (Checked::Valid(Type::Orthographic), _, Some(view)) => {
+fn open(camera: &mut Camera, file: &document::Camera) -> bool {
+    match (file.camera_type, &file.perspective, &file.orthographic) {
+        (Some(CameraType::Orthographic), _, Some(view)) => {
             // The magnification is half the height.
             let height = 2.0 * view.ymag.abs();
             camera.orthographic_height = Some(height);
             height > 0.0 && height <= 1e12
         }
-        (Checked::Valid(Type::Perspective), Some(view), _) => {
+        (Some(CameraType::Perspective), Some(view), _) => {
             let degrees = (f64::from(view.yfov) * (180.0 / std::f64::consts::PI)) as f32;
             camera.fov_y_degrees = Some(degrees);
             degrees > 0.0 && degrees < 180.0

@@ -1,10 +1,8 @@
 //! Which channels of which animation are played.
 
+use super::document::{Animation, Channel, Document, Property};
 use super::{Part, named, quoted};
 use crate::files::warnings::Warnings;
-use gltf::json::animation::{Animation, Channel, Property};
-use gltf::json::validation::Checked;
-use gltf::json::{Root, Value, deserialize};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -19,9 +17,6 @@ pub(super) enum Target {
 impl Target {
     pub(super) const ALL: [Target; 3] = [Target::Translation, Target::Rotation, Target::Scale];
 }
-
-/// The number of a node that stands for none: the crate wants one.
-const NO_NODE: u32 = u32::MAX;
 
 /// The animation that is played.
 pub(super) struct Played<'a> {
@@ -46,7 +41,7 @@ fn name(number: usize, animation: &Animation) -> Part {
 pub(super) fn played<'a>(
     warnings: &mut Warnings,
     path: &Path,
-    root: &'a Root,
+    root: &'a Document,
 ) -> Result<Option<Played<'a>>, String> {
     let Some(animation) = root.animations.first() else { return Ok(None) };
     if root.animations.len() > 1 {
@@ -80,23 +75,22 @@ pub(super) fn played<'a>(
 }
 
 /// What a channel animates; `None` where that is left out.
-fn target(root: &Root, channel: &Channel) -> Result<Option<(usize, Target)>, String> {
+fn target(root: &Document, channel: &Channel) -> Result<Option<(usize, Target)>, String> {
     let target = match channel.target.path {
-        Checked::Valid(Property::Translation) => Target::Translation,
-        Checked::Valid(Property::Rotation) => Target::Rotation,
-        Checked::Valid(Property::Scale) => Target::Scale,
-        Checked::Valid(Property::MorphTargetWeights) | Checked::Invalid => return Ok(None),
+        Some(Property::Translation) => Target::Translation,
+        Some(Property::Rotation) => Target::Rotation,
+        Some(Property::Scale) => Target::Scale,
+        Some(Property::Weights) | None => return Ok(None),
     };
-    let number = channel.target.node.value();
-    if number == NO_NODE as usize {
-        return Ok(None);
-    }
+    // Without a node, an extension says what is animated.
+    let Some(number) = channel.target.node else { return Ok(None) };
+    let number = number.value();
     let node = named(&root.nodes, number, "node").map_err(|e| format!("{e}; mend the file"))?;
     Ok(node.matrix.is_none().then_some((number, target)))
 }
 
 /// The first ones, by number and name.
-fn list(root: &Root) -> String {
+fn list(root: &Document) -> String {
     const LISTED: usize = 20;
     let entry = |(number, animation): (usize, &Animation)| match &animation.name {
         Some(name) => format!("{number} {}", quoted(name)),
@@ -104,18 +98,4 @@ fn list(root: &Root) -> String {
     };
     let more = if root.animations.len() > LISTED { ", ..." } else { "" };
     root.animations.iter().enumerate().take(LISTED).map(entry).collect::<Vec<_>>().join(", ") + more
-}
-
-/// The file, of which channels have no node, as the specification allows and the crate does not. `None` where it is wrong
-/// otherwise.
-pub(super) fn root_with_nodes(json: &[u8]) -> Option<Root> {
-    let mut root: Value = deserialize::from_slice(json).ok()?;
-    for animation in root.get_mut("animations")?.as_array_mut()? {
-        for channel in animation.get_mut("channels").and_then(Value::as_array_mut).into_iter().flatten() {
-            if let Some(target) = channel.get_mut("target").and_then(Value::as_object_mut) {
-                target.entry("node").or_insert(NO_NODE.into());
-            }
-        }
-    }
-    deserialize::from_value(root).ok()
 }

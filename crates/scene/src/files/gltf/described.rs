@@ -1,14 +1,11 @@
 //! What the file says of a material, in the model's terms.
 
 use super::Part;
+use super::document::{self, MaterialExtensions, PbrMetallicRoughness, SpecularGlossiness, TextureInfo};
 use super::textures::Map;
 use crate::files::loader::Loader;
 use crate::model::{AlphaMode, Pbr, TextureContent};
 use eosphor_core::math::{Vec3, vec3};
-use gltf::json::extensions::material::{Material as Extensions, PbrSpecularGlossiness};
-use gltf::json::material::{AlphaMode as FileAlphaMode, Material as FileMaterial, PbrMetallicRoughness};
-use gltf::json::texture::Info;
-use gltf::json::validation::Checked;
 use std::path::Path;
 
 /// Emission beyond this is cut: it would not fit the sums of a picture.
@@ -62,7 +59,7 @@ impl Described {
         loader: &mut Loader,
         path: &Path,
         number: usize,
-        file: &FileMaterial,
+        file: &document::Material,
         is_used: bool,
     ) -> Described {
         let name = match &file.name {
@@ -75,11 +72,11 @@ impl Described {
             }
         };
         let alpha = match file.alpha_mode {
-            Checked::Valid(FileAlphaMode::Mask) => {
-                AlphaMode::Mask { cutoff: file.alpha_cutoff.unwrap_or_default().0.clamp(0.0, 1e6) }
+            Some(document::AlphaMode::Mask) => {
+                AlphaMode::Mask { cutoff: file.alpha_cutoff.unwrap_or(0.5).clamp(0.0, 1e6) }
             }
-            Checked::Valid(FileAlphaMode::Blend) => AlphaMode::Blend,
-            Checked::Valid(FileAlphaMode::Opaque) | Checked::Invalid => AlphaMode::Opaque,
+            Some(document::AlphaMode::Blend) => AlphaMode::Blend,
+            Some(document::AlphaMode::Opaque) | None => AlphaMode::Opaque,
         };
         let (pbr, maps) = Described::core(file, &mut warn);
         let double_sided = file.double_sided;
@@ -91,15 +88,15 @@ impl Described {
     }
 
     /// What glTF itself knows.
-    fn core(file: &FileMaterial, warn: &mut impl FnMut(&str)) -> (Pbr, Maps) {
+    fn core(file: &document::Material, warn: &mut impl FnMut(&str)) -> (Pbr, Maps) {
         let rough = &file.pbr_metallic_roughness;
-        let [r, g, b, opacity] = rough.base_color_factor.0.map(unit);
+        let [r, g, b, opacity] = rough.base_color_factor.map(unit);
         let pbr = Pbr {
             color: vec3(r, g, b),
             opacity,
-            metallic: unit(rough.metallic_factor.0),
-            roughness: unit(rough.roughness_factor.0),
-            emission: bright(file.emissive_factor.0, 1.0),
+            metallic: unit(rough.metallic_factor),
+            roughness: unit(rough.roughness_factor),
+            emission: bright(file.emissive_factor, 1.0),
             ..Pbr::default()
         };
         let maps = Maps {
@@ -116,9 +113,14 @@ impl Described {
         (pbr, maps)
     }
 
-    fn extend(&mut self, extensions: &Extensions, rough: &PbrMetallicRoughness, warn: &mut impl FnMut(&str)) {
+    fn extend(
+        &mut self,
+        extensions: &MaterialExtensions,
+        rough: &PbrMetallicRoughness,
+        warn: &mut impl FnMut(&str),
+    ) {
         let (pbr, maps) = (&mut self.pbr, &mut self.maps);
-        if let Some(glossy) = extensions.pbr_specular_glossiness.as_ref().filter(|_| says_nothing(rough)) {
+        if let Some(glossy) = extensions.specular_glossiness.as_ref().filter(|_| says_nothing(rough)) {
             warn(
                 "KHR_materials_pbrSpecularGlossiness is converted: its factors and diffuse texture count, its \
                  texture of specular colour and glossiness does not",
@@ -127,27 +129,27 @@ impl Described {
             maps.color = glossy.diffuse_texture.as_ref().map(color_map);
         }
         if let Some(strength) = &extensions.emissive_strength {
-            pbr.emission = bright(pbr.emission.into(), strength.emissive_strength.0);
+            pbr.emission = bright(pbr.emission.into(), strength.emissive_strength);
         }
         if let Some(ior) = &extensions.ior {
             // 0 stands for infinity: it reflects everything.
-            pbr.ior = if ior.ior.0 > 0.0 { ior.ior.0.clamp(0.01, 100.0) } else { 100.0 };
+            pbr.ior = if ior.ior > 0.0 { ior.ior.clamp(0.01, 100.0) } else { 100.0 };
         }
         if let Some(specular) = &extensions.specular {
-            pbr.specular = unit(specular.specular_factor.0);
-            pbr.specular_color = bright(specular.specular_color_factor.0, 1.0);
+            pbr.specular = unit(specular.specular_factor);
+            pbr.specular_color = bright(specular.specular_color_factor, 1.0);
             if specular.specular_texture.is_some() || specular.specular_color_texture.is_some() {
                 warn("the textures of KHR_materials_specular are not rendered; its factors are");
             }
         }
         if let Some(transmission) = &extensions.transmission {
-            pbr.transmission = unit(transmission.transmission_factor.0);
+            pbr.transmission = unit(transmission.transmission_factor);
             maps.transmission = transmission.transmission_texture.as_ref().map(data_map);
         }
         if let Some(volume) = &extensions.volume {
-            pbr.solid = volume.thickness_factor.0 > 0.0;
-            pbr.attenuation_color = Vec3::from(volume.attenuation_color.0.map(unit));
-            let distance = volume.attenuation_distance.0;
+            pbr.solid = volume.thickness_factor > 0.0;
+            pbr.attenuation_color = Vec3::from(volume.attenuation_color.map(unit));
+            let distance = volume.attenuation_distance;
             pbr.attenuation_distance = (distance > 0.0 && distance <= 1e12).then_some(distance);
         }
         if extensions.unlit.is_some() {
@@ -165,11 +167,11 @@ impl Described {
     }
 }
 
-fn color_map(info: &Info) -> Map {
+fn color_map(info: &TextureInfo) -> Map {
     Map::new(info, TextureContent::Color)
 }
 
-fn data_map(info: &Info) -> Map {
+fn data_map(info: &TextureInfo) -> Map {
     Map::new(info, TextureContent::Data)
 }
 
@@ -177,21 +179,21 @@ fn data_map(info: &Info) -> Map {
 fn says_nothing(rough: &PbrMetallicRoughness) -> bool {
     rough.base_color_texture.is_none()
         && rough.metallic_roughness_texture.is_none()
-        && rough.base_color_factor.0 == [1.0; 4]
-        && rough.metallic_factor.0 == 1.0
-        && rough.roughness_factor.0 == 1.0
+        && rough.base_color_factor == [1.0; 4]
+        && rough.metallic_factor == 1.0
+        && rough.roughness_factor == 1.0
 }
 
 /// The nearest metallic-roughness material: no metal, its reflection at normal incidence the specular colour.
-fn of_specular_glossiness(pbr: &mut Pbr, glossy: &PbrSpecularGlossiness) {
+fn of_specular_glossiness(pbr: &mut Pbr, glossy: &SpecularGlossiness) {
     /// What an index of refraction of 1.5 reflects at normal incidence; `Pbr::specular_color` multiplies it.
     const REFLECTANCE: f32 = 0.04;
-    let [r, g, b, opacity] = glossy.diffuse_factor.0.map(unit);
-    let specular = Vec3::from(glossy.specular_factor.0.map(unit));
+    let [r, g, b, opacity] = glossy.diffuse_factor.map(unit);
+    let specular = Vec3::from(glossy.specular_factor.map(unit));
     pbr.color = vec3(r, g, b) * (1.0 - specular.max_component());
     pbr.opacity = opacity;
     pbr.metallic = 0.0;
-    pbr.roughness = 1.0 - unit(glossy.glossiness_factor.0);
+    pbr.roughness = 1.0 - unit(glossy.glossiness_factor);
     pbr.specular_color = specular * (1.0 / REFLECTANCE);
 }
 

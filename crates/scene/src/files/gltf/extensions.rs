@@ -1,7 +1,7 @@
 //! Which extensions are read, and what is said of the others.
 
+use super::document::Document;
 use crate::files::warnings::Warnings;
-use gltf::json::Root;
 use std::path::Path;
 
 /// Read, as README.md beside this file says.
@@ -41,7 +41,7 @@ const PICTURES: [&str; 4] =
 const POINTERS: &str = "KHR_animation_pointer";
 
 /// Refuses what the file cannot be shown without.
-pub(super) fn check(root: &Root) -> Result<(), String> {
+pub(super) fn check(root: &Document) -> Result<(), String> {
     let is_known = |name: &str| {
         READ.contains(&name)
             || PICTURES.contains(&name)
@@ -58,7 +58,7 @@ pub(super) fn check(root: &Root) -> Result<(), String> {
 }
 
 /// One warning for each extension that the picture lacks.
-pub(super) fn warn(warnings: &mut Warnings, path: &Path, root: &Root) {
+pub(super) fn warn(warnings: &mut Warnings, path: &Path, root: &Document) {
     let names = || root.extensions_used.iter().chain(&root.extensions_required);
     for (name, instead) in NOT_RENDERED {
         if names().any(|used| used == name) {

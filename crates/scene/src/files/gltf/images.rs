@@ -2,10 +2,10 @@
 
 use super::Part;
 use super::buffers::{Buffers, find};
+use super::document::Document;
 use super::uri;
 use crate::files::images::{self, Header, Picture};
 use crate::files::loader::Loader;
-use gltf::json::Root;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -46,7 +46,7 @@ impl Images {
     pub(super) fn read(
         loader: &mut Loader,
         path: &Path,
-        root: &Root,
+        root: &Document,
         buffers: &Buffers<'_>,
         wanted: &[usize],
     ) -> Images {
@@ -123,7 +123,7 @@ impl Images {
     }
 }
 
-fn place(loader: &Loader, path: &Path, root: &Root, number: usize) -> Result<Place, String> {
+fn place(loader: &Loader, path: &Path, root: &Document, number: usize) -> Result<Place, String> {
     let image = root.images.get(number).ok_or("it does not exist")?;
     match (&image.uri, image.buffer_view) {
         (Some(uri), _) if uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")) => {
@@ -137,7 +137,7 @@ fn place(loader: &Loader, path: &Path, root: &Root, number: usize) -> Result<Pla
 
 fn bytes<'a>(
     loader: &mut Loader,
-    root: &Root,
+    root: &Document,
     buffers: &'a Buffers<'_>,
     place: &Place,
 ) -> Result<Cow<'a, [u8]>, String> {
@@ -152,7 +152,7 @@ fn bytes<'a>(
 }
 
 /// For messages: the file's name, else the image's.
-fn name(root: &Root, number: usize, place: &Place) -> String {
+fn name(root: &Document, number: usize, place: &Place) -> String {
     match place {
         Place::File(file) => file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         _ => match root.images.get(number).and_then(|image| image.name.as_deref()) {
@@ -162,7 +162,7 @@ fn name(root: &Root, number: usize, place: &Place) -> String {
     }
 }
 
-fn warn(loader: &mut Loader, path: &Path, root: &Root, number: usize, problem: &str) {
+fn warn(loader: &mut Loader, path: &Path, root: &Document, number: usize, problem: &str) {
     let name = root.images.get(number).and_then(|image| image.name.as_deref());
     let message = format!("{}: {problem}; the surface is untextured", Part::new("image", number, name));
     loader.warnings.add(path, None, message);

@@ -1,25 +1,21 @@
 //! EXT_mesh_gpu_instancing: one node that places its mesh many times.
 
 use super::accessors::Accessors;
+use super::document::{Index, Node};
 use crate::model::Matrix;
-use gltf::json::scene::Node;
-use gltf::json::{Value, deserialize};
-use std::collections::BTreeMap;
 
 /// Where a node places its mesh: once, or as the extension says.
 pub(super) fn worlds(accessors: &Accessors<'_>, node: &Node, world: &Matrix) -> Result<Vec<Matrix>, String> {
     const NAME: &str = "EXT_mesh_gpu_instancing";
-    let Some(value) = node.extensions.as_ref().and_then(|e| e.others.get(NAME)) else {
-        return Ok(vec![*world]);
-    };
-    let attributes = value.get("attributes").cloned().unwrap_or(Value::Null);
-    let attributes: BTreeMap<String, usize> = deserialize::from_value(attributes)
-        .map_err(|_| format!("{NAME} without attributes; mend the file"))?;
-    let attribute = |name: &str| attributes.get(name).copied();
-    let whole = |values: [f32; 3]| values;
-    let translations = attribute("TRANSLATION").map(|i| accessors.read(i, whole)).transpose()?;
-    let rotations = attribute("ROTATION").map(|i| accessors.read(i, |q: [f32; 4]| q)).transpose()?;
-    let scales = attribute("SCALE").map(|i| accessors.read(i, whole)).transpose()?;
+    let Some(instancing) = node.instancing() else { return Ok(vec![*world]) };
+    let attributes = &instancing.attributes;
+    let attributes =
+        attributes.as_ref().ok_or_else(|| format!("{NAME} without attributes; mend the file"))?;
+    let vectors = |index: Index| accessors.read(index.value(), |x: [f32; 3]| x);
+    let quaternions = |index: Index| accessors.read(index.value(), |q: [f32; 4]| q);
+    let translations = attributes.translation.map(vectors).transpose()?;
+    let rotations = attributes.rotation.map(quaternions).transpose()?;
+    let scales = attributes.scale.map(vectors).transpose()?;
 
     let counts = [
         translations.as_ref().map(Vec::len),

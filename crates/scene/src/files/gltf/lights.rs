@@ -1,13 +1,11 @@
 //! KHR_lights_punctual.
 
 use super::accessors::Budget;
+use super::document::{self, Document, LightType};
 use super::nodes::{Nodes, PlacedNode};
 use super::{Part, named};
 use crate::model::{Light, Move, Scene};
 use eosphor_core::math::Vec3;
-use gltf::json::Root;
-use gltf::json::extensions::scene::khr_lights_punctual::{Light as FileLight, Type};
-use gltf::json::validation::Checked;
 use std::sync::Arc;
 
 /// Brighter lights are cut to this.
@@ -35,15 +33,12 @@ impl PlacedLight {
 }
 
 /// The lights of the placed nodes. Ranges, which are no physics, are ignored.
-pub(super) fn placed(root: &Root, nodes: &Nodes, budget: &Budget) -> Result<Vec<PlacedLight>, String> {
-    let known = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
-    let known = known.map_or(&[][..], |lights| &lights.lights);
+pub(super) fn placed(root: &Document, nodes: &Nodes, budget: &Budget) -> Result<Vec<PlacedLight>, String> {
     let mut lights = Vec::new();
     for placed in &nodes.placed {
-        let extensions = root.nodes[placed.node].extensions.as_ref();
-        let Some(index) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) else { continue };
-        let number = index.light.value();
-        let file = named(known, number, "light")?;
+        let Some(index) = root.nodes[placed.node].light() else { continue };
+        let number = index.value();
+        let file = named(root.lights(), number, "light")?;
         let placed = light(file, placed).and_then(|light| {
             let moves = nodes.moves(placed, budget)?;
             Ok(PlacedLight { light, position: placed.world.0[3], moves })
@@ -54,7 +49,7 @@ pub(super) fn placed(root: &Root, nodes: &Nodes, budget: &Budget) -> Result<Vec<
     Ok(lights)
 }
 
-fn light(file: &FileLight, placed: &PlacedNode) -> Result<Light, String> {
+fn light(file: &document::Light, placed: &PlacedNode) -> Result<Light, String> {
     // Candela and lux, which stand for W/sr and W/m^2: they are as they are.
     let scale = f64::from(file.intensity);
     let color = Vec3::from(file.color.map(|x| (f64::from(x) * scale).clamp(0.0, MAX_INTENSITY) as f32));
@@ -64,10 +59,10 @@ fn light(file: &FileLight, placed: &PlacedNode) -> Result<Light, String> {
         Some(backward) => Ok(-backward),
         None => Err("its node squashes it: no scale may be 0".to_string()),
     };
-    match file.type_ {
-        Checked::Valid(Type::Point) => Ok(Light::Point { position, color }),
-        Checked::Valid(Type::Directional) => Ok(Light::Directional { direction: direction()?, color }),
-        Checked::Valid(Type::Spot) => {
+    match file.light_type {
+        Some(LightType::Point) => Ok(Light::Point { position, color }),
+        Some(LightType::Directional) => Ok(Light::Directional { direction: direction()?, color }),
+        Some(LightType::Spot) => {
             // Half angles, as ours.
             let (inner, outer) = file.spot.as_ref().map_or((0.0, std::f32::consts::FRAC_PI_4), |spot| {
                 (spot.inner_cone_angle, spot.outer_cone_angle)
@@ -77,6 +72,6 @@ fn light(file: &FileLight, placed: &PlacedNode) -> Result<Light, String> {
             let inner_degrees = degrees(inner).clamp(0.0, outer_degrees);
             Ok(Light::Spot { position, direction: direction()?, inner_degrees, outer_degrees, color })
         }
-        Checked::Invalid => Err("its type is unknown; it must be point, spot or directional".into()),
+        None => Err("its type is unknown; it must be point, spot or directional".into()),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::buffers::Buffers;
 use super::described::{Described, Maps};
+use super::document::Document;
 use super::images::Images;
 use super::textures::Map;
 use crate::files::images::Picture;
@@ -10,11 +11,10 @@ use crate::model::{
     AlphaMode, Channel, Material, MaterialKind, MaterialTextures, Pbr, Texture, TextureChannel,
 };
 use eosphor_core::math::Vec3;
-use gltf::json::Root;
 use std::path::Path;
 
 /// Adds all materials of the file, and after them that of what has none; textures only of those that are used.
-pub(super) fn add(loader: &mut Loader, path: &Path, root: &Root, buffers: &Buffers<'_>, used: &[bool]) {
+pub(super) fn add(loader: &mut Loader, path: &Path, root: &Document, buffers: &Buffers<'_>, used: &[bool]) {
     let is_used = |number: usize| used.get(number).copied().unwrap_or(false);
     let described: Vec<Described> = (root.materials.iter().enumerate())
         .map(|(number, material)| Described::new(loader, path, number, material, is_used(number)))
@@ -46,7 +46,7 @@ pub(super) fn add(loader: &mut Loader, path: &Path, root: &Root, buffers: &Buffe
 fn dress(
     loader: &mut Loader,
     path: &Path,
-    root: &Root,
+    root: &Document,
     images: &Images,
     described: Described,
     white: &mut Option<u32>,

@@ -2,13 +2,12 @@
 
 use super::accessors::Accessors;
 use super::assembly::{Assembly, Block};
+use super::document::{self, Mode, Primitive};
 use super::topology::{has_triangles, triangle_count};
 use super::vertices::{VertexKey, Vertices};
 use super::{Part, named};
 use crate::files::warnings::Warnings;
 use crate::model::Mesh;
-use gltf::json::mesh::{Mesh as FileMesh, Mode, Primitive};
-use gltf::json::validation::Checked;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -24,8 +23,7 @@ pub(super) struct Shown {
 /// The triangles of a primitive, but for the material.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Shape {
-    /// As in the file.
-    mode: u32,
+    mode: Mode,
     indices: Option<usize>,
     vertices: VertexKey,
 }
@@ -105,7 +103,12 @@ impl<'a> Meshes<'a> {
         Ok(shown)
     }
 
-    fn build(&mut self, mesh: &FileMesh, name: &Part, weights: &[f32]) -> Result<Option<Shown>, String> {
+    fn build(
+        &mut self,
+        mesh: &document::Mesh,
+        name: &Part,
+        weights: &[f32],
+    ) -> Result<Option<Shown>, String> {
         let mut surfaces = Vec::new();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let surface = self.surface(number, primitive, name, weights);
@@ -154,7 +157,7 @@ impl<'a> Meshes<'a> {
         mesh: &Part,
         weights: &[f32],
     ) -> Result<Option<Surface<'p>>, String> {
-        let Checked::Valid(mode) = primitive.mode else {
+        let Some(mode) = primitive.mode else {
             return Err("its mode is unknown; it must be 0 to 6".into());
         };
         if !has_triangles(mode) {
@@ -166,10 +169,10 @@ impl<'a> Meshes<'a> {
             self.warnings.add(self.path, None, message);
             return Ok(None);
         };
-        let draco = "KHR_draco_mesh_compression";
-        let is_compressed = primitive.extensions.as_ref().is_some_and(|e| e.others.contains_key(draco));
+        let is_compressed = primitive.extensions.as_ref().is_some_and(|e| e.draco.is_some());
         let position = self.accessors.root.accessors.get(vertices.positions());
         if is_compressed && position.is_some_and(|a| a.buffer_view.is_none() && a.sparse.is_none()) {
+            let draco = "KHR_draco_mesh_compression";
             return Err(format!("it is there by {draco} alone, which is not supported; export without it"));
         }
         let materials = self.accessors.root.materials.len();
@@ -255,7 +258,7 @@ impl<'a> Meshes<'a> {
 impl Surface<'_> {
     fn shape(&self) -> Shape {
         Shape {
-            mode: self.mode.as_gl_enum(),
+            mode: self.mode,
             indices: self.primitive.indices.map(|i| i.value()),
             vertices: self.vertices.clone(),
         }

@@ -1,7 +1,7 @@
 //! glTF 2.0 and GLB. What becomes what, the limits and what is left out: README.md in this folder.
 //!
-//! The crate `gltf` gives the JSON's types. Its own checks are not used: they panic on accessors that do not exist
-//! (1.4.1). So every index, size and enumeration is checked here, where it is used.
+//! `document` has the objects of the JSON as the file has them. Every index, size and enumeration is checked where it is
+//! used, so that only what the scene needs is refused.
 
 mod accessors;
 mod animations;
@@ -11,6 +11,7 @@ mod cameras;
 mod channels;
 mod container;
 mod described;
+mod document;
 mod extensions;
 mod images;
 mod instancing;
@@ -37,8 +38,8 @@ use animations::Animations;
 use buffers::Buffers;
 use cameras::NamedCamera;
 use container::Container;
+use document::Document;
 use eosphor_core::settings::ShadowMode;
-use gltf::json::Root;
 use lights::PlacedLight;
 use meshes::Meshes;
 use nodes::{ExactNode, Nodes};
@@ -130,7 +131,7 @@ fn read(loader: &mut Loader, path: &Path) -> Result<Contents, SceneError> {
 fn contents(
     loader: &mut Loader,
     path: &Path,
-    root: &Root,
+    root: &Document,
     container: &Container<'_>,
 ) -> Result<Contents, String> {
     let (json, binary) = (container.json, container.binary);
@@ -231,9 +232,9 @@ impl Objects {
     }
 }
 
-/// The JSON, as the types of the crate.
-fn parse(path: &Path, container: &Container<'_>) -> Result<Root, SceneError> {
-    let error = match Root::from_slice(container.json) {
+/// Reads the JSON.
+fn parse(path: &Path, container: &Container<'_>) -> Result<Document, SceneError> {
+    let error = match Document::from_slice(container.json) {
         Ok(root) if root.asset.version.starts_with("2.") => return Ok(root),
         Ok(root) => return Err(invalid(path, wrong_version(&root.asset.version))),
         Err(error) => error,
@@ -246,12 +247,6 @@ fn parse(path: &Path, container: &Container<'_>) -> Result<Root, SceneError> {
         return Err(invalid(path, "the file ends within its JSON; get it again".into()));
     }
     let text = error.to_string();
-    if text.starts_with("missing field `node`")
-        && let Some(root) = channels::root_with_nodes(container.json)
-        && root.asset.version.starts_with("2.")
-    {
-        return Ok(root);
-    }
     let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason);
     let reason: String = reason.replace('`', "\"").chars().filter(|c| !c.is_control()).take(200).collect();
     let (line, column) = (error.line() as u32, error.column() as u32);

@@ -3,10 +3,9 @@
 use super::accessors::Budget;
 use super::animations::Animations;
 use super::channels::Target;
+use super::document::{Document, Node};
 use super::{Part, named};
 use crate::model::{Matrix, Move, Transform};
-use gltf::json::Root;
-use gltf::json::scene::Node;
 use serde::Deserialize;
 use std::sync::Arc;
 
@@ -79,7 +78,7 @@ impl Pose {
 ///
 /// `exact` has the places of all nodes in double precision, where that matters.
 pub(super) fn placed(
-    root: &Root,
+    root: &Document,
     exact: Option<&[ExactNode]>,
     animations: &mut Animations<'_>,
 ) -> Result<Nodes, String> {
@@ -149,7 +148,7 @@ impl Nodes {
 }
 
 /// The nodes that have no parent in the scene that is shown.
-fn roots(root: &Root) -> Result<Vec<usize>, String> {
+fn roots(root: &Document) -> Result<Vec<usize>, String> {
     let scene = match root.scene {
         Some(index) => Some(named(&root.scenes, index.value(), "scene")?),
         None => root.scenes.first(),
@@ -166,7 +165,7 @@ fn roots(root: &Root) -> Result<Vec<usize>, String> {
     Ok((0..root.nodes.len()).filter(|&node| !is_child[node]).collect())
 }
 
-/// Where the origin of a node is in its parent, in double precision: as the file says it, not as the crate keeps it.
+/// Where the origin of a node is in its parent, in double precision: with all digits of the file, which `Node` rounds.
 #[derive(Clone, Copy, Default, Deserialize)]
 pub(super) struct ExactNode {
     translation: Option<[f64; 3]>,
@@ -197,7 +196,7 @@ impl Local<'_> {
     }
 
     fn rotation(&self) -> [f64; 4] {
-        self.node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0.map(f64::from))
+        self.node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.map(f64::from))
     }
 
     fn scale(&self) -> [f64; 3] {

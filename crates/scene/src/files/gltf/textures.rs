@@ -1,16 +1,12 @@
 //! Textures of the file → textures of the model.
 
 use super::Part;
+use super::document::{Document, MagFilter, NormalTexture, TextureInfo, TextureTransform, Wrap};
 use super::images::Images;
 use crate::files::loader::Loader;
 use crate::model::{Texture, TextureContent};
 use eosphor_core::math::elementary64;
 use eosphor_core::texture::{TextureFilter, TextureWrap};
-use gltf::json::extensions::texture::TextureTransform;
-use gltf::json::material::NormalTexture;
-use gltf::json::texture::{Info, MagFilter, Sampler, WrappingMode};
-use gltf::json::validation::Checked;
-use gltf::json::{Root, deserialize};
 use std::path::Path;
 
 /// A texture as a material uses it.
@@ -24,21 +20,19 @@ pub(super) struct Map {
 }
 
 impl Map {
-    pub(super) fn new(info: &Info, content: TextureContent) -> Map {
-        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.clone());
+    pub(super) fn new(info: &TextureInfo, content: TextureContent) -> Map {
+        let transform = info.extensions.as_ref().and_then(|e| e.transform.clone());
         Map { texture: info.index.value(), uv_set: info.tex_coord, transform, content }
     }
 
     pub(super) fn of_normals(info: &NormalTexture) -> Map {
-        // The crate knows this extension of other textures only.
-        let raw = info.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
-        let transform = raw.and_then(|value| deserialize::from_value(value.clone()).ok());
+        let transform = info.extensions.as_ref().and_then(|e| e.transform.clone());
         Map { texture: info.index.value(), uv_set: info.tex_coord, transform, content: TextureContent::Data }
     }
 
     /// The image, where there is one.
-    pub(super) fn image(&self, root: &Root) -> Option<usize> {
-        let image = root.textures.get(self.texture)?.source.value();
+    pub(super) fn image(&self, root: &Document) -> Option<usize> {
+        let image = root.textures.get(self.texture)?.source?.value();
         (image < root.images.len()).then_some(image)
     }
 
@@ -47,7 +41,7 @@ impl Map {
         &self,
         loader: &mut Loader,
         path: &Path,
-        root: &Root,
+        root: &Document,
         images: &Images,
     ) -> Option<u32> {
         if !loader.wants_textures() {
@@ -60,7 +54,7 @@ impl Map {
         };
         let name = Part::new("texture", self.texture, texture.name.as_deref());
         let Some(image) = self.image(root) else {
-            let others = texture.extensions.iter().flat_map(|e| e.others.keys());
+            let others = texture.extensions.iter().flat_map(|e| e.keys());
             let kinds: Vec<&str> = others.filter(|key| key.contains("texture")).map(String::as_str).collect();
             let message = if kinds.is_empty() {
                 format!("{name} has no picture; the surface is untextured")
@@ -89,19 +83,18 @@ impl Map {
             loader.warnings.add(path, None, message);
             picture_from_mesh_uv = Texture::IDENTITY_UV;
         }
-        let wrap = |of: fn(&Sampler) -> &Checked<WrappingMode>| match sampler.map(of) {
-            Some(Checked::Valid(WrappingMode::ClampToEdge)) => TextureWrap::Clamp,
-            Some(Checked::Valid(WrappingMode::MirroredRepeat)) => TextureWrap::Mirror,
-            _ => TextureWrap::Repeat,
+        let wrap = |wrap: Option<Wrap>| match wrap {
+            Some(Wrap::ClampToEdge) => TextureWrap::Clamp,
+            Some(Wrap::MirroredRepeat) => TextureWrap::Mirror,
+            Some(Wrap::Repeat) | None => TextureWrap::Repeat,
         };
-        let is_nearest =
-            matches!(sampler.and_then(|s| s.mag_filter.as_ref()), Some(Checked::Valid(MagFilter::Nearest)));
+        let is_nearest = sampler.and_then(|s| s.mag_filter) == Some(MagFilter::Nearest);
         Some(loader.texture(Texture {
             image,
             content: self.content,
             filter: if is_nearest { TextureFilter::Nearest } else { TextureFilter::Bilinear },
-            wrap_u: wrap(|s| &s.wrap_s),
-            wrap_v: wrap(|s| &s.wrap_t),
+            wrap_u: wrap(sampler.and_then(|s| s.wrap_s)),
+            wrap_v: wrap(sampler.and_then(|s| s.wrap_t)),
             uv_set,
             picture_from_mesh_uv,
         }))
@@ -114,9 +107,9 @@ impl Map {
 /// picture, that is, from u towards -w: the rotation is (cos, sin; -sin, cos). (Early texts of the extension print the
 /// other sign; its test model and the viewers agree on this one.)
 fn flipped_transform(transform: &TextureTransform) -> [[f32; 3]; 2] {
-    let [offset_u, offset_w] = transform.offset.0.map(f64::from);
-    let [scale_u, scale_w] = transform.scale.0.map(f64::from);
-    let (sin, cos) = elementary64::sin_cos(f64::from(transform.rotation.0));
+    let [offset_u, offset_w] = transform.offset.map(f64::from);
+    let [scale_u, scale_w] = transform.scale.map(f64::from);
+    let (sin, cos) = elementary64::sin_cos(f64::from(transform.rotation));
     let u_from_uw = [cos * scale_u, sin * scale_w];
     let w_from_uw = [-sin * scale_u, cos * scale_w];
     // Put w = 1 - v on both sides.
@@ -133,7 +126,7 @@ mod tests {
 
     /// Where the extension takes a point of glTF's coordinates, by way of ours.
     fn transformed(json: &str, [u, w]: [f32; 2]) -> [f32; 2] {
-        let [of_u, of_v] = flipped_transform(&deserialize::from_str(json).unwrap());
+        let [of_u, of_v] = flipped_transform(&serde_json::from_str(json).unwrap());
         let v = 1.0 - w;
         let mapped = |row: [f32; 3]| row[0] * u + row[1] * v + row[2];
         [mapped(of_u), 1.0 - mapped(of_v)]

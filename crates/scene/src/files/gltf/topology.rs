@@ -1,7 +1,7 @@
 //! From the modes of primitives to triangles.
 
+use super::document::Mode;
 use eosphor_core::math::{Vec3, sqrt64, vec3};
-use gltf::json::mesh::Mode;
 
 /// Whether a mode draws surfaces.
 pub(super) fn has_triangles(mode: Mode) -> bool {

@@ -1,12 +1,8 @@
 //! The vertices of a primitive: positions and what goes with them, in the renderer's conventions.
 
 use super::accessors::Accessors;
+use super::document::{Index, Primitive};
 use eosphor_core::math::{Vec3, vec3};
-use gltf::json::Index;
-use gltf::json::accessor::Accessor;
-use gltf::json::mesh::{Primitive, Semantic};
-use gltf::json::validation::Checked;
-use std::collections::BTreeMap;
 
 /// Which accessors the vertices of a primitive come from. Primitives with equal keys have equal vertices.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -35,18 +31,18 @@ pub(super) struct Vertices {
 impl VertexKey {
     /// The key of a primitive under weights of its morph targets; `None` where it has no positions.
     pub(super) fn new(primitive: &Primitive, weights: &[f32]) -> Option<VertexKey> {
-        let attribute = |semantic| attribute(&primitive.attributes, semantic);
+        let attributes = &primitive.attributes;
         let targets = primitive.targets.as_deref().unwrap_or_default();
         let targets = targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
-        let value = |index: Option<Index<Accessor>>| index.map(|i| i.value());
+        let value = |index: Option<Index>| index.map(Index::value);
         Some(VertexKey {
-            positions: attribute(Semantic::Positions)?,
-            normals: attribute(Semantic::Normals),
-            uvs: attribute(Semantic::TexCoords(0)),
-            uvs1: attribute(Semantic::TexCoords(1)),
-            colors: attribute(Semantic::Colors(0)),
+            positions: value(attributes.position)?,
+            normals: value(attributes.normal),
+            uvs: value(attributes.tex_coord_0),
+            uvs1: value(attributes.tex_coord_1),
+            colors: value(attributes.color_0),
             targets: targets
-                .map(|(t, weight)| (value(t.positions), value(t.normals), weight.to_bits()))
+                .map(|(t, weight)| (value(t.position), value(t.normal), weight.to_bits()))
                 .collect(),
         })
     }
@@ -55,10 +51,6 @@ impl VertexKey {
     pub(super) fn positions(&self) -> usize {
         self.positions
     }
-}
-
-fn attribute(attributes: &BTreeMap<Checked<Semantic>, Index<Accessor>>, semantic: Semantic) -> Option<usize> {
-    attributes.get(&Checked::Valid(semantic)).map(|index| index.value())
 }
 
 impl Vertices {

@@ -3,6 +3,7 @@
 use super::{CORNERS, F32, File, U16, bytes, read};
 use crate::{Moments, SceneData};
 use proptest::prelude::*;
+use proptest::sample::Index;
 use serde_json::json;
 use std::sync::LazyLock;
 
@@ -48,6 +49,39 @@ static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
     file.glb()
 });
 
+/// The JSON of [`WHOLE`].
+pub(super) fn json() -> &'static str {
+    let length = u32::from_le_bytes(WHOLE[12..16].try_into().unwrap()) as usize;
+    std::str::from_utf8(&WHOLE[20..20 + length]).unwrap()
+}
+
+/// Which numbers of the JSON become which of some others.
+pub(super) fn edits(others: &[&'static str]) -> impl Strategy<Value = Vec<(Index, &'static str)>> + use<> {
+    proptest::collection::vec((any::<Index>(), proptest::sample::select(others.to_vec())), 1..4)
+}
+
+/// The JSON with these edits.
+pub(super) fn renumbered(edits: Vec<(Index, &str)>) -> String {
+    let mut json = json().to_string();
+    for (at, number) in edits {
+        let is_part = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
+        // Digits that stand behind a mark, not within a name.
+        let starts: Vec<usize> = json
+            .char_indices()
+            .zip(json.chars().skip(1))
+            .filter(|((_, before), c)| ":[,".contains(*before) && is_part(*c))
+            .map(|((i, _), _)| i + 1)
+            .collect();
+        if starts.is_empty() {
+            break;
+        }
+        let start = starts[at.index(starts.len())];
+        let end = json[start..].find(|c| !is_part(c)).map_or(json.len(), |n| start + n);
+        json.replace_range(start..end, number);
+    }
+    json
+}
+
 fn run(bytes: &[u8]) -> bool {
     match read(&[("a.glb", bytes)]) {
         Ok(loaded) => {
@@ -91,7 +125,7 @@ proptest! {
     /// more than cut the file.
     #[test]
     fn mutated(edits in proptest::collection::vec(
-        (any::<proptest::sample::Index>(),
+        (any::<Index>(),
          prop_oneof![
              8 => proptest::sample::select(b"0123456789".to_vec()),
              2 => proptest::sample::select(b" -.,:[]{}\"eE".to_vec()),
@@ -107,27 +141,10 @@ proptest! {
 
     /// Numbers of the JSON replaced by others.
     #[test]
-    fn other_numbers(edits in proptest::collection::vec(
-        (any::<proptest::sample::Index>(), proptest::sample::select(vec![
-            "0", "1", "2", "3", "4", "5", "7", "255", "-1", "1e30", "1e-30", "5120", "5121", "5125", "4294967295",
-            "4294967296", "18446744073709551615", "1000000000", "0.5", "1e400", "null", "[]",
-        ])), 1..4)) {
-        let length = u32::from_le_bytes(WHOLE[12..16].try_into().unwrap()) as usize;
-        let mut json = String::from_utf8(WHOLE[20..20 + length].to_vec()).unwrap();
-        for (at, number) in edits {
-            let is_part = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
-            // Digits that stand behind a mark, not within a name.
-            let starts: Vec<usize> = json.char_indices().zip(json.chars().skip(1))
-                .filter(|((_, before), c)| ":[,".contains(*before) && is_part(*c))
-                .map(|((i, _), _)| i + 1)
-                .collect();
-            if starts.is_empty() {
-                break;
-            }
-            let start = starts[at.index(starts.len())];
-            let end = json[start..].find(|c| !is_part(c)).map_or(json.len(), |n| start + n);
-            json.replace_range(start..end, number);
-        }
-        run(&super::glb(&json, &WHOLE[28 + length..]));
+    fn other_numbers(edits in edits(&[
+        "0", "1", "2", "3", "4", "5", "7", "255", "-1", "1e30", "1e-30", "5120", "5121", "5125", "4294967295",
+        "4294967296", "18446744073709551615", "1000000000", "0.5", "1e400", "null", "[]",
+    ])) {
+        run(&super::glb(&renumbered(edits), &WHOLE[28 + json().len()..]));
     }
 }

@@ -4,6 +4,7 @@ mod animations;
 mod fuzz;
 mod geometry;
 mod materials;
+mod oracle;
 mod samplers;
 mod scenes;
 mod wrong;

@@ -228,3 +228,47 @@ fn what_is_left_out_is_said() {
     let warnings: Vec<String> = empty.warnings.iter().map(|w| w.to_string()).collect();
     assert_eq!(warnings, ["a.gltf: there is nothing to see: the scene of the file has no triangles"]);
 }
+
+#[test]
+fn json_of_another_shape_says_what_was_expected() {
+    for (rest, expected) in [
+        (r#""scene": -1"#, "invalid type: integer \"-1\", expected an index: a whole number from 0 on;"),
+        (
+            r#""scene": 0.5"#,
+            "invalid type: floating point \"0.5\", expected an index: a whole number from 0 on;",
+        ),
+        (r#""scene": 4294967296"#, "invalid value: integer \"4294967296\", expected an index below 2^32;"),
+        (
+            r#""cameras": [{"type": 1}]"#,
+            "invalid type: integer \"1\", expected one of \"perspective\", \"orthographic\";",
+        ),
+        (
+            r#""samplers": [{"wrapS": "REPEAT"}]"#,
+            "invalid type: string \"REPEAT\", expected one of 33071, 33648, 10497;",
+        ),
+        (
+            r#""samplers": [{"wrapS": 1.5}]"#,
+            "invalid type: floating point \"1.5\", expected one of 33071, 33648, 10497;",
+        ),
+        (r#""animations": [{"channels": []}]"#, "missing field \"samplers\";"),
+        (r#""nodes": [{"scale": [1, 2]}]"#, "invalid length 2, expected an array of length 3;"),
+        (r#""nodes": {}"#, "invalid type: map, expected a sequence;"),
+    ] {
+        let message = error(format!("{{\"asset\": {{\"version\": \"2.0\"}},\n{rest}}}").as_bytes());
+        let (place, reason) = message.split_once(": ").unwrap();
+        assert!(place.starts_with("a.gltf:2:") && reason.starts_with(expected), "{message}");
+        assert!(message.ends_with("; this is no glTF, export it again"), "{message}");
+    }
+}
+
+#[test]
+fn members_that_are_not_read_may_hold_anything() {
+    // Deeper than a thread's stack, if each level took a frame.
+    let deep = "[".repeat(1_000_000) + &"]".repeat(1_000_000);
+    let json = format!(
+        r#"{{"asset": {{"version": "2.0", "generator": 5}}, "extras": {deep}, "skins": "none", "scene": 0, "scenes": [{{}}],
+        "cameras": [{{"type": "perspective", "perspective": {{"yfov": 1, "znear": "near"}}}}],
+        "extensions": {{"VENDOR_odd": {deep}}}, "samplers": [{{"minFilter": {{}}, "magFilter": null}}]}}"#
+    );
+    assert!(read(&[("a.gltf", json.as_bytes())]).is_ok());
+}
