@@ -80,7 +80,7 @@ impl FramesJob<'_> {
         let (next, stop, turn) = (AtomicUsize::new(0), AtomicBool::new(false), Mutex::new(()));
         let (pixels, rays) = (AtomicU64::new(0), AtomicU64::new(0));
         let work = || {
-            while !stop.load(Ordering::Relaxed) && !interrupt::flag().load(Ordering::Relaxed) {
+            while !stop.load(Ordering::Relaxed) && !interrupt::cancel().asked().load(Ordering::Relaxed) {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 let Some(&frame) = self.frames.get(number) else { break };
                 // No more than so many can be in work beside this one.
@@ -145,7 +145,7 @@ impl FramesJob<'_> {
                 rays: rays.fetch_add(newly.1, Ordering::Relaxed) + newly.1,
             });
         };
-        let cancel = interrupt::flag();
+        let cancel = interrupt::cancel().asked();
         let (count_work, moment) = (self.count_work, Some(&moment));
         let control = RenderControl { on_progress: &on_progress, cancel, count_work, moment };
         let (rendered, milliseconds) = {

@@ -4,12 +4,10 @@ use crate::arguments::{BackendChoice, DeviceFlags, Need, check, would_do_nothing
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use eosphor::{
-    Accel, Backend, BackendError, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback, FeaturePass,
-    Hierarchy, HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SceneData, Traversal,
-    cuda_devices,
+    Accel, Backend, BackendError, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback,
+    HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, Traversal, cuda_devices,
 };
 use std::ops::Deref;
-use std::sync::Arc;
 
 /// All ranks, where there are several, or what the flags ask for on this machine.
 pub(crate) fn ranks_or_own<'a>(
@@ -188,24 +186,14 @@ pub(crate) fn cpu_backend(flags: &DeviceFlags, accel: Option<Accel>) -> Result<C
     Ok(CpuBackend::new(cpu_options(flags, accel))?)
 }
 
-/// What layers are made by. It is the CPU for every backend; where the picture is rendered there too, they share the
-/// hierarchy.
-pub(crate) fn feature_pass(
-    flags: &DeviceFlags,
-    accel: Option<Accel>,
-    scene: Arc<SceneData>,
-    hierarchy: Option<Arc<Hierarchy>>,
-) -> Result<FeaturePass, Failure> {
-    Ok(cpu_backend(flags, accel)?.feature_pass(scene, hierarchy)?)
-}
-
 /// How hierarchies are built.
 pub(crate) fn hierarchy_options(flags: &DeviceFlags) -> HierarchyOptions {
     let &DeviceFlags { builder, leaf_size, tree_depth, sah_costs, .. } = flags;
     HierarchyOptions { builder, leaf_size, tree_depth, sah_costs }
 }
 
-fn cpu_options(flags: &DeviceFlags, accel: Option<Accel>) -> CpuOptions {
+/// How the CPU renders, or makes layers for whatever else renders.
+pub(crate) fn cpu_options(flags: &DeviceFlags, accel: Option<Accel>) -> CpuOptions {
     CpuOptions {
         threads: flags.threads.map(usize::from),
         tile: flags.tile,

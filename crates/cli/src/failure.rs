@@ -2,6 +2,7 @@
 
 use crate::interrupt;
 use eosphor::compare::CompareError;
+use eosphor::job::JobError;
 use eosphor::{BackendError, OutputError, SceneError, Snippet};
 use std::fmt::Display;
 use std::process::ExitCode;
@@ -87,6 +88,25 @@ macro_rules! fails {
     };
 }
 fails!(BackendError, OutputError, CompareError);
+
+impl From<JobError> for Failure {
+    /// What flags are about is said with their names.
+    fn from(error: JobError) -> Failure {
+        match error {
+            JobError::Scene(error) => error.into(),
+            JobError::Cancelled => {
+                Failure::Interrupted("interrupted before the first pixel; no picture was written".into())
+            }
+            JobError::SameOutput { .. } => Failure::Usage(format!("-o: {error}")),
+            JobError::NotInPicture { .. } => Failure::Usage(format!("--{error}")),
+            JobError::NoSuchSamples { samples, all } => {
+                let (first, end) = (samples.start, samples.end);
+                Failure::Usage(format!("--sample-range {first}..{end}: a pixel has {all} samples"))
+            }
+            error => Failure::because(error),
+        }
+    }
+}
 
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Failure {

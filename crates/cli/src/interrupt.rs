@@ -4,16 +4,15 @@
 
 use crate::failure::Failure;
 use crate::streams::Verbosity;
+use eosphor::job::Cancel;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Duration;
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Raised some time after that.
-static OVERDUE: AtomicBool = AtomicBool::new(false);
+/// Asked by the first signal, and some time after that for the second time.
+static CANCEL: Cancel = Cancel::new();
 
 /// How long what is in work when a signal comes may take to its end. Whoever sends SIGTERM waits for some seconds.
 const GRACE: Duration = Duration::from_secs(4);
@@ -66,13 +65,13 @@ fn asked_to_end(signal: u8, verbosity: Verbosity) {
         }
         std::process::exit(128 + i32::from(signal));
     }
-    INTERRUPTED.store(true, Ordering::SeqCst);
+    CANCEL.ask();
     let overdue = || {
         std::thread::sleep(GRACE);
-        OVERDUE.store(true, Ordering::SeqCst);
+        CANCEL.give_up();
     };
     if std::thread::Builder::new().spawn(overdue).is_err() {
-        OVERDUE.store(true, Ordering::SeqCst);
+        CANCEL.give_up();
     }
     let why = match signal {
         CTRL_C => "interrupting",
@@ -99,24 +98,10 @@ pub(crate) fn note_unfinished(file: &Path) {
     UNFINISHED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file.to_owned());
 }
 
-/// Raised by the first signal: nothing more is to be begun.
-pub(crate) fn flag() -> &'static AtomicBool {
-    &INTERRUPTED
-}
-
-/// Raised a while after the first signal: what was in work then, and is not done by now, is given up.
-pub(crate) fn overdue() -> &'static AtomicBool {
-    &OVERDUE
-}
-
-/// Ends a command between two phases.
-pub(crate) fn check() -> Result<(), Failure> {
-    match INTERRUPTED.load(Ordering::SeqCst) {
-        true => {
-            Err(Failure::Interrupted("interrupted before the first pixel; no picture was written".into()))
-        }
-        false => Ok(()),
-    }
+/// What signals ask: the first one that nothing more is begun, and that what is in work then and is not done a while later is
+/// given up.
+pub(crate) fn cancel() -> &'static Cancel {
+    &CANCEL
 }
 
 /// Where the system limits the size of files (`ulimit -f`), writing fails with an error instead of ending the program,

@@ -11,16 +11,14 @@ mod cluster;
 mod command_line;
 mod commands;
 mod failure;
-mod files;
 mod interrupt;
-mod memory;
-mod picture;
+mod outputs;
 mod progress;
 mod report;
 mod requests;
 mod streams;
-mod target;
 mod text;
+mod watcher;
 
 use arguments::{Arguments, Bench, Command};
 use std::process::ExitCode;

@@ -20,8 +20,6 @@ pub(crate) struct ProgressView {
     next: AtomicU64,
     interval: u64,
     bar: Option<ProgressBar>,
-    pixels_done: AtomicU64,
-    pixels_total: AtomicU64,
 }
 
 impl ProgressView {
@@ -37,20 +35,11 @@ impl ProgressView {
             Some(_) => BAR_INTERVAL,
             None => LINE_INTERVAL,
         };
-        ProgressView {
-            start: Instant::now(),
-            next: AtomicU64::new(interval),
-            interval,
-            bar,
-            pixels_done: AtomicU64::new(0),
-            pixels_total: AtomicU64::new(0),
-        }
+        ProgressView { start: Instant::now(), next: AtomicU64::new(interval), interval, bar }
     }
 
-    /// Takes note, and reports where it is time to. Any thread may call it.
+    /// Reports where it is time to. Any thread may call it.
     pub(crate) fn update(&self, progress: Progress) {
-        self.pixels_done.fetch_max(progress.pixels_done, Ordering::Relaxed);
-        self.pixels_total.store(progress.pixels_total, Ordering::Relaxed);
         let now = self.start.elapsed().as_millis() as u64;
         let due = self.next.load(Ordering::Relaxed);
         let after = now.saturating_add(self.interval);
@@ -71,12 +60,11 @@ impl ProgressView {
         }
     }
 
-    /// Ends: the bar goes away. Returns the share of the pixels that are done.
-    pub(crate) fn finish(self) -> f64 {
+    /// Ends: the bar goes away.
+    pub(crate) fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
-        ratio(self.pixels_done.into_inner() as f64, self.pixels_total.into_inner() as f64)
     }
 }
 
@@ -110,14 +98,5 @@ mod tests {
     fn a_quarter_in_ten_seconds_leaves_thirty() {
         let progress = Progress { pixels_done: 25, pixels_total: 100, rays: 50_000_000 };
         assert_eq!(describe(progress, 10.0), "5.00 Mrays/s, 30 s left");
-    }
-
-    #[test]
-    fn the_share_is_that_of_the_furthest_report() {
-        let view = ProgressView::new(Verbosity::Quiet);
-        for pixels_done in [1, 5, 3] {
-            view.update(Progress { pixels_done, pixels_total: 10, rays: 1 });
-        }
-        assert_eq!(view.finish(), 0.5);
     }
 }

@@ -1,10 +1,10 @@
 //! What a render did: a table for people, JSON for programs. docs/statistics.md says what the numbers mean.
 
 use crate::text::{bytes, grouped, ratio};
+use eosphor::job::StillSeconds;
 use eosphor::{HierarchyStatistics, RayStatistics};
 use serde::Serialize;
 use std::fmt::Write;
-use std::time::Instant;
 
 /// What a render did.
 #[derive(Serialize)]
@@ -87,12 +87,11 @@ pub(crate) struct Seconds {
     pub(crate) total_cpu: Option<f64>,
 }
 
-/// Calls `work` and adds the seconds that it took.
-pub(crate) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let done = work();
-    *seconds += start.elapsed().as_secs_f64();
-    done
+impl From<StillSeconds> for Seconds {
+    fn from(still: StillSeconds) -> Seconds {
+        let StillSeconds { flatten, build, render, layers, write, render_cpu } = still;
+        Seconds { flatten, build, render, layers, write, render_cpu, ..Seconds::default() }
+    }
 }
 
 impl Work {

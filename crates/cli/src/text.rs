@@ -1,5 +1,7 @@
 //! Numbers for people.
 
+pub(crate) use eosphor::job::bytes_in_words as bytes;
+
 /// 1234567 as `1,234,567`.
 pub(crate) fn grouped(number: u64) -> String {
     let digits = number.to_string();
@@ -11,17 +13,6 @@ pub(crate) fn grouped(number: u64) -> String {
         text.push(digit);
     }
     text
-}
-
-/// Bytes with a unit of 1000.
-pub(crate) fn bytes(number: u64) -> String {
-    const UNITS: [&str; 5] = ["bytes", "kB", "MB", "GB", "TB"];
-    let (mut value, mut unit) = (number as f64, 0);
-    while value >= 999.5 && unit + 1 < UNITS.len() {
-        value /= 1000.0;
-        unit += 1;
-    }
-    if unit == 0 { format!("{number} bytes") } else { format!("{value:.1} {}", UNITS[unit]) }
 }
 
 /// Seconds as `9 s`, `2 min 05 s` or `3 h 20 min`.
@@ -47,7 +38,6 @@ mod tests {
     #[test]
     fn numbers_for_people() {
         assert_eq!([0, 999, 1000, 1234567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
-        assert_eq!([0, 999, 1000, 51_540_000_000].map(bytes), ["0 bytes", "999 bytes", "1.0 kB", "51.5 GB"]);
         assert_eq!([9.4, 125.0, 12_000.0].map(duration), ["9 s", "2 min 05 s", "3 h 20 min"]);
         assert_eq!(ratio(1.0, 0.0), 0.0);
     }

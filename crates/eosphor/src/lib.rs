@@ -51,6 +51,7 @@
 #![warn(missing_docs)]
 
 mod error;
+pub mod job;
 mod render;
 
 pub use error::Error;

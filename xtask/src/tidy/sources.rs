@@ -64,6 +64,8 @@ const RULES: [Rule; 5] = [
         allowed: &[
             "crates/cli/",
             "crates/cluster/src/launcher.rs",
+            "crates/eosphor/src/job/files.rs",
+            "crates/eosphor/src/job/memory.rs",
             "crates/render/src/frames/",
             "crates/render/src/output/",
             "crates/render/src/still/",

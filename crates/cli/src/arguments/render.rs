@@ -192,6 +192,11 @@ impl FileFlags {
         self.layers.as_ref().map_or(&[], |layers| &layers.0)
     }
 
+    /// Whether a share of the picture is asked for.
+    pub(crate) fn is_share(&self) -> bool {
+        self.tiles.is_some() || self.sample_range.is_some()
+    }
+
     /// Whether each flag is for one of these formats, of which a video has none.
     pub(crate) fn check(&self, formats: &[Format], to_stdout: bool) -> Result<(), Failure> {
         check(&[Need {

@@ -1,8 +1,8 @@
 //! Flags about textures.
 
 use super::values::bytes;
-use crate::memory;
 use clap::Args;
+use eosphor::job::memory_for_textures;
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Memory")]
@@ -16,6 +16,6 @@ pub(crate) struct TextureFlags {
 impl TextureFlags {
     /// Bytes that textures may take; `None` where nobody says what is free.
     pub(crate) fn memory_bytes(&self) -> Option<u64> {
-        self.texture_memory.or_else(memory::for_textures)
+        self.texture_memory.or_else(memory_for_textures)
     }
 }

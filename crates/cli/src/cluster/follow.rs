@@ -206,7 +206,7 @@ fn gpus() -> Vec<usize> {
 /// Renders a unit.
 pub(super) fn render(scene: &dyn PreparedScene, unit: &[u8]) -> Result<Vec<u8>, String> {
     let Unit { rows, samples, count_work, moment } = wire::decode(unit)?;
-    let (on_progress, cancel) = (&|_| {}, interrupt::overdue());
+    let (on_progress, cancel) = (&|_| {}, interrupt::cancel().overdue());
     let control = RenderControl { on_progress, cancel, count_work, moment: moment.as_ref() };
     let fail = |error: BackendError| error.to_string();
     match samples {

@@ -135,7 +135,7 @@ fn serve(
 fn next(units: &Receiver<Submission>) -> Option<Submission> {
     loop {
         let submission = units.recv().ok()?;
-        if !interrupt::overdue().load(Ordering::Relaxed) {
+        if !interrupt::cancel().overdue().load(Ordering::Relaxed) {
             return Some(submission);
         }
     }

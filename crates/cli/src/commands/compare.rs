@@ -3,10 +3,10 @@
 use crate::arguments::CompareFlags;
 use crate::backend::start_threads;
 use crate::failure::Failure;
-use crate::files::{check_output, make_folder, same_file};
 use crate::streams;
 use crate::text::grouped;
 use eosphor::compare::{Comparison, compare as compare_pictures, difference_image};
+use eosphor::job::{check_output, make_folder, same_file};
 use eosphor::{Format, Picture, SaveOptions, save_developed};
 use serde::Serialize;
 use std::fmt::Write;

@@ -7,12 +7,11 @@ use crate::animation::{FrameSink, FramesJob};
 use crate::arguments::CourseFlags;
 use crate::backend::ranks_or_own;
 use crate::failure::Failure;
-use crate::files;
 use crate::interrupt;
-use crate::memory;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use eosphor::frames::{FramesIdentity, Manifest, Wanted};
+use eosphor::job::{check_output as check_output_file, frames_in_memory, make_folder};
 use eosphor::{
     Backend, CourseInput, CourseLines, CourseOptions, Film, Moments, SaveOptions, Scene, SceneData,
     SceneError, save_within, scene_hash,
@@ -76,11 +75,11 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
         #[cfg(feature = "video")]
         Some(output) => flight.to_video(output),
         _ => {
-            files::check_output(&input.output.path(0)).map_err(|error| match flags.output {
+            check_output_file(&input.output.path(0)).map_err(|error| match flags.output {
                 Some(_) => Failure::of_output(error),
                 None => in_input(lines.output, "output path", &error),
             })?;
-            files::make_folder(&input.output.path(0))?;
+            make_folder(&input.output.path(0))?;
             flight.to_files()
         }
     }
@@ -159,7 +158,7 @@ impl Flight<'_> {
             prepared: &*prepared,
             moments: &Moments::new(self.scene, self.data),
             frames,
-            in_flight: memory::frames(prepared.size(), in_flight)?,
+            in_flight: frames_in_memory(prepared.size(), in_flight)?,
             // Ranks render frames at the same time, each for itself.
             one_at_a_time: self.ranks.is_none(),
             count_work: false,

@@ -4,12 +4,13 @@ use super::frames_work::FramesWork;
 use crate::animation::{FrameDone, FrameSink, FramesDone, FramesJob};
 use crate::arguments::{OutputKind, RenderFlags};
 use crate::failure::Failure;
-use crate::files;
+use crate::interrupt;
 use crate::progress::ProgressView;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
-use crate::{interrupt, memory};
+use crate::watcher::Watcher;
 use eosphor::frames::{FramePattern, FramesIdentity, Manifest, ManifestError, Wanted};
+use eosphor::job::{check_output as check_output_file, frames_in_memory, make_folder};
 use eosphor::{
     Backend, Film, Format, HierarchyStatistics, Moments, Move, RayStatistics, SaveOptions, Scene, SceneData,
     save_within, scene_hash,
@@ -65,7 +66,7 @@ pub(super) fn check_output(output: &Path) -> Result<(), Failure> {
             "{}: this program was built without video: name frames instead, as in frame_%04d.png",
             output.display()
         ))),
-        false => Ok(files::check_output(&FramePattern::new(output).map_err(Failure::usage)?.path(0))?),
+        false => Ok(check_output_file(&FramePattern::new(output).map_err(Failure::usage)?.path(0))?),
     }
 }
 
@@ -83,11 +84,20 @@ pub(super) fn render_frames(
     flags: &RenderFlags,
     backend: &dyn Backend,
     scene: &Scene,
-    data: &Arc<SceneData>,
-    options: &SaveOptions,
+    watcher: &Watcher,
 ) -> Result<(), Failure> {
+    let (data, notes) = SceneData::flatten(scene)?;
+    watcher.tell(&notes);
+    let data = Arc::new(data);
+    let mut options = SaveOptions::from(&scene.settings);
+    options.exr_half = flags.file.exr_half;
+    options.jpeg_quality = flags.file.jpeg_quality.unwrap_or(options.jpeg_quality);
+    let has_metadata = Format::of(flags.output()).is_ok_and(Format::has_metadata);
+    if !flags.file.no_metadata && has_metadata {
+        options.metadata.scene_hash = Some(scene_hash(&data, &options.develop));
+    }
     let range = range(flags, scene)?;
-    let sequence = Sequence { flags, scene, data, options, range };
+    let sequence = Sequence { flags, scene, data: &data, options: &options, range };
     match is_video(flags.output()) {
         #[cfg(feature = "video")]
         true => super::video::render_video(&sequence, backend),
@@ -108,7 +118,7 @@ fn render_files(sequence: &Sequence, backend: &dyn Backend) -> Result<(), Failur
         false if flags.keep.resume => Wanted::Missing(range),
         false => Wanted::Anew(range),
     };
-    files::make_folder(flags.output())?;
+    make_folder(flags.output())?;
     let manifest =
         Manifest::open(&pattern.manifest_path(), &identity, wanted).map_err(|error| match error {
             ManifestError::InUse { is_same: true, .. } => {
@@ -178,7 +188,7 @@ impl Sequence<'_> {
         let prepared = backend.prepare(Arc::clone(self.data))?;
         let in_flight = in_flight.or(self.flags.animation.in_flight).map(usize::from);
         let in_flight =
-            memory::frames(prepared.size(), in_flight.unwrap_or_else(|| backend.frames_in_flight()))?;
+            frames_in_memory(prepared.size(), in_flight.unwrap_or_else(|| backend.frames_in_flight()))?;
         let frames = Mutex::new(Vec::new());
         let job = FramesJob {
             prepared: &*prepared,
@@ -197,7 +207,7 @@ impl Sequence<'_> {
         // Those who had the frames that were left may be gone without having done them.
         while let Ok(sum) = &mut done
             && sum.left > 0
-            && !interrupt::flag().load(Ordering::Relaxed)
+            && !interrupt::cancel().asked().load(Ordering::Relaxed)
         {
             match job.run(sink, &view) {
                 Ok(FramesDone { count: 0, .. }) => break,

@@ -2,8 +2,8 @@
 
 use crate::arguments::MergeFlags;
 use crate::failure::Failure;
-use crate::files::{check_output, make_folder};
 use crate::streams;
+use eosphor::job::{check_output, make_folder};
 use eosphor::near_name;
 use eosphor::shares::merge as merge_shares;
 use eosphor::still::merge_samples;

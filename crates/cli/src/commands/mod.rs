@@ -12,9 +12,10 @@ mod frames_work;
 mod info;
 mod merge;
 mod render;
+mod scene;
 mod schema;
+mod still;
 mod structures;
-mod tiles;
 #[cfg(feature = "video")]
 mod video;
 

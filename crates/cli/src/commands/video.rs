@@ -3,9 +3,9 @@
 use super::frames::Sequence;
 use crate::animation::FrameSink;
 use crate::failure::Failure;
-use crate::files::make_folder;
 use crate::streams::Verbosity;
 use eosphor::frames::{FramesIdentity, Manifest, Wanted};
+use eosphor::job::make_folder;
 use eosphor::video::{FfmpegOptions, FfmpegPipe, FrameRate, VideoOptions, VideoWriter, padded_size};
 use eosphor::{Backend, DevelopSettings, Developed, Film};
 use std::ops::Range;

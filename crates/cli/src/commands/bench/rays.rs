@@ -3,7 +3,7 @@
 use super::median;
 use crate::arguments::{BackendChoice, BenchRaysFlags, would_do_nothing};
 use crate::backend::{check_device, cpu_backend, hierarchy_options, limit_threads};
-use crate::commands::render::framed_camera;
+use crate::commands::scene::framed_camera;
 use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;

@@ -3,7 +3,7 @@
 use super::median;
 use crate::arguments::BenchRenderFlags;
 use crate::backend::{backend_for, limit_threads};
-use crate::commands::render::apply;
+use crate::commands::scene::apply;
 use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;

@@ -1,9 +1,8 @@
 //! How much of a picture is in memory at a time, and whether that fits. An allocation that does not would end the program
 //! without a word.
 
-use crate::failure::Failure;
-use crate::text::bytes;
-use eosphor::{Bands, CameraWork, PixelFeatures};
+use super::JobError;
+use eosphor_render::{Bands, CameraWork, PixelFeatures};
 use std::fs;
 
 /// Linear film and developed bytes of a pixel; JPEG has these twice.
@@ -23,7 +22,7 @@ const LAYER_BYTES_A_PIXEL: u64 = (size_of::<PixelFeatures>() + size_of::<CameraW
 
 /// The bands that a picture is rendered in: of so many rows, where asked for, else such that their size is about the same
 /// with layers as without. Fails where the memory that is free is too small for one.
-pub(crate) fn bands([width, height]: [u32; 2], layers: bool, rows: Option<u32>) -> Result<Bands, Failure> {
+pub(super) fn bands((width, height): (u32, u32), layers: bool, rows: Option<u32>) -> Result<Bands, JobError> {
     let without_layers = BYTES_A_PIXEL + SUM_BYTES_A_PIXEL;
     let bytes_a_pixel = without_layers + if layers { LAYER_BYTES_A_PIXEL } else { 0 };
     let pixels = MOST_PIXELS * without_layers / bytes_a_pixel;
@@ -40,33 +39,41 @@ pub(crate) fn bands([width, height]: [u32; 2], layers: bool, rows: Option<u32>) 
 
 /// How many frames are in work at a time: as many as wanted, as far as half of the memory that is free holds them. Fails where
 /// it is too small for one.
-pub(crate) fn frames((width, height): (u32, u32), wanted: usize) -> Result<usize, Failure> {
+pub fn frames((width, height): (u32, u32), wanted: usize) -> Result<usize, JobError> {
     match available() {
         Some(free) => frames_in(free, (width, height), wanted),
         None => Ok(wanted),
     }
 }
 
-/// Bytes that textures may take where no flag says it: half of what is free. `None` where nobody says what is.
-pub(crate) fn for_textures() -> Option<u64> {
+/// Bytes that the textures of a scene may take where nobody says it ([`eosphor_scene::LoadOptions::texture_memory_bytes`]):
+/// half of what is free. `None` where the system does not say what is.
+pub fn memory_for_textures() -> Option<u64> {
     available().map(|free| free / 2)
 }
 
-fn frames_in(free: u64, (width, height): (u32, u32), wanted: usize) -> Result<usize, Failure> {
+fn frames_in(free: u64, (width, height): (u32, u32), wanted: usize) -> Result<usize, JobError> {
     let pixels = u64::from(width) * u64::from(height);
     check_fits_in(free, pixels * BYTES_A_PIXEL)?;
     Ok((free / 2 / (pixels * BYTES_A_FRAME_PIXEL).max(1)).clamp(1, wanted.max(1) as u64) as usize)
 }
 
-fn check_fits_in(free: u64, needed: u64) -> Result<(), Failure> {
+fn check_fits_in(free: u64, needed: u64) -> Result<(), JobError> {
     if needed <= free {
         return Ok(());
     }
-    let (needed, free) = (bytes(needed), bytes(free));
-    Err(Failure::Failed(format!(
-        "not enough memory: what is rendered at a time needs {needed}, and {free} are free: \
-         end other programs, or choose a smaller --size",
-    )))
+    Err(JobError::Memory { needed, free })
+}
+
+/// A number of bytes for people, with a unit of a power of 1000: `51.5 GB`.
+pub fn bytes_in_words(number: u64) -> String {
+    const UNITS: [&str; 5] = ["bytes", "kB", "MB", "GB", "TB"];
+    let (mut value, mut unit) = (number as f64, 0);
+    while value >= 999.5 && unit + 1 < UNITS.len() {
+        value /= 1000.0;
+        unit += 1;
+    }
+    if unit == 0 { format!("{number} bytes") } else { format!("{value:.1} {}", UNITS[unit]) }
 }
 
 /// What the system says is free, and no more than the control group may use; `None` where neither says.
@@ -95,17 +102,23 @@ mod tests {
     #[test]
     fn the_largest_picture_takes_no_more_than_others() {
         for layers in [false, true] {
-            let bands = bands([65_535, 65_535], layers, None).unwrap();
+            let bands = bands((65_535, 65_535), layers, None).unwrap();
             let bytes = 65_535 * bands.rows() as u64 * if layers { 66 + 56 } else { 66 };
             assert!((1 << 27..400 << 20).contains(&bytes), "{bytes}");
         }
-        assert_eq!(bands([1920, 1080], true, None).unwrap().count(), 1);
-        assert_eq!(bands([100, 50], false, Some(20)).unwrap().count(), 3);
+        assert_eq!(bands((1920, 1080), true, None).unwrap().count(), 1);
+        assert_eq!(bands((100, 50), false, Some(20)).unwrap().count(), 3);
+    }
+
+    #[test]
+    fn bytes_for_people() {
+        let words = [0, 999, 1000, 51_540_000_000].map(bytes_in_words);
+        assert_eq!(words, ["0 bytes", "999 bytes", "1.0 kB", "51.5 GB"]);
     }
 
     #[test]
     fn what_does_not_fit_is_one_line() {
-        let line = check_fits_in(1 << 20, 1 << 27).unwrap_err().line().unwrap();
+        let line = check_fits_in(1 << 20, 1 << 27).unwrap_err().to_string();
         assert!(line.contains("needs 134.2 MB, and 1.0 MB are free"), "{line}");
         assert!(check_fits_in(1 << 27, 1 << 27).is_ok());
     }

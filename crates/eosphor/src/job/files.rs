@@ -1,18 +1,18 @@
 //! Files by what they are, not by what they are called, and the folders that they go into.
 
-use crate::failure::Failure;
-use eosphor::{OutputError, check_writable, explain};
+use super::JobError;
+use eosphor_render::output::{OutputError, check_writable};
 #[cfg(not(unix))]
 use std::fs::canonicalize as identity_of;
 use std::path::{Path, PathBuf};
 
 /// Whether both names lead to one file that is there: through links of either kind or by different ways.
-pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
+pub fn same_file(a: &Path, b: &Path) -> bool {
     identity_of(a).is_ok_and(|a| identity_of(b).is_ok_and(|b| a == b))
 }
 
 /// Whether both are names of one file, which need not be there yet, nor its folder.
-pub(crate) fn same_place(a: &Path, b: &Path) -> bool {
+pub fn same_place(a: &Path, b: &Path) -> bool {
     same_file(a, b) || resolved(a).is_some_and(|a| resolved(b).is_some_and(|b| a == b))
 }
 
@@ -35,7 +35,11 @@ fn there(folder: &Path) -> &Path {
 }
 
 /// Fails where no picture can be written there, even with [`make_folder`]. Leaves nothing behind.
-pub(crate) fn check_output(file: &Path) -> Result<(), OutputError> {
+///
+/// # Errors
+///
+/// [`OutputError::UnknownFormat`], [`OutputError::Write`].
+pub fn check_output(file: &Path) -> Result<(), OutputError> {
     let (known, Some(name)) = (there(folder_of(file)), file.file_name()) else { return check_writable(file) };
     if known == folder_of(file) {
         return check_writable(file);
@@ -47,15 +51,34 @@ pub(crate) fn check_output(file: &Path) -> Result<(), OutputError> {
 }
 
 /// Makes the folder of an output, where it is missing: once nothing is left that flags or scene could be wrong about.
-pub(crate) fn make_folder(file: &Path) -> Result<(), Failure> {
+///
+/// # Errors
+///
+/// [`JobError::Folder`].
+pub fn make_folder(file: &Path) -> Result<(), JobError> {
     let folder = folder_of(file);
-    std::fs::create_dir_all(folder).map_err(|error| {
-        Failure::Failed(format!(
-            "cannot make the folder of the output: {}: {}",
-            folder.display(),
-            explain(&error)
-        ))
-    })
+    std::fs::create_dir_all(folder).map_err(|source| JobError::Folder { folder: folder.to_owned(), source })
+}
+
+/// Fails where one of the outputs is one of the files that the scene was read from
+/// ([`eosphor_scene::LoadedScene::files_read`]), under whatever name.
+///
+/// # Errors
+///
+/// [`JobError::IsSource`].
+pub fn check_sources(files_read: &[PathBuf], outputs: &[&Path]) -> Result<(), JobError> {
+    for source_file in files_read {
+        if let Some(output) = outputs.iter().find(|output| same_file(source_file, output)) {
+            let (output, source_file) = (output.to_path_buf(), source_file.clone());
+            return Err(JobError::IsSource { output, source_file });
+        }
+    }
+    Ok(())
+}
+
+/// Removes partial pictures of a still that is whole now. Those that are not there, or stay, do no harm.
+pub(super) fn remove_all(files: &[PathBuf]) {
+    files.iter().for_each(|file| drop(std::fs::remove_file(file)));
 }
 
 #[cfg(unix)]

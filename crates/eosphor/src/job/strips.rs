@@ -1,24 +1,19 @@
 //! From a prepared scene to the file of a still: strips of rows are rendered and written one after another, so that a picture
 //! of any size takes the memory of one strip, and what is done is kept while it goes on.
 
-use crate::failure::Failure;
-use crate::interrupt;
-use crate::progress::ProgressView;
-use crate::report::{Seconds, timed};
-use crate::streams::Verbosity;
-use crate::target::Target;
-use crate::text::ratio;
-use cpu_time::ProcessTime;
-use eosphor::shares::{ShareHeader, ShareWriter};
-use eosphor::still::{Checkpoint, Strip, StripPlan};
-use eosphor::{BackendError, FeatureRows, Film, OutputError, PictureWriter, PreparedScene, Progress};
-use eosphor::{RayStatistics, RenderControl, Sampled, SaveOptions, partial_path};
+use super::output::OpenOutput;
+use super::seconds::{process_cpu_seconds, timed};
+use super::{Event, JobControl, JobError, Output, StillSeconds, files};
+use eosphor_render::output::{OutputError, SaveOptions, ShareHeader, ShareWriter, partial_path};
+use eosphor_render::still::{Checkpoint, Strip, StripPlan};
+use eosphor_render::{
+    BackendError, FeatureRows, Film, PreparedScene, Progress, RayStatistics, RenderControl, Sampled,
+};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// How long a piece of work should take: a signal waits for its end, and threads wait for each other there.
+/// How long a piece of work should take: who cancels waits for its end, and threads wait for each other there.
 const PIECE: Duration = Duration::from_secs(3);
 
 /// What is done of a piece is lost where the program is killed, so that several must fit between two checkpoints: also where
@@ -26,56 +21,53 @@ const PIECE: Duration = Duration::from_secs(3);
 const PIECES_A_CHECKPOINT: u32 = 12;
 
 /// What a picture is rendered for.
-#[derive(Clone, Copy)]
-pub(crate) enum Product<'a> {
+pub(super) enum Product {
     /// Where it goes, and how each is saved.
-    Pictures(&'a [(Target, SaveOptions)]),
+    Pictures(Vec<(Output, SaveOptions)>),
     /// Some of its samples: what is kept is all that is wanted.
     Samples,
     /// A share of its rows, and its file.
-    Rows(&'a Path, &'a ShareHeader),
+    Rows(PathBuf, Box<ShareHeader>),
 }
 
 /// What makes the layers of some rows.
-pub(crate) type Features<'a> = Box<dyn Fn(Range<u32>) -> Result<FeatureRows, BackendError> + 'a>;
+pub(super) type Features<'a> = Box<dyn Fn(Range<u32>) -> Result<FeatureRows, BackendError> + 'a>;
 
 /// A picture, or a share of one, to be rendered and written, or some of its samples to be kept.
-pub(crate) struct PictureJob<'a> {
-    pub(crate) prepared: &'a dyn PreparedScene,
+pub(super) struct Strips<'a> {
+    pub(super) prepared: &'a dyn PreparedScene,
     /// Where the file has layers.
-    pub(crate) features: Option<Features<'a>>,
-    pub(crate) product: Product<'a>,
+    pub(super) features: Option<Features<'a>>,
     /// Count nodes and tests.
-    pub(crate) count_work: bool,
+    pub(super) count_work: bool,
     /// Rows that are in memory at a time.
-    pub(crate) most_rows: u32,
-    pub(crate) checkpoint_interval: Duration,
+    pub(super) most_rows: u32,
+    pub(super) checkpoint_interval: Duration,
     /// The samples of each pixel: all of them, or a share.
-    pub(crate) samples: Range<u32>,
-    pub(crate) verbosity: Verbosity,
+    pub(super) samples: Range<u32>,
+    pub(super) control: &'a JobControl<'a>,
 }
 
 /// What was done.
-pub(crate) struct Done {
+pub(super) struct Done {
     /// Every pixel has all its samples.
-    pub(crate) complete: bool,
+    pub(super) complete: bool,
     /// Share of the samples that are done, 0 to 1. Where it is 0, nothing was written.
-    pub(crate) share: f64,
+    pub(super) done: f64,
     /// The share that an earlier run had done.
-    pub(crate) resumed: f64,
+    pub(super) resumed: f64,
     /// Where it is not complete: the file that keeps what is done.
-    pub(crate) kept: Option<PathBuf>,
-    /// The files that were written: the outputs, or partial pictures beside them; standard output is not among them.
-    pub(crate) written: Vec<PathBuf>,
+    pub(super) kept: Option<PathBuf>,
+    /// The files that were written: the outputs, or partial pictures beside them.
+    pub(super) written: Vec<PathBuf>,
     /// Of this run.
-    pub(crate) statistics: RayStatistics,
+    pub(super) statistics: RayStatistics,
 }
 
 /// How far it is.
 struct State {
     plan: StripPlan,
     checkpoint: Checkpoint,
-    view: ProgressView,
     /// Samples of all pixels together.
     samples_done: u64,
     samples_total: u64,
@@ -85,15 +77,15 @@ struct State {
 }
 
 /// A file in the making.
-enum Writer<'a> {
-    Picture(&'a Target, PictureWriter),
+enum Writer {
+    Picture(OpenOutput),
     Rows(ShareWriter),
 }
 
-impl Writer<'_> {
+impl Writer {
     fn write_rows(&mut self, film: &Film, features: Option<&FeatureRows>) -> Result<(), OutputError> {
         match self {
-            Writer::Picture(_, writer) => writer.write_rows(film, features),
+            Writer::Picture(writer) => writer.write_rows(film, features),
             Writer::Rows(writer) => writer.write_rows(film, features),
         }
     }
@@ -101,46 +93,46 @@ impl Writer<'_> {
     /// Ends the file; one that is not complete gets another name, where there are partial ones of its kind.
     fn end(self, complete: bool) -> Result<(), OutputError> {
         match self {
-            Writer::Picture(_, writer) if complete => writer.finish(),
-            Writer::Picture(Target::File(file, _), writer) => writer.finish_partial(&partial_path(file)),
-            // Whoever reads a stream wants whole pictures.
-            Writer::Picture(Target::Stdout(_), _) => Ok(()),
+            Writer::Picture(writer) => writer.end(complete),
             Writer::Rows(writer) if complete => writer.finish(),
             Writer::Rows(_) => Ok(()),
         }
     }
 
     fn is_stream(&self) -> bool {
-        matches!(self, Writer::Picture(Target::Stdout(_), _))
+        match self {
+            Writer::Picture(writer) => writer.is_stream(),
+            Writer::Rows(_) => false,
+        }
     }
 }
 
-impl<'a> PictureJob<'a> {
-    /// Renders and writes all of it, or, after a signal, writes what is done beside it.
-    pub(crate) fn run(
+impl Strips<'_> {
+    /// Renders and writes all of it, or, where it is cancelled, writes what is done beside it.
+    pub(super) fn run(
         &self,
+        mut product: Product,
         checkpoint: Checkpoint,
-        view: ProgressView,
-        seconds: &mut Seconds,
-    ) -> Result<Done, Failure> {
+        seconds: &mut StillSeconds,
+    ) -> Result<Done, JobError> {
         let (width, height) = self.prepared.size();
         let busy = self.prepared.pixels_at_a_time();
-        let samples_total = u64::from(width) * u64::from(height) * self.samples.len() as u64;
         let before = checkpoint.samples_done();
         let mut state = State {
             plan: StripPlan::new((width, height), self.most_rows, busy, self.piece().as_secs_f64()),
             samples_done: before,
-            samples_total,
+            samples_total: u64::from(width) * u64::from(height) * self.samples.len() as u64,
             checkpoint,
-            view,
             layer_seconds: 0.0,
             statistics: RayStatistics::default(),
         };
-        let is_samples = matches!(self.product, Product::Samples);
+        let names = Names::of(&product);
+        let is_samples = matches!(product, Product::Samples);
         let (mut writers, mut row) = (Vec::new(), 0);
-        if let Product::Rows(..) = self.product {
-            writers = self.open(width, height)?;
+        if let Product::Rows(..) = product {
+            writers = self.open(&mut product)?;
         }
+        self.control.tell(Event::RenderBegins);
         let complete = loop {
             if row == height {
                 break true;
@@ -151,11 +143,11 @@ impl<'a> PictureJob<'a> {
             if !matches!(complete, Ok(true)) {
                 self.keep(Some(&strip), &mut state);
             }
-            let complete = complete.map_err(|failure| still_there(failure, &state.checkpoint))?;
+            let complete = complete.map_err(|error| still_there(error.into(), &state.checkpoint))?;
             if strip.samples > 0 && !is_samples {
                 timed(&mut seconds.write, || {
                     if writers.is_empty() {
-                        writers = self.open(width, height)?;
+                        writers = self.open(&mut product)?;
                     }
                     let film = strip.film();
                     writers.iter_mut().try_for_each(|writer| writer.write_rows(&film, features.as_ref()))
@@ -168,46 +160,36 @@ impl<'a> PictureJob<'a> {
             state.checkpoint.take(strip);
             if is_samples && let Some(error) = state.checkpoint.failure() {
                 // Nobody would have the picture of it.
-                return Err(still_there(Failure::because(error), &state.checkpoint));
+                return Err(still_there(error.into(), &state.checkpoint));
             }
             self.keep_if_due(None, &mut state);
         };
-        let share = |samples: u64| samples as f64 / samples_total.max(1) as f64;
-        state.view.finish();
-        let files: Vec<&Path> = match self.product {
-            Product::Pictures(outputs) => outputs.iter().filter_map(|(target, _)| target.file()).collect(),
-            Product::Samples | Product::Rows(..) => Vec::new(),
-        };
-        let partials: Vec<PathBuf> = files.iter().map(|file| partial_path(file)).collect();
-        let written = match self.product {
-            Product::Samples => vec![state.checkpoint.path().to_owned()],
-            Product::Rows(file, _) if complete => vec![file.to_owned()],
-            _ if complete => files.into_iter().map(PathBuf::from).collect(),
-            _ => partials.clone(),
-        };
+        self.control.tell(Event::RenderEnds);
         // Files first: whoever reads a stream may have closed it.
         writers.sort_by_key(Writer::is_stream);
         for writer in writers {
             timed(&mut seconds.write, || writer.end(complete))?;
         }
+        let total = state.samples_total;
+        let (done, resumed) = (share(state.samples_done, total), share(before, total));
+        let (statistics, written) = (state.statistics, names.written(complete, &state.checkpoint));
         let mut kept = None;
         if !complete {
             kept = state.checkpoint.is_kept().then(|| state.checkpoint.path().to_owned());
         } else if is_samples {
-            timed(&mut seconds.write, || state.checkpoint.complete()).map_err(Failure::because)?;
+            timed(&mut seconds.write, || state.checkpoint.complete())?;
         } else if state.checkpoint.remove() {
             // They showed the beginning of this picture.
-            partials.iter().for_each(|partial| drop(std::fs::remove_file(partial)));
+            files::remove_all(&names.partials());
         }
-        let (share, resumed, statistics) = (share(state.samples_done), share(before), state.statistics);
-        Ok(Done { complete, share, resumed, kept, written, statistics })
+        Ok(Done { complete, done, resumed, kept, written, statistics })
     }
 
     /// The next strip, with what is done of it.
-    fn begin(&self, row: u32, state: &mut State) -> Result<Strip, Failure> {
+    fn begin(&self, row: u32, state: &mut State) -> Result<Strip, JobError> {
         let (width, height) = self.prepared.size();
         match state.checkpoint.rows_from(row) {
-            Ok(rows) => state.checkpoint.strip(rows).map_err(Failure::because),
+            Ok(rows) => Ok(state.checkpoint.strip(rows)?),
             Err(next) => {
                 let mut rows = state.plan.rows(row, next.unwrap_or(height), self.samples.len() as u32);
                 if self.features.is_some() {
@@ -224,14 +206,14 @@ impl<'a> PictureJob<'a> {
         }
     }
 
-    /// Before the colours: after a signal in the middle of these, what is done of them has its layers. What is done of other
+    /// Before the colours: where it is cancelled in the middle of these, what is done of them has its layers. What is done of other
     /// strips does not wait for them.
     fn features_of(
         &self,
         strip: &Strip,
         state: &mut State,
-        seconds: &mut Seconds,
-    ) -> Result<Option<FeatureRows>, Failure> {
+        seconds: &mut StillSeconds,
+    ) -> Result<Option<FeatureRows>, JobError> {
         let Some(features) = &self.features else { return Ok(None) };
         let units = (strip.pixels() * self.samples.len() as u64).max(1) as f64;
         if state.checkpoint.is_due(self.piece() + Duration::from_secs_f64(state.layer_seconds * units)) {
@@ -245,16 +227,16 @@ impl<'a> PictureJob<'a> {
         Ok(Some(rows))
     }
 
-    /// Takes the samples that a strip lacks. Not all of them after a signal.
+    /// Takes the samples that a strip lacks. Not all of them where it is cancelled.
     fn take_samples(
         &self,
         strip: &mut Strip,
         state: &mut State,
-        seconds: &mut Seconds,
-    ) -> Result<bool, Failure> {
+        seconds: &mut StillSeconds,
+    ) -> Result<bool, BackendError> {
         let samples = self.samples.len() as u32;
         while strip.samples < samples {
-            if interrupt::flag().load(Ordering::Relaxed) {
+            if self.control.cancel.is_asked() {
                 return Ok(false);
             }
             let count = state.plan.samples(strip.pixels(), samples - strip.samples);
@@ -282,42 +264,44 @@ impl<'a> PictureJob<'a> {
         rows: Range<u32>,
         samples: Range<u32>,
         state: &State,
-        seconds: &mut Seconds,
-    ) -> Result<Sampled, Failure> {
+        seconds: &mut StillSeconds,
+    ) -> Result<Sampled, BackendError> {
         let all = self.samples.len() as u64;
         let samples = self.samples.start + samples.start..self.samples.start + samples.end;
         let taken = samples.len() as u64;
         let rays = state.statistics.total_rays();
         let control = RenderControl {
             on_progress: &|progress| {
-                state.view.update(Progress {
+                (self.control.on_progress)(Progress {
                     pixels_done: (state.samples_done + progress.pixels_done * taken) / all,
                     pixels_total: state.samples_total / all,
                     rays: rays + progress.rays,
                 })
             },
-            cancel: interrupt::overdue(),
+            cancel: self.control.cancel.overdue(),
             count_work: self.count_work,
             moment: None,
         };
-        let cpu_before = ProcessTime::try_now().ok();
+        let cpu_before = process_cpu_seconds();
         let sampled = timed(&mut seconds.render, || self.prepared.sample_rows(rows, samples, &control))?;
-        if let Some(time) = cpu_before.and_then(|before| before.try_elapsed().ok()) {
-            *seconds.render_cpu.get_or_insert_default() += Duration::as_secs_f64(&time);
+        if let (Some(before), Some(after)) = (cpu_before, process_cpu_seconds()) {
+            *seconds.render_cpu.get_or_insert_default() += after - before;
         }
         Ok(sampled)
     }
 
-    fn open(&self, width: u32, height: u32) -> Result<Vec<Writer<'a>>, OutputError> {
-        match self.product {
+    /// Begins the files. There is nothing left of the product then.
+    fn open(&self, product: &mut Product) -> Result<Vec<Writer>, OutputError> {
+        let size = self.prepared.size();
+        match std::mem::replace(product, Product::Samples) {
             Product::Pictures(outputs) => outputs
-                .iter()
-                .map(|(target, options)| Ok(Writer::Picture(target, target.open((width, height), options)?)))
+                .into_iter()
+                .map(|(output, options)| Ok(Writer::Picture(output.open(size, &options, self.control)?)))
                 .collect(),
             Product::Samples => Ok(Vec::new()),
             Product::Rows(file, header) => {
-                let writer = ShareWriter::open(file, header)?;
-                interrupt::note_unfinished(writer.temporary_path());
+                let writer = ShareWriter::open(&file, &header)?;
+                self.control.tell(Event::FileBegun(writer.temporary_path()));
                 Ok(vec![Writer::Rows(writer)])
             }
         }
@@ -332,10 +316,12 @@ impl<'a> PictureJob<'a> {
     /// Writes what is done. Where that fails, the render goes on all the same.
     fn keep(&self, in_work: Option<&Strip>, state: &mut State) {
         state.checkpoint.write(in_work);
-        let percent = 100.0 * ratio(state.checkpoint.samples_done() as f64, state.samples_total as f64);
         match state.checkpoint.failure() {
-            Some(error) => self.verbosity.say(Verbosity::Normal, &format!("eosphor: note: {error}")),
-            None => self.verbosity.say(Verbosity::Verbose, &format!("kept: {percent:.2} % of the samples")),
+            Some(error) => self.control.tell(Event::CheckpointFailed(&error)),
+            None => {
+                let done = share(state.checkpoint.samples_done(), state.samples_total);
+                self.control.tell(Event::CheckpointWritten { done });
+            }
         }
     }
 
@@ -345,13 +331,51 @@ impl<'a> PictureJob<'a> {
     }
 }
 
-/// With what is left of a render that failed.
-fn still_there(failure: Failure, checkpoint: &Checkpoint) -> Failure {
-    match failure {
-        Failure::Failed(line) if checkpoint.is_kept() => {
-            let kept = checkpoint.path().display();
-            Failure::Failed(format!("{line}; {kept} has what was done: the same with --resume goes on"))
+/// The files of a product, by name.
+struct Names {
+    /// Of pictures; those in the making get other names.
+    pictures: Vec<PathBuf>,
+    /// Of a share of rows.
+    rows: Option<PathBuf>,
+    is_samples: bool,
+}
+
+impl Names {
+    fn of(product: &Product) -> Names {
+        let (mut pictures, mut rows, mut is_samples) = (Vec::new(), None, false);
+        match product {
+            Product::Pictures(outputs) => {
+                pictures.extend(outputs.iter().filter_map(|(output, _)| output.path().map(Path::to_owned)));
+            }
+            Product::Samples => is_samples = true,
+            Product::Rows(file, _) => rows = Some(file.clone()),
         }
-        failure => failure,
+        Names { pictures, rows, is_samples }
+    }
+
+    fn partials(&self) -> Vec<PathBuf> {
+        self.pictures.iter().map(|file| partial_path(file)).collect()
+    }
+
+    /// Those that are there at the end.
+    fn written(&self, complete: bool, checkpoint: &Checkpoint) -> Vec<PathBuf> {
+        match (self.is_samples, complete) {
+            (true, _) => vec![checkpoint.path().to_owned()],
+            (false, true) => self.pictures.iter().chain(&self.rows).cloned().collect(),
+            (false, false) => self.partials(),
+        }
+    }
+}
+
+/// So many samples as a share of all.
+pub(super) fn share(samples: u64, total: u64) -> f64 {
+    samples as f64 / total.max(1) as f64
+}
+
+/// With what is left of a still that failed.
+fn still_there(error: JobError, checkpoint: &Checkpoint) -> JobError {
+    match checkpoint.is_kept() {
+        true => JobError::StillKept { error: Box::new(error), checkpoint: checkpoint.path().to_owned() },
+        false => error,
     }
 }
