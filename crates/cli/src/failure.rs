@@ -98,7 +98,13 @@ impl From<JobError> for Failure {
                 Failure::Interrupted("interrupted before the first pixel; no picture was written".into())
             }
             JobError::SameOutput { .. } => Failure::Usage(format!("-o: {error}")),
-            JobError::NotInPicture { .. } => Failure::Usage(format!("--{error}")),
+            JobError::NotInPicture { .. } | JobError::NoSuchFrames { .. } => {
+                Failure::Usage(format!("--{error}"))
+            }
+            JobError::NoAnimation { .. }
+            | JobError::Pattern(_)
+            | JobError::FrameRate { .. }
+            | JobError::MixedShares => Failure::usage(error),
             JobError::NoSuchSamples { samples, all } => {
                 let (first, end) = (samples.start, samples.end);
                 Failure::Usage(format!("--sample-range {first}..{end}: a pixel has {all} samples"))

@@ -4,7 +4,6 @@
 //! 128 + N ended by signal N, so 130 by Ctrl-C.
 
 mod allocator;
-mod animation;
 mod arguments;
 mod backend;
 mod cluster;

@@ -1,8 +1,8 @@
 //! What the rays of an animation needed: of each frame and in total.
 
-use crate::animation::FrameDone;
 use crate::report::{WORK_TITLES, Work, hierarchy_rows, ray_table, row};
 use crate::text::grouped;
+use eosphor::job::FrameDone;
 use eosphor::{HierarchyStatistics, RayStatistics};
 use serde::Serialize;
 use std::fmt::Write;

@@ -16,8 +16,6 @@ mod scene;
 mod schema;
 mod still;
 mod structures;
-#[cfg(feature = "video")]
-mod video;
 
 pub(crate) use bench::{bench_rays, bench_render};
 pub(crate) use compare::compare;

@@ -1,6 +1,6 @@
 //! How a job is watched and stopped.
 
-use super::Cancel;
+use super::{Cancel, FrameDone};
 use eosphor_render::Progress;
 use eosphor_render::still::SumsError;
 use eosphor_scene::Note;
@@ -69,8 +69,24 @@ pub enum Event<'a> {
     CheckpointFailed(&'a SumsError),
     /// A temporary file was begun. Who ends the process in the middle of a job should remove it.
     FileBegun(&'a Path),
+    /// Frames of an earlier run are kept.
+    FramesKept {
+        /// How many.
+        kept: usize,
+        /// How many are wanted.
+        all: usize,
+    },
+    /// A video is whole already, and nothing is done.
+    VideoIsWhole(&'a Path),
+    /// A video is larger than its frames: the last row or column is there twice, since its sides are even.
+    VideoPadded {
+        /// Width and height of the video in pixels.
+        size: (u32, u32),
+    },
     /// From here on [`JobControl::on_progress`] is called.
     RenderBegins,
+    /// A frame is done and written. They are told in their order.
+    FrameDone(&'a FrameDone),
     /// Nothing more is rendered; files may still have to be ended.
     RenderEnds,
 }

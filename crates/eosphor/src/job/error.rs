@@ -1,12 +1,13 @@
 //! Why a job failed.
 
 use super::memory::bytes_in_words;
-use eosphor_render::output::{OutputError, explain};
-use eosphor_render::still::SumsError;
+use eosphor_render::frames::{ManifestError, PatternError};
+use eosphor_render::output::{OutputError, ShareError, explain};
+use eosphor_render::still::{MergeError, SumsError};
 use eosphor_render::{BackendError, Region};
-use eosphor_scene::SceneError;
+use eosphor_scene::{SceneError, near_name};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a job failed. Its text is one line: what, where, what to do. A job that was cancelled has not failed: its outcome says
 /// so, but for [`JobError::Cancelled`].
@@ -25,6 +26,18 @@ pub enum JobError {
     /// What is done of a still cannot be gone on with, or not be kept.
     #[error(transparent)]
     Sums(#[from] SumsError),
+    /// Frames cannot be gone on with, or no account be kept of them.
+    #[error(transparent)]
+    Manifest(#[from] ManifestError),
+    /// A path names no frames.
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
+    /// Shares of rows make no picture.
+    #[error(transparent)]
+    Share(#[from] ShareError),
+    /// Shares of samples make no picture.
+    #[error(transparent)]
+    Merge(#[from] MergeError),
     /// The job was cancelled before the first pixel, and nothing is kept.
     #[error("cancelled before the first pixel; no picture was written")]
     Cancelled,
@@ -101,4 +114,92 @@ pub enum JobError {
         /// The file that keeps what was done.
         checkpoint: PathBuf,
     },
+    /// Frames are asked for, and the scene has no animation.
+    #[error(
+        "nothing moves in this scene: {} needs an animation: give the scene one, or --orbit with a number of frames",
+        output.display()
+    )]
+    NoAnimation {
+        /// Where the frames were to go.
+        output: PathBuf,
+    },
+    /// The animation has fewer frames.
+    #[error("frames {}..{}: the animation has {all} frames, 0..{all}", frames.start, frames.end)]
+    NoSuchFrames {
+        /// The frames that are wanted.
+        frames: Range<u32>,
+        /// How many there are.
+        all: u32,
+    },
+    /// A video cannot have so many frames a second.
+    #[error("{fps} frames a second: {reason}: give --fps a simpler number, as 24 or 29.97")]
+    FrameRate {
+        /// Frames a second.
+        fps: f32,
+        /// What is wrong with that.
+        reason: String,
+    },
+    /// A sequence ended early by an error, and there are numbered files of the frames that were done.
+    #[error("{error}; {done} of {all} frames are done: {}", goes_on(*is_shared))]
+    FramesKept {
+        /// Why it ended.
+        error: Box<JobError>,
+        /// How many frames are done.
+        done: usize,
+        /// How many are wanted.
+        all: usize,
+        /// Several processes share the frames.
+        is_shared: bool,
+    },
+    /// A video ended early by an error, and the frames that were done are kept.
+    #[error("{error}; {} has {done} of {all} frames: the same with --resume goes on", folder.display())]
+    VideoKept {
+        /// Why it ended.
+        error: Box<JobError>,
+        /// The folder that keeps the frames.
+        folder: PathBuf,
+        /// How many frames it has.
+        done: usize,
+        /// How many are wanted.
+        all: usize,
+    },
+    /// A share to be merged is not there.
+    #[error("{}: no such file: {}", path.display(), instead_of(path))]
+    NoSuchShare {
+        /// Its file.
+        path: PathBuf,
+    },
+    /// Nobody named shares, and none lie beside the output.
+    #[error(
+        "there are no shares of {}: render them with --tiles 1/N to --tiles N/N, or with --sample-range, or name their files",
+        output.display()
+    )]
+    NoShares {
+        /// The picture that they were to make.
+        output: PathBuf,
+    },
+    /// The folder of the output cannot be searched for shares.
+    #[error("cannot look for shares in {}: {source}", folder.display())]
+    Search {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Some shares are of rows and some of samples.
+    #[error("these are shares of rows (.share) and of samples (.sums): name those of one kind")]
+    MixedShares,
+}
+
+/// How frames are gone on with.
+fn goes_on(is_shared: bool) -> &'static str {
+    if is_shared { "the same command goes on" } else { "the same with --resume goes on" }
+}
+
+/// What to do about a share that is not there.
+fn instead_of(path: &Path) -> String {
+    match near_name(path) {
+        Some(near) => format!("did you mean {near}?"),
+        None => "check the path of the share".into(),
+    }
 }

@@ -76,6 +76,30 @@ pub fn check_sources(files_read: &[PathBuf], outputs: &[&Path]) -> Result<(), Jo
     Ok(())
 }
 
+/// The shares of a picture that lie beside it, by their names.
+pub(super) fn shares_beside(output: &Path) -> Result<Vec<PathBuf>, JobError> {
+    let folder = folder_of(output);
+    // Bytes, for names need not be Unicode.
+    let begin = [output.file_name().unwrap_or_default().as_encoded_bytes(), b"."].concat();
+    let is_share = |path: &PathBuf| {
+        let other = path.file_name().unwrap_or_default().as_encoded_bytes();
+        let rest = other.strip_prefix(&begin[..]).and_then(|rest| std::str::from_utf8(rest).ok());
+        let Some(rest) = rest else { return false };
+        let of_rows = rest.strip_suffix(".share").and_then(|numbers| numbers.split_once("-of-"));
+        let of_samples = || rest.strip_suffix(".sums").and_then(|numbers| numbers.split_once('-'));
+        of_rows.or_else(of_samples).is_some_and(|(k, n)| k.parse::<u32>().is_ok() && n.parse::<u32>().is_ok())
+    };
+    let entries =
+        std::fs::read_dir(folder).map_err(|source| JobError::Search { folder: folder.to_owned(), source })?;
+    let mut shares: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_share).collect();
+    shares.sort();
+    match shares.is_empty() {
+        true => Err(JobError::NoShares { output: output.to_owned() }),
+        false => Ok(shares),
+    }
+}
+
 /// Removes partial pictures of a still that is whole now. Those that are not there, or stay, do no harm.
 pub(super) fn remove_all(files: &[PathBuf]) {
     files.iter().for_each(|file| drop(std::fs::remove_file(file)));

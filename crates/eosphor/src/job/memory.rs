@@ -39,7 +39,7 @@ pub(super) fn bands((width, height): (u32, u32), layers: bool, rows: Option<u32>
 
 /// How many frames are in work at a time: as many as wanted, as far as half of the memory that is free holds them. Fails where
 /// it is too small for one.
-pub fn frames((width, height): (u32, u32), wanted: usize) -> Result<usize, JobError> {
+pub(super) fn frames((width, height): (u32, u32), wanted: usize) -> Result<usize, JobError> {
     match available() {
         Some(free) => frames_in(free, (width, height), wanted),
         None => Ok(wanted),
