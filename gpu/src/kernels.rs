@@ -9,11 +9,7 @@ use eosphor_core::device::{
     BvhPair, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
 };
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
-use eosphor_core::hierarchy::{
-    BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot,
-    KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
-    PrimitivesView,
-};
+use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot, KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView, PrimitivesView};
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::light::Light;
 use eosphor_core::material::Material;

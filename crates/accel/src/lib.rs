@@ -72,6 +72,8 @@ mod scene_geometry;
 mod simd;
 mod simd_level;
 mod statistics;
+mod structure;
+mod structure_options;
 mod wide;
 
 pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
@@ -87,6 +89,8 @@ pub use scene::{LARGEST_COORDINATE, MeshId, Scene, SceneError, indexed};
 pub use scene_geometry::{GeometryError, SceneGeometry};
 pub use simd_level::SimdLevel;
 pub use statistics::HierarchyStatistics;
+pub use structure::{Accel, Hierarchy, UseBatchTracer, UseTracer};
+pub use structure_options::{HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SahCosts};
 pub use wide::BvhWide;
 
 pub use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};

@@ -1,17 +1,29 @@
-//! The hierarchy that a backend traces rays through.
+//! Which structure: the closed set of them, and one that was chosen at run time.
 
-use crate::HierarchyOptions;
-use crate::backend::cpu::{Queries, SimdLevel, Watch, Watched, with_level};
-use eosphor_accel::{
-    Bvh, Bvh8, Exhaustive, GeometryError, Grid, GridOptions, HierarchyStatistics, KdTree, Octree,
-    OctreeOptions, OneByOne, SceneGeometry,
+use crate::{
+    BatchTracer, Bvh, Bvh8, Exhaustive, GeometryError, Grid, GridOptions, HierarchyOptions,
+    HierarchyStatistics, KdTree, Octree, OctreeOptions, OneByOne, SceneGeometry, SimdLevel,
 };
 use eosphor_core::geometry::Instance;
-use eosphor_core::hierarchy::IgnoreWork;
-use eosphor_scene::SceneData;
-use serde::Serialize;
+use eosphor_core::hierarchy::{IgnoreWork, Tracer, Work};
 use std::fmt;
 use std::str::FromStr;
+
+/// What is done with a tracer whose type depends on the structure.
+pub trait UseTracer {
+    /// What comes of it.
+    type Output;
+    /// Does it.
+    fn run<T: Tracer>(self, tracer: &T) -> Self::Output;
+}
+
+/// What is done with a tracer of many rays whose type depends on the structure.
+pub trait UseBatchTracer {
+    /// What comes of it.
+    type Output;
+    /// Does it.
+    fn run<T: BatchTracer>(self, tracer: &T) -> Self::Output;
+}
 
 /// The table of structures: everything that is said of each is said here. A line gives its documentation, its name in
 /// [`Accel`], on the command line and in [`Hierarchy`], its type, how it is built, the scalar tracer that counts, and the
@@ -25,9 +37,10 @@ macro_rules! structures {
         batches: |$b:ident, $b_top:ident, $simd:ident| $batches:expr;
     )*) => {
         /// Acceleration structures.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize))]
         pub enum Accel {
-            $($(#[$doc])* #[serde(rename = $name)] $accel,)*
+            $($(#[$doc])* #[cfg_attr(feature = "serde", serde(rename = $name))] $accel,)*
         }
 
         impl Accel {
@@ -54,30 +67,23 @@ macro_rules! structures {
         impl Hierarchy {
             /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their
             /// number. Options that the structure does not have change nothing.
-            ///
-            /// # Panics
-            /// Where the scene's arrays do not hold together, or coordinates are out of range ([`crate::check_scene`]).
-            pub fn build(accel: Accel, options: &HierarchyOptions, scene: &SceneData) -> Hierarchy {
-                Hierarchy::over(accel, options, geometry_of(scene).expect("scene data that holds together"))
+            pub fn build(accel: Accel, options: &HierarchyOptions, scene: &SceneGeometry) -> Hierarchy {
+                match accel {
+                    $(Accel::$accel => {
+                        let ($scene, $options) = (scene, options);
+                        Hierarchy::$hierarchy($build)
+                    })*
+                }
             }
 
             /// The top level alone: over instances of geometries that a hierarchy of this kind has. It is all that has to be
             /// built for a frame in which instances are elsewhere.
             ///
-            /// # Panics
-            /// Where coordinates of an instance are out of range: those of a `Moment` are not.
-            pub fn build_top(accel: Accel, instances: &[Instance]) -> Hierarchy {
-                let geometry = SceneGeometry::of_instances(instances).expect("instances in range");
-                Hierarchy::over(accel, &HierarchyOptions::default(), geometry)
-            }
-
-            fn over(accel: Accel, options: &HierarchyOptions, geometry: SceneGeometry) -> Hierarchy {
-                match accel {
-                    $(Accel::$accel => {
-                        let ($scene, $options) = (&geometry, options);
-                        Hierarchy::$hierarchy($build)
-                    })*
-                }
+            /// # Errors
+            /// Where coordinates of an instance are out of range.
+            pub fn build_top(accel: Accel, instances: &[Instance]) -> Result<Hierarchy, GeometryError> {
+                let instances = SceneGeometry::of_instances(instances)?;
+                Ok(Hierarchy::build(accel, &HierarchyOptions::default(), &instances))
             }
 
             /// What it is.
@@ -96,36 +102,32 @@ macro_rules! structures {
                 }
             }
 
-            /// Calls `ask` with its fast tracer. `top` has the instances: itself, or one of [`Hierarchy::build_top`].
-            pub(crate) fn with_batches<R>(
-                &self,
-                top: &Hierarchy,
-                simd: SimdLevel,
-                ask: impl FnOnce(&dyn Queries) -> R,
-            ) -> R {
+            /// Hands its fast tracer over. `top` has the instances: itself, or one of [`Hierarchy::build_top`].
+            ///
+            /// # Panics
+            /// Where `top` is of another kind, or has instances of geometries that this one lacks.
+            pub fn with_batch_tracer<U: UseBatchTracer>(&self, top: &Hierarchy, level: SimdLevel, user: U) -> U::Output {
                 match (self, top) {
                     $((Hierarchy::$hierarchy($b), Hierarchy::$hierarchy($b_top)) => {
-                        let $simd = simd;
-                        with_level(&$batches, simd, ask)
+                        let $simd = level;
+                        user.run(&$batches)
                     })*
-                    _ => unreachable!("a top level of the same kind"),
+                    _ => panic!("a top level of {} for a {}", top.accel(), self.accel()),
                 }
             }
 
-            /// Calls `ask` with a tracer that takes rays one by one, and is watched; `top` as above.
-            pub(crate) fn with_counting<R>(
-                &self,
-                top: &Hierarchy,
-                watch: &Watch,
-                simd: SimdLevel,
-                ask: impl FnOnce(&dyn Queries) -> R,
-            ) -> R {
+            /// Hands the tracer over that takes rays one by one and tells `work` what it does; `top` as in
+            /// [`Hierarchy::with_batch_tracer`].
+            ///
+            /// # Panics
+            /// As [`Hierarchy::with_batch_tracer`].
+            pub fn with_counting_tracer<W: Work + Copy, U: UseTracer>(&self, top: &Hierarchy, work: W, user: U) -> U::Output {
                 match (self, top) {
                     $((Hierarchy::$hierarchy($s), Hierarchy::$hierarchy($s_top)) => {
-                        let $work = watch;
-                        with_level(&OneByOne(Watched { tracer: $scalar, watch }), simd, ask)
+                        let $work = work;
+                        user.run(&$scalar)
                     })*
-                    _ => unreachable!("a top level of the same kind"),
+                    _ => panic!("a top level of {} for a {}", top.accel(), self.accel()),
                 }
             }
         }
@@ -174,11 +176,6 @@ structures! {
     build: |scene, options| KdTree::build(scene, &options.kdtree()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
-}
-
-/// A scene as builders read it.
-pub(crate) fn geometry_of(scene: &SceneData) -> Result<SceneGeometry<'_>, GeometryError> {
-    SceneGeometry::new(&scene.triangles, &scene.spheres, &scene.geometries, &scene.instances)
 }
 
 impl fmt::Display for Accel {

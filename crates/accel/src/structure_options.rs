@@ -1,11 +1,10 @@
 //! How a hierarchy is built.
 
-use crate::Accel;
-use eosphor_accel::{BuildOptions, Builder, KdTreeOptions, OctreeOptions};
+use crate::{Accel, BuildOptions, Builder, KdTreeOptions, OctreeOptions};
 use eosphor_core::hierarchy::{MAX_BVH_DEPTH, MAX_KD_DEPTH, MAX_OCTREE_DEPTH};
 
-/// How a hierarchy is built. It changes the time that a picture takes, and no pixel. What is `None` is as usual for the
-/// structure.
+/// How a hierarchy is built. It changes the time that a picture takes, and no pixel. What is `None` is the structure's
+/// default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HierarchyOptions {
     /// What chooses the splits of bounding volume hierarchies. Trees of [`Builder::Spatial`] can lose a ray that lies in a
@@ -74,7 +73,7 @@ const DEPTHS: [(&[Accel], usize, &str); 3] = [
 ];
 
 impl HierarchyOptions {
-    /// With a builder, and all else as usual.
+    /// With a builder, and defaults for everything else.
     pub fn with_builder(builder: Builder) -> HierarchyOptions {
         HierarchyOptions { builder: Some(builder), ..HierarchyOptions::default() }
     }
@@ -141,24 +140,24 @@ impl HierarchyOptions {
         options
     }
 
-    /// For octrees that are usually built so.
-    pub(crate) fn octree(&self, usual: OctreeOptions) -> OctreeOptions {
+    /// For octrees whose defaults these are.
+    pub(crate) fn octree(&self, default: OctreeOptions) -> OctreeOptions {
         OctreeOptions {
-            max_leaf_primitives: self.leaf_size.unwrap_or(usual.max_leaf_primitives),
-            max_depth: self.tree_depth.unwrap_or(usual.max_depth),
+            max_leaf_primitives: self.leaf_size.unwrap_or(default.max_leaf_primitives),
+            max_depth: self.tree_depth.unwrap_or(default.max_depth),
             // Beyond the one test that an inner node is taken for anyway.
-            visit_cost: self.sah_costs.map_or(usual.visit_cost, |costs| costs.ratio() - 1.0),
-            ..usual
+            visit_cost: self.sah_costs.map_or(default.visit_cost, |costs| costs.ratio() - 1.0),
+            ..default
         }
     }
 
     /// For kd-trees.
     pub(crate) fn kdtree(&self) -> KdTreeOptions {
-        let usual = KdTreeOptions::default();
+        let default = KdTreeOptions::default();
         KdTreeOptions {
-            traversal_cost: self.sah_costs.map_or(usual.traversal_cost, SahCosts::ratio),
-            max_depth: self.tree_depth.unwrap_or(usual.max_depth),
-            ..usual
+            traversal_cost: self.sah_costs.map_or(default.traversal_cost, SahCosts::ratio),
+            max_depth: self.tree_depth.unwrap_or(default.max_depth),
+            ..default
         }
     }
 }
