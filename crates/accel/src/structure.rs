@@ -14,7 +14,7 @@ pub trait UseTracer {
     /// What comes of it.
     type Output;
     /// Does it.
-    fn run<T: Tracer>(self, tracer: &T) -> Self::Output;
+    fn run<T: Tracer>(self, tracer: T) -> Self::Output;
 }
 
 /// What is done with a tracer of many rays whose type depends on the structure.
@@ -125,7 +125,7 @@ macro_rules! structures {
                 match (self, top) {
                     $((Hierarchy::$hierarchy($s), Hierarchy::$hierarchy($s_top)) => {
                         let $work = work;
-                        user.run(&$scalar)
+                        user.run($scalar)
                     })*
                     _ => panic!("a top level of {} for a {}", top.accel(), self.accel()),
                 }

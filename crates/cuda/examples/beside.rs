@@ -18,7 +18,7 @@ use eosphor_core::hierarchy::{BvhNode, IgnoreWork};
 use eosphor_core::math::vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_cuda::{CudaRays, Traversal};
-use eosphor_render::{Accel, Hierarchy, HierarchyOptions, RaySets};
+use eosphor_render::{Accel, Hierarchy, HierarchyOptions, RaySets, build_hierarchy};
 use eosphor_scene::{LoadOptions, SceneData, load};
 use std::error::Error;
 
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     scene.camera = Some(camera);
     let (data, _) = SceneData::flatten(&scene)?;
 
-    let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, &HierarchyOptions::with_builder(builder), &data)
+    let Hierarchy::Bvh(bvh) = build_hierarchy(Accel::Bvh, &HierarchyOptions::with_builder(builder), &data)?
     else {
         unreachable!("asked for")
     };

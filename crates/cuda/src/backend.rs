@@ -10,8 +10,8 @@ use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyOptions, HierarchyStatistics, PreparedScene,
-    Progress, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, check_rows, check_samples,
-    check_scene,
+    Progress, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, build_hierarchy, check_rows,
+    check_samples, check_scene,
 };
 use eosphor_scene::SceneData;
 use std::ops::Range;
@@ -69,7 +69,7 @@ impl Backend for CudaBackend {
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
-        let hierarchy = Hierarchy::build(self.accel, &self.options, &scene);
+        let hierarchy = build_hierarchy(self.accel, &self.options, &scene)?;
         let moving = if scene.instances_move { scene.instances.len() } else { 0 };
         let structure = match self.count_work {
             true => Structure::for_counting(&hierarchy),

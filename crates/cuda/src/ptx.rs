@@ -38,7 +38,7 @@ mod tests {
     use crate::rays::{bvh_parameters, far_ray_kernels, ray_kernels};
     use crate::scene::scene_parameters;
     use crate::structure::{Structure, Trees, kernel};
-    use eosphor_render::{Accel, Hierarchy, HierarchyOptions};
+    use eosphor_render::{Accel, Hierarchy, HierarchyOptions, build_hierarchy};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
     /// The structures that have a kernel, the ways through them, and whether it counts.
@@ -91,7 +91,7 @@ mod tests {
         let pixels = [Kind::Array { align: 1 }; 2];
         let launch = [&numbers[..], &pixels, &[Kind::Array { align: align_of::<u64>() }]].concat();
         for (accel, traversal, counts, name) in kernels() {
-            let hierarchy = Hierarchy::build(accel, &HierarchyOptions::default(), &data);
+            let hierarchy = build_hierarchy(accel, &HierarchyOptions::default(), &data).unwrap();
             let structure = match counts {
                 true => Structure::for_counting(&hierarchy),
                 false => Structure::new(&hierarchy, traversal, 0).unwrap(),
@@ -105,7 +105,8 @@ mod tests {
     fn ray_kernels_take_what_is_passed() {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
         let data = SceneData::flatten(&scene).unwrap().0;
-        let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, &HierarchyOptions::default(), &data) else {
+        let Hierarchy::Bvh(bvh) = build_hierarchy(Accel::Bvh, &HierarchyOptions::default(), &data).unwrap()
+        else {
             unreachable!()
         };
         // What a launch adds: the rays, their number, and two arrays of answers, which are raw pointers.

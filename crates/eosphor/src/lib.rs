@@ -73,7 +73,7 @@ pub use eosphor_render::{
     Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions,
     HierarchyStatistics, MisfitKind, OptionMisfit, PickedRows, PixelFeatures, PreparedRegion, PreparedRows,
     PreparedScene, Progress, Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts,
-    SampleSums, Sampled, Scheduler, SimdLevel, check_rows, check_samples, scene_hash,
+    SampleSums, Sampled, Scheduler, SimdLevel, build_hierarchy, check_rows, check_samples, scene_hash,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

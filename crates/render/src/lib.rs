@@ -10,8 +10,6 @@ mod cost;
 mod features;
 mod film;
 pub mod frames;
-mod hierarchy;
-mod hierarchy_options;
 pub mod output;
 mod picked_rows;
 mod process;
@@ -19,25 +17,28 @@ mod ray_sets;
 mod region;
 mod sample_sums;
 mod scene_hash;
+mod scene_hierarchy;
 mod statistics;
 pub mod still;
 
 pub use backend::cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler, SimdLevel};
 pub use backend::{
     Backend, BackendError, Fallback, PreparedScene, Progress, RenderControl, Rendered, Sampled, check_rows,
-    check_samples, check_scene,
+    check_samples,
 };
 pub use bands::Bands;
 pub use cost::CostMap;
-pub use eosphor_accel::{Builder, HierarchyStatistics, Quality};
+pub use eosphor_accel::{
+    Accel, Builder, Hierarchy, HierarchyOption, HierarchyOptions, HierarchyStatistics, MisfitKind,
+    OptionMisfit, Quality, SahCosts,
+};
 pub use eosphor_core::integrator::PixelFeatures;
 pub use features::{CameraWork, FeatureRows};
 pub use film::Film;
-pub use hierarchy::{Accel, Hierarchy};
-pub use hierarchy_options::{HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SahCosts};
 pub use picked_rows::{PickedRows, PreparedRows};
 pub use ray_sets::RaySets;
 pub use region::{PreparedRegion, Region};
 pub use sample_sums::SampleSums;
 pub use scene_hash::scene_hash;
+pub use scene_hierarchy::{build_hierarchy, check_scene, geometry_of};
 pub use statistics::{QueryTimes, RayStatistics};

@@ -7,7 +7,9 @@ use eosphor_core::intersect::{LocalRay, Slab};
 use eosphor_core::math::vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
-use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, Film, Hierarchy, RayStatistics, RenderControl};
+use eosphor_render::{
+    Accel, Backend, CpuBackend, CpuOptions, Film, Hierarchy, RayStatistics, RenderControl, build_hierarchy,
+};
 use eosphor_scene::{Instance, LoadOptions, Preset, Scene, SceneData, Transform, load};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -50,7 +52,7 @@ impl Tracer for Recorder<'_> {
 
 /// All that a picture asks, and its rays.
 fn asked(scene: &SceneData) -> (Vec<(Ray, RayFilter, Query)>, RayStatistics) {
-    let Hierarchy::Exhaustive(all) = Hierarchy::build(Accel::None, &Default::default(), scene) else {
+    let Hierarchy::Exhaustive(all) = build_hierarchy(Accel::None, &Default::default(), scene).unwrap() else {
         unreachable!("what was asked for")
     };
     let recorder = Recorder { tracer: all.tracer(IgnoreWork), asked: RefCell::default() };
@@ -172,7 +174,7 @@ fn counts_are_those_of_the_searches_that_a_picture_asks() {
         let (searches, rays) = asked(&scene);
         for &accel in Accel::ALL {
             let (_, found) = render(&scene, options(accel, 2), true);
-            let hierarchy = Hierarchy::build(accel, &CpuOptions::default().hierarchy, &scene);
+            let hierarchy = build_hierarchy(accel, &CpuOptions::default().hierarchy, &scene).unwrap();
             let mut expected = RayStatistics { searches: searches.len() as u64, ..rays };
             for search in &searches {
                 let (nodes, tests) = count(&hierarchy, search);
@@ -203,7 +205,7 @@ fn without_a_hierarchy_every_ray_tests_every_primitive() {
 fn rays_that_miss_visit_what_they_enter() {
     let scene = flat(&placed());
     let (searches, _) = asked(&scene);
-    let Hierarchy::Bvh(bvh) = Hierarchy::build(Accel::Bvh, &Default::default(), &scene) else {
+    let Hierarchy::Bvh(bvh) = build_hierarchy(Accel::Bvh, &Default::default(), &scene).unwrap() else {
         unreachable!("what was asked for")
     };
     let hierarchy = Hierarchy::Bvh(bvh.clone());

@@ -61,8 +61,9 @@ fn numbers_out_of_range_are_refused() {
     for (seed, bad) in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.01e18, f32::MIN].into_iter().enumerate()
     {
         for share in [1, 8, 64] {
-            let number =
-                |numbers: &mut Numbers| if numbers.bits() % share == 0 { bad } else { numbers.unit() };
+            let number = |numbers: &mut Numbers| {
+                if numbers.bits().is_multiple_of(share) { bad } else { numbers.unit() }
+            };
             let refused = ask_scene_of(seed as u64, 1.0, number);
             assert!(matches!(refused, Err(GeometryError::OutOfRange { .. })), "{bad} {share}");
         }

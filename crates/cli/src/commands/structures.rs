@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
 use eosphor::{
-    Accel, Builder, CameraSpeed, Hierarchy, HierarchyOptions, HierarchyStatistics, Quality, SceneData,
+    Accel, Builder, CameraSpeed, HierarchyOptions, HierarchyStatistics, Quality, SceneData, build_hierarchy,
 };
 use serde::Serialize;
 use std::fmt::Write;
@@ -39,7 +39,7 @@ pub(super) fn structures(flags: &InfoFlags, data: &SceneData, by_builder: bool) 
     let mut rows = Vec::new();
     for (accel, options) in chosen {
         let backend = cpu_backend(&flags.device, Some(accel))?;
-        let hierarchy = Hierarchy::build(accel, &options, data);
+        let hierarchy = build_hierarchy(accel, &options, data)?;
         let camera_rays = backend.camera_speed(data, &hierarchy, TRACING);
         let builder =
             is_built(&&accel).then(|| options.builder.unwrap_or(Quality::default().options().builder).name());

@@ -296,7 +296,7 @@ impl<'a> Still<'a> {
         data: Arc<SceneData>,
         prepared: &dyn PreparedScene,
     ) -> Result<FeaturePass, JobError> {
-        let pass = CpuBackend::new(self.cpu.clone())?.feature_pass(data, prepared.hierarchy())?;
+        let pass = CpuBackend::new(self.cpu)?.feature_pass(data, prepared.hierarchy())?;
         Ok(match self.region {
             Some(region) => pass.of_region(region)?,
             None => pass,

@@ -5,7 +5,6 @@ mod fallback;
 
 pub use fallback::Fallback;
 
-use crate::hierarchy::geometry_of;
 use crate::region::{Region, sample_whole_rows};
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
 use eosphor_scene::{Moment, SceneData};
@@ -113,16 +112,6 @@ pub fn check_samples(samples: &Range<u32>, all: u32) -> Result<(), BackendError>
             samples.start, samples.end
         ))),
     }
-}
-
-/// What every backend asks before it builds: devices follow the scene's numbers without looking.
-///
-/// # Errors
-/// Where the scene's arrays do not hold together, or coordinates are out of range.
-pub fn check_scene(scene: &SceneData) -> Result<(), BackendError> {
-    let failed = |why: String| BackendError::Failed(format!("the scene does not hold together: {why}"));
-    scene.check().map_err(|problem| failed(problem.to_string()))?;
-    geometry_of(scene).map(|_| ()).map_err(|error| failed(error.to_string()))
 }
 
 /// How far a render is. All numbers are of the rows that were asked for.

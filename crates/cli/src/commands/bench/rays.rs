@@ -8,7 +8,9 @@ use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
 use eosphor::rays::{CudaRays, Hit, Ray, RaySets};
-use eosphor::{Accel, CpuBackend, Hierarchy, HierarchyOptions, LoadOptions, SceneData, load};
+use eosphor::{
+    Accel, CpuBackend, Hierarchy, HierarchyOptions, LoadOptions, SceneData, build_hierarchy, load,
+};
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
@@ -54,18 +56,18 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
     let (data, _) = SceneData::flatten(&scene)?;
     let options = hierarchy_options(&flags.device);
     let cpu = cpu_backend(&flags.device, flags.accel)?;
-    let fast = Hierarchy::build(Accel::Bvh8, &HierarchyOptions::default(), &data);
+    let fast = build_hierarchy(Accel::Bvh8, &HierarchyOptions::default(), &data)?;
     let sets = RaySets::new(&data, |rays| cpu.closest_hits(&fast, rays));
     // What is measured is compared with another structure: bvh8, or bvh where bvh8 itself is measured.
     let (device, reference) = match flags.device.backend() {
         BackendChoice::Auto | BackendChoice::Cpu => {
             let accel = flags.accel.unwrap_or(Accel::Bvh8);
-            let measured = Hierarchy::build(accel, &options, &data);
-            let plain = || Hierarchy::build(Accel::Bvh, &HierarchyOptions::default(), &data);
-            (Device::Cpu(&cpu, measured), if accel == Accel::Bvh8 { plain() } else { fast })
+            let measured = build_hierarchy(accel, &options, &data)?;
+            let plain = || build_hierarchy(Accel::Bvh, &HierarchyOptions::default(), &data);
+            (Device::Cpu(&cpu, measured), if accel == Accel::Bvh8 { plain()? } else { fast })
         }
         BackendChoice::Cuda(devices) => {
-            let Hierarchy::Bvh(bvh) = &Hierarchy::build(Accel::Bvh, &options, &data) else {
+            let Hierarchy::Bvh(bvh) = &build_hierarchy(Accel::Bvh, &options, &data)? else {
                 unreachable!("it was asked for")
             };
             if !matches!(flags.accel, None | Some(Accel::Bvh)) {

@@ -5,7 +5,7 @@
 //! AVX-512 code calls a library fma.
 
 use super::batched::{self, Workspace};
-use super::queries::{AnyTracer, Queries};
+use super::queries::{AnyTracer, Queries, with_batches, with_counting};
 use super::tile::Tile;
 use super::watch::{seen, with_clock};
 use super::{Scheduler, SimdLevel};
@@ -47,7 +47,7 @@ pub(super) fn render_tile(
         let job = TileJob { scheduler: Scheduler::Scalar, ..job.clone() };
         let watch = with_clock();
         let traced =
-            hierarchy.with_counting(top, &watch, simd, |queries| at_level(view, queries, &job, work, simd));
+            with_counting(hierarchy, top, &watch, simd, |queries| at_level(view, queries, &job, work, simd));
         return traced.map(|rays| seen(&watch, rays.into()));
     }
     // Without a hierarchy batches gain nothing, and would keep a tile from being given up for long.
@@ -56,7 +56,7 @@ pub(super) fn render_tile(
         _ => job.scheduler,
     };
     let job = TileJob { scheduler, ..job.clone() };
-    let traced = hierarchy.with_batches(top, simd, |queries| at_level(view, queries, &job, work, simd));
+    let traced = with_batches(hierarchy, top, simd, |queries| at_level(view, queries, &job, work, simd));
     traced.map(RayStatistics::from)
 }
 

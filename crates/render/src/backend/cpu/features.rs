@@ -3,7 +3,7 @@
 //! It serves every backend. By the picture contract its camera rays hit what those of a GPU hit, bit for bit.
 
 use super::super::{BackendError, check_rows};
-use super::queries::{AnyTracer, Queries};
+use super::queries::{AnyTracer, Queries, with_counting};
 use super::tile::{Tile, Tiling};
 use super::{SimdLevel, Watch, top_of};
 use crate::region::check_region;
@@ -91,7 +91,7 @@ fn trace(
     simd: SimdLevel,
 ) -> Traced {
     let work = Watch::default();
-    hierarchy.with_counting(top, &work, simd, |queries| match simd {
+    with_counting(hierarchy, top, &work, simd, |queries| match simd {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: CpuBackend::new has made sure that the CPU has the level.
         SimdLevel::Avx512 => unsafe { render_tile_avx512_features(view, queries, &work, tile, cancel) },

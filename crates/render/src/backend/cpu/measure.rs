@@ -1,6 +1,7 @@
 //! How much work the camera rays of a scene are to a hierarchy, and how fast it answers them.
 
 use super::batched::CameraRays;
+use super::queries::{with_batches, with_counting};
 use super::tile::Tiling;
 use super::{CpuBackend, Watch};
 use crate::{Hierarchy, Region};
@@ -49,18 +50,18 @@ impl CpuBackend {
             let filters: Vec<RayFilter> = paths.iter().map(|path| path.ray.filter(settings)).collect();
             let mut hits = vec![Hit::miss(f32::INFINITY); rays.len()];
             let coherent = Coherence::Coherent;
-            hierarchy.with_batches(hierarchy, self.simd, |queries| {
+            with_batches(hierarchy, hierarchy, self.simd, |queries| {
                 let each = Filters::Each(&filters);
                 camera.time(rays.len(), || queries.closest_hits(&rays, each, coherent, &mut hits));
             });
             let (next_rays, next_filters) = diffuse_rays(&view, &rays, &filters, &hits);
-            hierarchy.with_batches(hierarchy, self.simd, |queries| {
+            with_batches(hierarchy, hierarchy, self.simd, |queries| {
                 let each = Filters::Each(&next_filters);
                 let mut hits = vec![Hit::miss(f32::INFINITY); next_rays.len()];
                 let how = Coherence::Incoherent;
                 diffuse.time(next_rays.len(), || queries.closest_hits(&next_rays, each, how, &mut hits));
             });
-            hierarchy.with_counting(hierarchy, &count, self.simd, |queries| {
+            with_counting(hierarchy, hierarchy, &count, self.simd, |queries| {
                 queries.closest_hits(&rays, Filters::Each(&filters), coherent, &mut hits);
             });
             if start.elapsed() > time {

@@ -15,15 +15,15 @@ pub use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
 pub use measure::CameraSpeed;
 pub use options::{CpuOptions, Scheduler};
-pub(crate) use queries::{Queries, with_level};
 pub(crate) use watch::{Watch, Watched};
 
 use super::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, Sampled, check_rows,
-    check_samples, check_scene,
+    check_samples,
 };
 use crate::region::check_region;
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, Region, SampleSums};
+use crate::{build_hierarchy, check_scene};
 use batched::Workspace;
 use dispatch::TileJob;
 use eosphor_core::integrator::pixel_color;
@@ -87,16 +87,18 @@ impl CpuBackend {
         hierarchy: Option<Arc<Hierarchy>>,
     ) -> Result<FeaturePass, BackendError> {
         check_scene(&scene)?;
-        let build = || Arc::new(self.build(&scene));
-        let hierarchy = hierarchy.unwrap_or_else(build);
+        let hierarchy = match hierarchy {
+            Some(hierarchy) => hierarchy,
+            None => Arc::new(self.build(&scene)?),
+        };
         let (simd, tile, pool) = (self.simd, self.options.tile, Arc::clone(&self.pool));
         let region = Region::whole((scene.settings.width, scene.settings.height));
         Ok(FeaturePass { scene, hierarchy, simd, tile, pool, region })
     }
 
-    fn build(&self, scene: &SceneData) -> Hierarchy {
+    fn build(&self, scene: &SceneData) -> Result<Hierarchy, BackendError> {
         let CpuOptions { accel, hierarchy, .. } = &self.options;
-        self.pool.install(|| Hierarchy::build(*accel, hierarchy, scene))
+        self.pool.install(|| build_hierarchy(*accel, hierarchy, scene))
     }
 }
 
@@ -107,7 +109,7 @@ impl Backend for CpuBackend {
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
-        let hierarchy = self.build(&scene);
+        let hierarchy = self.build(&scene)?;
         let prepared = PreparedCpu {
             scene,
             hierarchy: Arc::new(hierarchy),
@@ -125,7 +127,7 @@ fn top_of(hierarchy: &Hierarchy, moment: Option<&Moment>, pool: &rayon::ThreadPo
     let places = moment?.places.as_ref()?;
     // It is built again for each frame, and most have few instances.
     let build = || Hierarchy::build_top(hierarchy.accel(), &places.instances);
-    Some(pool.install(build))
+    Some(pool.install(build).expect("a moment's instances are in range"))
 }
 
 struct PreparedCpu {

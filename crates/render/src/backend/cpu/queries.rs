@@ -2,8 +2,8 @@
 //!
 //! A query costs one call through a pointer: nothing to a batch or a packet.
 
-use super::SimdLevel;
-use eosphor_accel::{BatchTracer, Coherence, Filters};
+use super::{SimdLevel, Watch, Watched};
+use eosphor_accel::{BatchTracer, Coherence, Filters, Hierarchy, OneByOne, UseBatchTracer, UseTracer};
 use eosphor_core::hierarchy::{ShadowBatch, Tracer};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 
@@ -29,6 +29,41 @@ pub(crate) fn with_level<T: BatchTracer, R>(
         SimdLevel::Avx2 => ask(&Avx2(tracer)),
         _ => ask(&Baseline(tracer)),
     }
+}
+
+/// Calls `ask` with a hierarchy's fast tracer. `top` has the instances: itself, or one that was built over instances alone.
+pub(crate) fn with_batches<R>(
+    hierarchy: &Hierarchy,
+    top: &Hierarchy,
+    simd: SimdLevel,
+    ask: impl FnOnce(&dyn Queries) -> R,
+) -> R {
+    struct Ask<F>(SimdLevel, F);
+    impl<R, F: FnOnce(&dyn Queries) -> R> UseBatchTracer for Ask<F> {
+        type Output = R;
+        fn run<T: BatchTracer>(self, tracer: &T) -> R {
+            with_level(tracer, self.0, self.1)
+        }
+    }
+    hierarchy.with_batch_tracer(top, simd, Ask(simd, ask))
+}
+
+/// Calls `ask` with a tracer that takes rays one by one, and is watched; `top` as in [`with_batches`].
+pub(crate) fn with_counting<R>(
+    hierarchy: &Hierarchy,
+    top: &Hierarchy,
+    watch: &Watch,
+    simd: SimdLevel,
+    ask: impl FnOnce(&dyn Queries) -> R,
+) -> R {
+    struct Ask<'a, F>(&'a Watch, SimdLevel, F);
+    impl<R, F: FnOnce(&dyn Queries) -> R> UseTracer for Ask<'_, F> {
+        type Output = R;
+        fn run<T: Tracer>(self, tracer: T) -> R {
+            with_level(&OneByOne(Watched { tracer, watch: self.0 }), self.1, self.2)
+        }
+    }
+    hierarchy.with_counting_tracer(top, watch, Ask(watch, simd, ask))
 }
 
 /// A tracer whose queries run in functions of this name and with these features. `cargo xtask fma` looks for the names.

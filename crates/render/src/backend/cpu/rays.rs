@@ -1,6 +1,7 @@
 //! Queries without a picture.
 
 use super::CpuBackend;
+use super::queries::with_batches;
 use crate::Hierarchy;
 use eosphor_accel::{Coherence, Filters};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
@@ -16,8 +17,9 @@ impl CpuBackend {
         self.pool.install(|| {
             rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(rays, hits)| {
                 let all = Filters::Shared(&RayFilter::ALL);
-                hierarchy
-                    .with_batches(hierarchy, self.simd, |q| q.closest_hits(rays, all, Coherence::Auto, hits));
+                with_batches(hierarchy, hierarchy, self.simd, |q| {
+                    q.closest_hits(rays, all, Coherence::Auto, hits)
+                });
             });
         });
         hits
@@ -29,7 +31,7 @@ impl CpuBackend {
         self.pool.install(|| {
             rays.par_chunks(CHUNK).zip(hidden.par_chunks_mut(CHUNK)).for_each(|(rays, hidden)| {
                 let all = Filters::Shared(&RayFilter::ALL);
-                hierarchy.with_batches(hierarchy, self.simd, |q| {
+                with_batches(hierarchy, hierarchy, self.simd, |q| {
                     q.occluded_rays(rays, all, Coherence::Auto, hidden)
                 });
             });

@@ -1,0 +1,39 @@
+//! Hierarchies over scenes.
+
+use crate::BackendError;
+use eosphor_accel::{Accel, GeometryError, Hierarchy, HierarchyOptions, SceneGeometry};
+use eosphor_scene::SceneData;
+
+/// A scene as builders read it.
+///
+/// # Errors
+/// Where the scene's arrays do not hold together, or coordinates are out of range.
+pub fn geometry_of(scene: &SceneData) -> Result<SceneGeometry<'_>, GeometryError> {
+    SceneGeometry::new(&scene.triangles, &scene.spheres, &scene.geometries, &scene.instances)
+}
+
+/// A hierarchy over a scene, built on the threads of the current rayon pool. Options that the structure does not have change
+/// nothing.
+///
+/// # Errors
+/// As [`geometry_of`].
+pub fn build_hierarchy(
+    accel: Accel,
+    options: &HierarchyOptions,
+    scene: &SceneData,
+) -> Result<Hierarchy, BackendError> {
+    let geometry = geometry_of(scene).map_err(|error| does_not_hold_together(&error))?;
+    Ok(Hierarchy::build(accel, options, &geometry))
+}
+
+/// What every backend asks before it builds: devices follow the scene's numbers without looking.
+///
+/// # Errors
+/// Where the scene's arrays do not hold together.
+pub fn check_scene(scene: &SceneData) -> Result<(), BackendError> {
+    scene.check().map_err(|problem| does_not_hold_together(&problem))
+}
+
+fn does_not_hold_together(why: &dyn std::fmt::Display) -> BackendError {
+    BackendError::Failed(format!("the scene does not hold together: {why}"))
+}
