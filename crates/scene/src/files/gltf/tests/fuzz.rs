@@ -50,7 +50,7 @@ static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
 });
 
 /// The JSON of [`WHOLE`].
-pub(super) fn json() -> &'static str {
+fn json() -> &'static str {
     let length = u32::from_le_bytes(WHOLE[12..16].try_into().unwrap()) as usize;
     std::str::from_utf8(&WHOLE[20..20 + length]).unwrap()
 }
@@ -60,9 +60,9 @@ pub(super) fn edits(others: &[&'static str]) -> impl Strategy<Value = Vec<(Index
     proptest::collection::vec((any::<Index>(), proptest::sample::select(others.to_vec())), 1..4)
 }
 
-/// The JSON with these edits.
-pub(super) fn renumbered(edits: Vec<(Index, &str)>) -> String {
-    let mut json = json().to_string();
+/// JSON with these edits.
+pub(super) fn renumbered(json: &str, edits: Vec<(Index, &str)>) -> String {
+    let mut json = json.to_string();
     for (at, number) in edits {
         let is_part = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
         // Digits that stand behind a mark, not within a name.
@@ -145,6 +145,6 @@ proptest! {
         "0", "1", "2", "3", "4", "5", "7", "255", "-1", "1e30", "1e-30", "5120", "5121", "5125", "4294967295",
         "4294967296", "18446744073709551615", "1000000000", "0.5", "1e400", "null", "[]",
     ])) {
-        run(&super::glb(&renumbered(edits), &WHOLE[28 + json().len()..]));
+        run(&super::glb(&renumbered(json(), edits), &WHOLE[28 + json().len()..]));
     }
 }
