@@ -47,7 +47,7 @@ const COMMANDS: &[Command] = &[
     ),
     (
         "tidy",
-        "check that the tree is as the pages say: paths, crates, what only some files may do",
+        "check that the tree is as the pages say: paths, crates, circles of modules, what only some files may do",
         tidy::run,
     ),
     ("tour", "run the commands that README.md and docs/ show, as they stand there [DOCUMENT...]", tour::run),

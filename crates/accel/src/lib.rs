@@ -64,6 +64,7 @@ mod cost;
 mod exhaustive;
 mod grid;
 mod kdtree;
+mod mesh;
 mod octree;
 mod packed;
 mod pairs;
@@ -73,7 +74,6 @@ mod simd;
 mod simd_level;
 mod statistics;
 mod structure;
-mod structure_options;
 mod wide;
 
 pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
@@ -89,8 +89,10 @@ pub use scene::{LARGEST_COORDINATE, MeshId, Scene, SceneError, indexed};
 pub use scene_geometry::{GeometryError, SceneGeometry};
 pub use simd_level::SimdLevel;
 pub use statistics::HierarchyStatistics;
-pub use structure::{Accel, Hierarchy, UseBatchTracer, UseTracer};
-pub use structure_options::{HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SahCosts};
+pub use structure::{
+    Accel, Hierarchy, HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SahCosts, UseBatchTracer,
+    UseTracer,
+};
 pub use wide::BvhWide;
 
 pub use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};

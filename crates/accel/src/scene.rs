@@ -4,8 +4,8 @@ use crate::SceneGeometry;
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use eosphor_core::intersect::longest_edge_last;
 use eosphor_core::material::NONE;
-use eosphor_core::math::{Affine, Vec3};
-use eosphor_core::ray::{Hit, PrimitiveId};
+use eosphor_core::math::{Affine, Vec3, vec3};
+use eosphor_core::ray::{Hit, PrimitiveId, Ray};
 use std::fmt;
 
 /// Coordinates and radii must not be larger, so that products of them stay finite.
@@ -264,6 +264,31 @@ impl Scene {
         Some([0, 1, 2].map(|given| self.triangles[k][(given + 3 - first) % 3]))
     }
 
+    /// The unit geometric normal of what was hit, in world space: of a triangle on the side from which its corners run
+    /// counter-clockwise, of a sphere at the point that `ray` hit, outwards. `None` for a miss, for what is not there, and where
+    /// there is none (a triangle without area).
+    pub fn normal(&self, ray: &Ray, hit: &Hit) -> Option<Vec3> {
+        let instance = self.instances.get(hit.id.instance as usize)?;
+        let geometry = &self.geometries[instance.geometry as usize];
+        let object_normal = match self.corners(hit.id) {
+            Some([a, b, c]) => (b - a).cross(c - a),
+            None => {
+                let number = hit.id.primitive.checked_sub(geometry.triangle_count)?;
+                let of_geometry =
+                    geometry.first_sphere as usize..(geometry.first_sphere + geometry.sphere_count) as usize;
+                let sphere = self.spheres[of_geometry].get(number as usize)?;
+                instance.object_from_world.point(hit.point(ray)) - sphere.center
+            }
+        };
+        // Normals go by the transpose of the inverse: that of the map into the object's space.
+        let [x, y, z] = instance.object_from_world.columns;
+        let world = vec3(x.dot(object_normal), y.dot(object_normal), z.dot(object_normal));
+        // Unit length first, so that no square overflows or vanishes.
+        let largest = world.abs().max_component();
+        let unit = (world * (1.0 / largest)).normalize_or(Vec3::ZERO);
+        (unit.is_finite() && unit != Vec3::ZERO).then_some(unit)
+    }
+
     fn triangle_index(&self, id: PrimitiveId) -> Option<usize> {
         let instance = self.instances.get(id.instance as usize)?;
         let geometry = &self.geometries[instance.geometry as usize];
@@ -282,7 +307,7 @@ fn in_range(p: Vec3) -> bool {
 }
 
 /// The box around all, not padded.
-fn checked_bounds(triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Result<Bounds, SceneError> {
+pub(crate) fn checked_bounds(triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Result<Bounds, SceneError> {
     let mut bounds = Bounds::EMPTY;
     for (number, triangle) in triangles.iter().enumerate() {
         if !triangle.iter().all(|&p| in_range(p)) {

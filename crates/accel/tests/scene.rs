@@ -121,3 +121,34 @@ fn what_cannot_be_is_refused() {
     assert!(format!("{}", SceneError::Mesh(mesh)).contains("no mesh 1"));
     let _: MeshId = mesh;
 }
+
+#[test]
+fn normals_are_of_unit_length_in_world_space() {
+    let flat = [vec3(0.0, 0.0, 0.0), vec3(2.0, 0.0, 0.0), vec3(0.0, 2.0, 0.0)];
+    let ball = Sphere { center: vec3(5.0, 0.0, 0.0), radius: 1.0 };
+    let mut scene = Scene::default();
+    let mesh = scene.mesh(&[flat], &[ball]).unwrap();
+    // Sheared along x by z, and stretched: normals lean the other way.
+    let columns = [vec3(1.0, 0.0, 0.0), vec3(0.0, 3.0, 0.0), vec3(1.0, 0.0, 1.0)];
+    let sheared = scene.place(mesh, Affine { columns, translation: vec3(0.0, 10.0, 0.0) }).unwrap();
+    let large = Affine {
+        columns: [vec3(1e6, 0.0, 0.0), vec3(0.0, 1e6, 0.0), vec3(0.0, 0.0, 1e6)],
+        ..Affine::IDENTITY
+    };
+    let scaled = scene.place(mesh, large).unwrap();
+    let bvh = Bvh8::build(&scene.geometry(), &BuildOptions::default());
+    let normal = |origin: Vec3, direction: Vec3| {
+        let ray = Ray::new(origin, direction);
+        let hit = bvh.closest_hit(&ray).unwrap();
+        (hit.id.instance, scene.normal(&ray, &hit).unwrap())
+    };
+    let down = vec3(0.0, 0.0, -1.0);
+    assert_eq!(normal(vec3(0.5, 11.0, 4.0), down), (sheared, vec3(0.0, 0.0, 1.0)));
+    assert_eq!(normal(vec3(0.25e6, 0.5e6, 4e6), down), (scaled, vec3(0.0, 0.0, 1.0)));
+    // The ball is (x - z - 5)^2 + ((y - 10) / 3)^2 + z^2 = 1 there: met from its right, where the gradient is (1, 0, -1).
+    let (instance, leaning) = normal(vec3(20.0, 10.0, 0.0), vec3(-1.0, 0.0, 0.0));
+    let half = 0.5f32.sqrt();
+    assert!(instance == sheared && (leaning - vec3(half, 0.0, -half)).length() < 1e-6, "{leaning:?}");
+    let miss = Hit::miss(1.0);
+    assert_eq!(scene.normal(&Ray::new(Vec3::ZERO, down), &miss), None);
+}

@@ -1,6 +1,6 @@
 //! Why a command ended without success, and what the shell is told.
 
-use crate::interrupt;
+use crate::first_signal;
 use eosphor::compare::CompareError;
 use eosphor::job::JobError;
 use eosphor::{BackendError, OutputError, SceneError, Snippet};
@@ -44,7 +44,7 @@ impl Failure {
         match self {
             Failure::Usage(_) | Failure::Scene(SceneError::NoSuchCamera { .. }) => ExitCode::from(2),
             Failure::Failed(_) | Failure::Scene(_) | Failure::Different => ExitCode::from(1),
-            Failure::Interrupted(_) => interrupt::exit_code(),
+            Failure::Interrupted(_) => first_signal::exit_code(),
         }
     }
 

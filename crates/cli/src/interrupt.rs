@@ -3,12 +3,12 @@
 //! a second one changes nothing, because senders repeat them.
 
 use crate::failure::Failure;
+use crate::first_signal::FIRST;
 use crate::streams::Verbosity;
 use eosphor::job::Cancel;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Asked by the first signal, and some time after that for the second time.
@@ -16,9 +16,6 @@ static CANCEL: Cancel = Cancel::new();
 
 /// How long what is in work when a signal comes may take to its end. Whoever sends SIGTERM waits for some seconds.
 const GRACE: Duration = Duration::from_secs(4);
-
-/// The number of the signal that came first; 0 before.
-static FIRST: AtomicU8 = AtomicU8::new(0);
 
 /// The number of Ctrl-C, on every system.
 const CTRL_C: u8 = 2;
@@ -86,11 +83,6 @@ fn asked_to_end(signal: u8, verbosity: Verbosity) {
         }
     );
     verbosity.say(Verbosity::Normal, &line);
-}
-
-/// What the shell is told of a program that a signal ended: 128 and the signal's number.
-pub(crate) fn exit_code() -> ExitCode {
-    ExitCode::from(128 + FIRST.load(Ordering::SeqCst))
 }
 
 /// Names a file in the making.

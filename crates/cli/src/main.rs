@@ -10,6 +10,7 @@ mod cluster;
 mod command_line;
 mod commands;
 mod failure;
+mod first_signal;
 mod interrupt;
 mod outputs;
 mod progress;

@@ -53,6 +53,7 @@ mod library;
 mod mail;
 mod mpi;
 mod patience;
+mod run;
 mod transfer;
 mod watch;
 mod work;

@@ -4,8 +4,11 @@
 //! instances and traced in their own space. A primitive's number is its place in its geometry: triangles first, then
 //! spheres. Instance 0 is the world itself.
 
-use crate::intersect::BOX_SLACK;
 use crate::math::{Affine, Vec3, vec3};
+
+/// Planes of boxes lie further out by this (8 · 2^-24) times their own distance from 0: over the rounding errors that they
+/// bring into the test, 2 · 2^-24 ([`Bounds::with_slack`]).
+pub const BOX_SLACK: f32 = 1.0 / 2_097_152.0;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +44,7 @@ impl Bounds {
         Bounds { min: self.min - m, max: self.max + m }
     }
 
-    /// Grown by [`crate::intersect::BOX_SLACK`] of each plane's distance from 0, as boxes have to be that rays are tested
+    /// Grown by [`BOX_SLACK`] of each plane's distance from 0, as boxes have to be that rays are tested
     /// against.
     #[inline(always)]
     pub fn with_slack(&self) -> Bounds {

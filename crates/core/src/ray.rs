@@ -119,6 +119,12 @@ impl Hit {
         (t < other) | ((t == other) & self.id.before(o.id))
     }
 
+    /// The point that `ray` hit, in world space.
+    #[inline(always)]
+    pub fn point(&self, ray: &Ray) -> Vec3 {
+        ray.origin.plus_scaled(ray.direction, self.t)
+    }
+
     /// Whether nothing was hit.
     #[inline(always)]
     pub fn is_miss(&self) -> bool {

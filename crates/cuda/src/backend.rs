@@ -3,9 +3,10 @@
 use crate::bands::{BandHeight, Rows, rays_per_sample, sharing};
 use crate::device::{Device, devices};
 use crate::launch::{Launched, Launcher, Pixel};
-use crate::options::{CudaOptions, Traversal};
+use crate::options::CudaOptions;
 use crate::scene::DeviceScene;
 use crate::structure::{Structure, kernel};
+use crate::traversal::Traversal;
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_render::{

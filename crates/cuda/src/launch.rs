@@ -1,55 +1,19 @@
 //! Launches: a band of rows of a scene on a device.
 
-use crate::device::Device;
+use crate::launch_buffers::{Band, LaunchBuffers, TOTALS};
 use crate::scene::{DeviceScene, FrameParameters};
-use crate::staging::Staging;
 use cudarc::driver::sys::CUevent_flags;
-use cudarc::driver::{CudaEvent, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
+use cudarc::driver::{CudaEvent, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_render::{QueryTimes, RayStatistics};
 use std::ops::Range;
-use std::sync::Arc;
-
-/// What kernels count: kinds of rays; and those that are made for it, what queries do.
-const TOTALS: usize = 12;
 
 /// Rows that a warp covers: 8 × 4 pixels.
 pub(crate) const WARP_ROWS: u32 = 4;
 
 /// Threads of a warp.
 const WARP: u32 = 32;
-
-/// A device's room for what launches write: two bands, so that one is rendered while the other travels back.
-pub(crate) struct Room {
-    bands: [Band; 2],
-    staging: Staging,
-}
-
-/// A band's room on the device.
-struct Band {
-    /// Of its own, so that a band begins while threads of the one before are still at work.
-    stream: Arc<CudaStream>,
-    /// What kernels make of each pixel.
-    pixels: CudaSlice<u64>,
-    totals: CudaSlice<u64>,
-}
-
-/// Bands that [`Room`] holds.
-pub(crate) const BANDS: u64 = 2;
-
-impl Room {
-    /// For bands whose pixels take at most this many bytes.
-    pub(crate) fn new(device: &Device, bytes: usize) -> Result<Room, DriverError> {
-        let band = || {
-            let stream = device.stream.context().new_stream()?;
-            let pixels = stream.alloc_zeros(bytes.div_ceil(size_of::<u64>()))?;
-            let totals = stream.alloc_zeros(TOTALS)?;
-            Ok(Band { stream, pixels, totals })
-        };
-        Ok(Room { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })
-    }
-}
 
 /// What kernels make of a pixel: its colour, from all its samples, or the sum of some. Any bytes are one.
 pub(crate) trait Pixel: Copy + Send + Sync {
@@ -75,7 +39,7 @@ pub(crate) struct Launcher<'a> {
     pub(crate) samples: Range<u32>,
     /// How many threads share the samples of a pixel, as a power of two.
     pub(crate) sharing: u32,
-    pub(crate) room: &'a mut Room,
+    pub(crate) room: &'a mut LaunchBuffers,
 }
 
 /// A band that is being rendered.

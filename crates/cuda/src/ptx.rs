@@ -32,12 +32,12 @@ fn launch_bounds(threads: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::Traversal;
     use crate::parameters::Kind;
     use crate::ptx_text::kernel_name;
     use crate::rays::{bvh_parameters, far_ray_kernels, ray_kernels};
     use crate::scene::scene_parameters;
     use crate::structure::{Structure, Trees, kernel};
+    use crate::traversal::Traversal;
     use eosphor_render::{Accel, Hierarchy, HierarchyOptions, build_hierarchy};
     use eosphor_scene::{LoadOptions, SceneData, load};
 

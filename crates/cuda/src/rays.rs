@@ -2,10 +2,10 @@
 
 use crate::device::{Device, devices};
 use crate::memory::{Needs, upload};
-use crate::options::Traversal;
 use crate::parameters::Parameters;
 use crate::scene::add_packed;
 use crate::structure::{Trees, add_trees};
+use crate::traversal::Traversal;
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_accel::Bvh;

@@ -1,7 +1,7 @@
 //! A scene on a device.
 
 use crate::device::Device;
-use crate::launch::{BANDS, Room};
+use crate::launch_buffers::{BANDS, LaunchBuffers};
 use crate::memory::{Needs, upload};
 use crate::parameters::{Parameters, Part};
 use crate::structure::{Structure, add_structure};
@@ -28,7 +28,7 @@ pub(crate) struct DeviceScene {
     /// Pixels of a row.
     pub(crate) width: u32,
     /// For launches: as many as frames have been rendered at the same time.
-    rooms: Mutex<Vec<Room>>,
+    rooms: Mutex<Vec<LaunchBuffers>>,
     /// Where the arrays are; kept for as long as the parameters name them.
     _memory: CudaSlice<u8>,
 }
@@ -66,13 +66,13 @@ impl DeviceScene {
     }
 
     /// Room for launches of bands of at most so many bytes, which must be given back.
-    pub(crate) fn take_room(&self, device: &Device, band_bytes: usize) -> Result<Room, DriverError> {
+    pub(crate) fn take_room(&self, device: &Device, band_bytes: usize) -> Result<LaunchBuffers, DriverError> {
         let used = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        used.map_or_else(|| Room::new(device, band_bytes), Ok)
+        used.map_or_else(|| LaunchBuffers::new(device, band_bytes), Ok)
     }
 
     /// For whoever needs it next.
-    pub(crate) fn give_back(&self, room: Room) {
+    pub(crate) fn give_back(&self, room: LaunchBuffers) {
         self.rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
     }
 

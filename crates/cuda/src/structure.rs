@@ -1,8 +1,7 @@
 //! Which structures there are on GPUs: for each its kernel, and what that takes before the parameters of the scene.
 
-use crate::options::Traversal;
 use crate::parameters::{Parameters, Part};
-use crate::top_level::ROOMS;
+use crate::traversal::Traversal;
 use eosphor_accel::{Bvh, BvhPairs, BvhWide};
 use eosphor_core::device::{Link, WideNode};
 use eosphor_core::hierarchy::{InstanceTreeView, PrimitivesView};
@@ -59,6 +58,9 @@ fn counting(accel: Accel) -> Option<&'static str> {
         Accel::KdTree => Some("count_kdtree"),
     }
 }
+
+/// Frames that can be on a device at a time, each with room for the tree over its instances.
+pub(crate) const ROOMS: usize = 4;
 
 /// A structure as GPUs read it.
 pub(crate) struct Structure<'h> {

@@ -5,15 +5,12 @@
 
 use crate::memory::write;
 use crate::parameters::{Parameters, Part};
-use crate::structure::{Trees, add_instance_tree};
+use crate::structure::{ROOMS, Trees, add_instance_tree};
 use cudarc::driver::{CudaStream, DriverError};
 use eosphor_accel::{BvhPairs, BvhWide};
 use eosphor_core::geometry::Instance;
 use eosphor_render::{Accel, Hierarchy};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
-
-/// Frames that can be on a device at a time.
-pub(crate) const ROOMS: usize = 4;
 
 /// How the top level of a frame is made.
 pub(crate) struct TopLevel {

@@ -7,6 +7,7 @@ mod backend;
 mod bands;
 pub mod compare;
 mod cost;
+mod cpu;
 mod features;
 mod film;
 pub mod frames;
@@ -14,20 +15,19 @@ pub mod output;
 mod picked_rows;
 mod process;
 mod ray_sets;
-mod region;
 mod sample_sums;
 mod scene_hash;
 mod scene_hierarchy;
 mod statistics;
 pub mod still;
 
-pub use backend::cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler, SimdLevel};
 pub use backend::{
-    Backend, BackendError, Fallback, PreparedScene, Progress, RenderControl, Rendered, Sampled, check_rows,
-    check_samples,
+    Backend, BackendError, Fallback, PreparedRegion, PreparedScene, Progress, Region, RenderControl,
+    Rendered, Sampled, check_rows, check_samples,
 };
 pub use bands::Bands;
 pub use cost::CostMap;
+pub use cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler, SimdLevel};
 pub use eosphor_accel::{
     Accel, Builder, Hierarchy, HierarchyOption, HierarchyOptions, HierarchyStatistics, MisfitKind,
     OptionMisfit, Quality, SahCosts,
@@ -37,7 +37,6 @@ pub use features::{CameraWork, FeatureRows};
 pub use film::Film;
 pub use picked_rows::{PickedRows, PreparedRows};
 pub use ray_sets::RaySets;
-pub use region::{PreparedRegion, Region};
 pub use sample_sums::SampleSums;
 pub use scene_hash::scene_hash;
 pub use scene_hierarchy::{build_hierarchy, check_scene, geometry_of};

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 /// From the bottom to the top. A crate uses crates before it and no others.
-const ORDER: [&str; 8] = ["core", "accel", "scene", "render", "cuda", "eosphor", "cluster", "cli"];
+pub(super) const ORDER: [&str; 8] = ["core", "accel", "scene", "render", "cuda", "eosphor", "cluster", "cli"];
 
 /// Those that stand apart: what they may use of the above.
 const APART: [(&str, &str, &[&str]); 2] = [("cluster", "crates/cluster", &[]), ("gpu", "gpu", &["core"])];

@@ -1,5 +1,6 @@
 //! `cargo xtask tidy`: what the pages promise about the tree, held against the tree. Part of `cargo test`.
 
+mod circles;
 mod crates;
 mod pages;
 mod sources;
@@ -27,6 +28,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
 fn check(root: &Path) -> Result<()> {
     let paths = tracked(root)?;
     let mut found = crates::check(root)?;
+    let mut sources_of_crates = Vec::new();
     for path in paths.iter().filter(|path| path.ends_with(".rs") || path.ends_with(".md")) {
         let content = fs::read_to_string(root.join(path)).with_context(|| format!("cannot read {path}"))?;
         let text = Text { path: path.clone(), content };
@@ -34,7 +36,11 @@ fn check(root: &Path) -> Result<()> {
             pages::check(&text, &paths, &mut found);
         } else {
             sources::check(&text, &mut found);
+            sources_of_crates.push(text);
         }
+    }
+    for name in crates::ORDER {
+        circles::check(name, &sources_of_crates, &mut found);
     }
     if !found.is_empty() {
         bail!("{} things are not tidy:\n{}", found.len(), found.join("\n"));

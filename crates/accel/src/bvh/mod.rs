@@ -16,6 +16,7 @@ mod refit;
 mod shape;
 mod spatial;
 mod split;
+mod statistics;
 mod sweep;
 mod top_down;
 mod tree;
@@ -157,7 +158,7 @@ impl Bvh {
         if !self.instance_order.is_empty() {
             roots.push(self.instance_root);
         }
-        HierarchyStatistics { sah_cost: self.sah_cost(), ..HierarchyStatistics::of_bvh(self, &roots) }
+        HierarchyStatistics { sah_cost: self.sah_cost(), ..self.count_trees(&roots) }
     }
 
     /// [`HierarchyStatistics::sah_cost`].

@@ -20,11 +20,12 @@ mod slab;
 mod sphere;
 mod triangle;
 
+pub use crate::geometry::BOX_SLACK;
 pub use first_step::{FirstStep, Meeting};
 pub use local_ray::{
     LARGEST_NUMBER, LocalRay, SHORTEST_DIRECTION, USUAL_LENGTH, USUAL_REACH, WORLD_FROM_OBJECT_ROUNDING,
 };
-pub use slab::{BOX_SLACK, EXTENT_SLACK, ORIGIN_SLACK, SHORT, SMALLEST_DIRECTION, Slab};
+pub use slab::{EXTENT_SLACK, ORIGIN_SLACK, SHORT, SMALLEST_DIRECTION, Slab};
 pub use sphere::{SphereHit, intersect_sphere, may_meet_sphere, sphere_bounds};
 pub use triangle::{
     PackedTriangle, T_ROUNDING, TriangleHit, intersect_precisely, intersect_triangle, longest_edge_last,

@@ -21,10 +21,6 @@ pub const SMALLEST_DIRECTION: f32 = 1e-20;
 /// Shorter rays meet every box: beside them [`SMALLEST_DIRECTION`] would be a tilt.
 pub const SHORT: f32 = 1e-8;
 
-/// Planes of boxes lie further out by this (8 · 2^-24) times their own distance from 0: over the rounding errors that they
-/// bring into the test, 2 · 2^-24 ([`Bounds::with_slack`]).
-pub const BOX_SLACK: f32 = 1.0 / 2_097_152.0;
-
 /// Boxes count as larger along an axis by this times the origin's coordinate: over the rounding errors that it brings into
 /// the test, 3 · 2^-24. It is taken into the offsets, so it costs nothing in the test.
 pub const ORIGIN_SLACK: f32 = 1.0 / 2_097_152.0;

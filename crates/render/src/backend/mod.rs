@@ -1,13 +1,17 @@
 //! Backends: who turns a scene into a film. All give the same bits.
 
-pub(crate) mod cpu;
 mod fallback;
 
 pub use fallback::Fallback;
 
-use crate::region::{Region, sample_whole_rows};
+mod region;
+
+pub(crate) use region::check_region;
+pub use region::{PreparedRegion, Region};
+
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
 use eosphor_scene::{Moment, SceneData};
+use region::sample_whole_rows;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

@@ -1,6 +1,7 @@
 //! How a hierarchy is built.
 
-use crate::{Accel, BuildOptions, Builder, KdTreeOptions, OctreeOptions};
+use super::Accel;
+use crate::{BuildOptions, Builder, KdTreeOptions, OctreeOptions};
 use eosphor_core::hierarchy::{MAX_BVH_DEPTH, MAX_KD_DEPTH, MAX_OCTREE_DEPTH};
 
 /// How a hierarchy is built. It changes the time that a picture takes, and no pixel. What is `None` is the structure's

@@ -1,8 +1,12 @@
 //! Which structure: the closed set of them, and one that was chosen at run time.
 
+mod options;
+
+pub use options::{HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, SahCosts};
+
 use crate::{
-    BatchTracer, Bvh, Bvh8, Exhaustive, GeometryError, Grid, GridOptions, HierarchyOptions,
-    HierarchyStatistics, KdTree, Octree, OctreeOptions, OneByOne, SceneGeometry, SimdLevel,
+    BatchTracer, Bvh, Bvh8, Exhaustive, GeometryError, Grid, GridOptions, HierarchyStatistics, KdTree,
+    Octree, OctreeOptions, OneByOne, SceneGeometry, SimdLevel,
 };
 use eosphor_core::geometry::Instance;
 use eosphor_core::hierarchy::{IgnoreWork, Tracer, Work};

@@ -21,7 +21,7 @@ use super::{
     Backend, BackendError, PreparedScene, Progress, RenderControl, Rendered, Sampled, check_rows,
     check_samples,
 };
-use crate::region::check_region;
+use crate::backend::check_region;
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, Region, SampleSums};
 use crate::{build_hierarchy, check_scene};
 use batched::Workspace;

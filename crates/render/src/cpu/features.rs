@@ -6,7 +6,7 @@ use super::super::{BackendError, check_rows};
 use super::queries::{AnyTracer, Queries, with_counting};
 use super::tile::{Tile, Tiling};
 use super::{SimdLevel, Watch, top_of};
-use crate::region::check_region;
+use crate::backend::check_region;
 use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics, Region};
 use eosphor_core::integrator::{PixelFeatures, pixel_features};
 use eosphor_core::view::SceneView;

@@ -1,0 +1,74 @@
+//! The short way: a hierarchy over one mesh, and queries without a tracer.
+
+use crate::scene::{checked_bounds, indexed};
+use crate::{BuildOptions, Bvh8, SceneError, SceneGeometry};
+use eosphor_core::geometry::{Geometry, Instance};
+use eosphor_core::hierarchy::Tracer;
+use eosphor_core::material::NONE;
+use eosphor_core::math::{Affine, Vec3, vec3};
+use eosphor_core::ray::{Hit, Ray, RayFilter};
+
+impl Bvh8 {
+    /// Builds over an indexed mesh, with the default options. Hits name the triangle by its place among `triangles`; their `u`
+    /// and `v` weigh its second and third corner.
+    ///
+    /// ```
+    /// use eosphor_accel::{Bvh8, Ray, vec3};
+    ///
+    /// let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let bvh = Bvh8::from_mesh(&square, &[[0, 1, 2], [0, 2, 3]])?;
+    /// let ray = Ray::new(vec3(0.25, 0.75, 2.0), vec3(0.0, 0.0, -1.0));
+    /// let hit = bvh.closest_hit(&ray).expect("the square is in the way");
+    /// assert_eq!((hit.id.primitive, hit.u, hit.v), (1, 0.25, 0.5));
+    /// assert_eq!(hit.point(&ray), vec3(0.25, 0.75, 0.0));
+    /// # Ok::<(), eosphor_accel::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where a triangle names a position that is not there, coordinates are out of range, or there are 2^31 triangles or more.
+    pub fn from_mesh(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Bvh8, SceneError> {
+        let positions: Vec<Vec3> = positions.iter().map(|&[x, y, z]| vec3(x, y, z)).collect();
+        let corners = indexed(&positions, triangles)?;
+        let bounds = checked_bounds(&corners, &[])?;
+        if corners.len() >= 1 << 31 {
+            return Err(SceneError::TooMany);
+        }
+        let geometry = Geometry {
+            first_triangle: 0,
+            triangle_count: corners.len() as u32,
+            first_sphere: 0,
+            sphere_count: 0,
+            extent: bounds.extent(),
+            first_sphere_object: 0,
+        };
+        let world = Instance {
+            object_from_world: Affine::IDENTITY,
+            world_from_object: Affine::IDENTITY,
+            world_bounds: bounds,
+            geometry: 0,
+            material: NONE,
+            object: 0,
+        };
+        let (geometries, instances) = ([geometry], [world]);
+        let scene = SceneGeometry::of_checked(&corners, &[], &geometries, &instances);
+        Ok(Bvh8::build(&scene, &BuildOptions::default()))
+    }
+
+    /// The closest hit of a ray. For many rays, take [`Bvh8::tracer`] once, or give it all of them together
+    /// ([`crate::BatchTracer`]).
+    ///
+    /// # Panics
+    /// As [`Bvh8::tracer`].
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let hit = self.tracer().closest_hit(ray, &RayFilter::ALL);
+        (!hit.is_miss()).then_some(hit)
+    }
+
+    /// Whether anything is in the way of a ray.
+    ///
+    /// # Panics
+    /// As [`Bvh8::tracer`].
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.tracer().occluded(ray, &RayFilter::ALL)
+    }
+}

@@ -1,0 +1,40 @@
+//! What launches write on a device.
+
+use crate::device::Device;
+use crate::staging::Staging;
+use cudarc::driver::{CudaSlice, CudaStream, DriverError};
+use std::sync::Arc;
+
+/// What kernels count: kinds of rays; and those that are made for it, what queries do.
+pub(crate) const TOTALS: usize = 12;
+
+/// A device's room for what launches write: two bands, so that one is rendered while the other travels back.
+pub(crate) struct LaunchBuffers {
+    pub(crate) bands: [Band; 2],
+    pub(crate) staging: Staging,
+}
+
+/// A band's room on the device.
+pub(crate) struct Band {
+    /// Of its own, so that a band begins while threads of the one before are still at work.
+    pub(crate) stream: Arc<CudaStream>,
+    /// What kernels make of each pixel.
+    pub(crate) pixels: CudaSlice<u64>,
+    pub(crate) totals: CudaSlice<u64>,
+}
+
+/// Bands that [`LaunchBuffers`] holds.
+pub(crate) const BANDS: u64 = 2;
+
+impl LaunchBuffers {
+    /// For bands whose pixels take at most this many bytes.
+    pub(crate) fn new(device: &Device, bytes: usize) -> Result<LaunchBuffers, DriverError> {
+        let band = || {
+            let stream = device.stream.context().new_stream()?;
+            let pixels = stream.alloc_zeros(bytes.div_ceil(size_of::<u64>()))?;
+            let totals = stream.alloc_zeros(TOTALS)?;
+            Ok(Band { stream, pixels, totals })
+        };
+        Ok(LaunchBuffers { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })
+    }
+}
