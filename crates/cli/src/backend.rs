@@ -4,8 +4,8 @@ use crate::arguments::{BackendChoice, DeviceFlags, Need, check, would_do_nothing
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use eosphor::{
-    Accel, Backend, BackendError, CpuBackend, CpuOptions, CudaBackend, CudaOptions, Fallback,
-    HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, Traversal, cuda_devices,
+    Accel, Backend, BackendError, CpuBackend, CpuOptions, CudaBackend, CudaOptions, HierarchyOption,
+    HierarchyOptions, MisfitKind, OptionMisfit, Traversal, first_gpu, gpu_or_cpu,
 };
 use std::ops::Deref;
 
@@ -73,14 +73,8 @@ pub(crate) fn backend_with(
                 verbosity.say(Verbosity::Normal, &format!("eosphor: note: {error}; the CPU goes on"));
             };
             let device = if asks_for_cpu(flags, accel) { None } else { gpu() };
-            let cuda = device.and_then(|device| {
-                let options = cuda_options(flags, accel, count_work, vec![device]);
-                CudaBackend::new(options).map_err(|error| tell(&error)).ok()
-            });
-            let Some(cuda) = cuda else { return Ok(Box::new(cpu_backend(flags, accel)?)) };
-            let options = cpu_options(flags, accel);
-            let reserve = move || Ok(Box::new(CpuBackend::new(options)?) as Box<dyn Backend>);
-            Ok(Box::new(Fallback::new(Box::new(cuda), reserve, tell)))
+            let cuda = device.map(|device| cuda_options(flags, accel, count_work, vec![device]));
+            Ok(gpu_or_cpu(cuda, cpu_options(flags, accel), tell)?)
         }
     }
 }
@@ -150,12 +144,6 @@ pub(crate) fn check_ranges(flags: &DeviceFlags) -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-/// The first device that kernels run on.
-fn first_gpu() -> Option<usize> {
-    let devices = cuda_devices().ok()?;
-    devices.iter().find(|device| device.is_supported()).map(|device| device.ordinal)
 }
 
 /// Whether flags are about the CPU, or a structure that is made for it.

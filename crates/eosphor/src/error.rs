@@ -1,5 +1,6 @@
 //! Whatever can fail between a scene and a picture file.
 
+use crate::job::JobError;
 use eosphor_render::BackendError;
 use eosphor_render::compare::CompareError;
 use eosphor_render::output::OutputError;
@@ -21,4 +22,7 @@ pub enum Error {
     /// Two pictures cannot be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),
+    /// A job has failed.
+    #[error(transparent)]
+    Job(#[from] JobError),
 }

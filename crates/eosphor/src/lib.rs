@@ -19,7 +19,42 @@
 //! linear [`Film`]; developing makes bytes of it ([`Developed`]); [`save`] writes a file. [`render`] is the short way
 //! from scene to film; with [`Backend::prepare`] and [`PreparedScene::render`] a program keeps the hierarchy, watches
 //! the progress and can stop. Pictures that do not fit in memory are rendered in [`Bands`] of rows
-//! ([`PreparedScene::render_rows`]) and streamed to a [`PictureWriter`].
+//! ([`PreparedScene::render_rows`]) and streamed to a [`PictureWriter`]; [`job`] does that, and all else that a program needs.
+//!
+//! # Jobs
+//!
+//! All that the program `eosphor render` does is a call of [`job`]: stills that are kept while they go on ([`job::Still`]), a
+//! part or a share of one, frames of an animation as files or as a video ([`job::Sequence`]), all with resume, progress and
+//! cancel.
+//!
+//! ```
+//! use eosphor::job::{Cancel, FrameNames, JobControl, Sequence, Still};
+//! use eosphor::{CpuBackend, CpuOptions, LoadOptions, load};
+//!
+//! let mut scene = load("builtin:cornell", &LoadOptions::default())?.scene;
+//! scene.settings.size = [32, 24];
+//! let backend = CpuBackend::new(CpuOptions::default())?;
+//! let folder = tempfile::tempdir()?;
+//!
+//! // Another thread may ask `cancel` to end the job; the same with `resume` goes on from there.
+//! let cancel = Cancel::new();
+//! let control = JobControl {
+//!     on_progress: &|now| println!("{} of {} pixels", now.pixels_done, now.pixels_total),
+//!     on_event: &|event| println!("{event:?}"),
+//!     cancel: &cancel,
+//! };
+//! let mut still = Still::new(&scene, &backend).to_file(&folder.path().join("cornell.exr"))?;
+//! still.resume = true;
+//! let outcome = still.run(&control)?;
+//! assert!(outcome.complete);
+//!
+//! // A turntable of the same scene: a file of each frame. `write_video` makes one file of all.
+//! scene.turntable(3)?;
+//! let names = FrameNames::pattern(&folder.path().join("turn_%03d.png"))?;
+//! let outcome = Sequence::new(&scene, &backend).write_frames(&names, &control)?;
+//! assert_eq!((outcome.done, outcome.kept), (3, 0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! # Units
 //!
@@ -50,10 +85,12 @@
 //! ```
 #![warn(missing_docs)]
 
+mod device;
 mod error;
 pub mod job;
 mod render;
 
+pub use device::{first_gpu, gpu_or_cpu};
 pub use error::Error;
 pub use render::render;
 

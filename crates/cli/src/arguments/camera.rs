@@ -45,19 +45,15 @@ impl CameraFlags {
         self.camera.clone()
     }
 
-    /// Overrides what was given. `framed` is the camera of a scene that has none.
-    pub(crate) fn apply(
-        &self,
-        scene: &mut Scene,
-        framed: impl FnOnce(&Scene) -> Result<Camera, Failure>,
-    ) -> Result<(), Failure> {
+    /// Overrides what was given, or what frames a scene without a camera.
+    pub(crate) fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
         if !self.is_given() {
             return Ok(());
         }
         self.check(scene)?;
         let mut camera = match scene.camera {
             Some(camera) => camera,
-            None => framed(scene)?,
+            None => scene.framed_camera()?,
         };
         self.change(&mut camera, scene)?;
         scene.camera = Some(camera);

@@ -5,7 +5,7 @@ use super::{Need, check};
 use crate::failure::Failure;
 use clap::Args;
 use clap::builder::TypedValueParser;
-use eosphor::{Animation, CameraMotion, MAX_FRAMES, Scene};
+use eosphor::{MAX_FRAMES, Scene};
 use std::ops::{Bound, Range};
 
 #[derive(Debug, Args)]
@@ -110,9 +110,7 @@ impl FrameFlags {
     /// Changes how a scene moves, as the flags say.
     pub(crate) fn apply(&self, scene: &mut Scene) {
         if let Some(frames) = self.orbit {
-            let orbit = CameraMotion::Orbit { turns: 1.0, around: None };
-            let animation = scene.animation.get_or_insert(Animation::of_frames(frames));
-            (animation.frames, animation.camera) = (frames, Some(orbit));
+            scene.orbit_camera(frames);
         }
         if let (Some(fps), Some(animation)) = (self.fps, &mut scene.animation) {
             animation.fps = fps;

@@ -15,6 +15,7 @@ mod note;
 mod places;
 mod settings;
 mod textures;
+mod turntable;
 mod view;
 
 #[cfg(test)]

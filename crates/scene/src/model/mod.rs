@@ -16,6 +16,7 @@ pub(crate) mod origin;
 mod pbr;
 mod quadrilateral;
 mod settings;
+mod shift;
 mod stand_ins;
 mod texture;
 mod transform;

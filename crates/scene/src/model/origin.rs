@@ -159,7 +159,7 @@ impl Scene {
 
     /// Moves all geometry in coordinates of the file, where that takes more digits than single precision has; camera and
     /// lights stay. False where it does not: then nothing has moved.
-    pub fn move_far_geometry(&mut self, by: [f64; 3]) -> bool {
+    pub(super) fn move_far_geometry(&mut self, by: [f64; 3]) -> bool {
         let before = self.origin;
         self.origin = add(before, by);
         let origin = self.far_origin();

@@ -3,7 +3,6 @@
 use super::median;
 use crate::arguments::{BackendChoice, BenchRaysFlags, would_do_nothing};
 use crate::backend::{check_device, cpu_backend, hierarchy_options, limit_threads};
-use crate::commands::scene::framed_camera;
 use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
@@ -51,7 +50,7 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
     options.texture_memory_bytes = flags.textures.memory_bytes();
     let mut scene = load(&flags.scene, &options)?.scene;
     scene.settings.size = flags.size;
-    flags.camera.apply(&mut scene, framed_camera)?;
+    flags.camera.apply(&mut scene)?;
     scene.validate().map_err(Failure::usage)?;
     let (data, _) = SceneData::flatten(&scene)?;
     let options = hierarchy_options(&flags.device);

@@ -1,0 +1,186 @@
+//! Jobs give the bytes of an undisturbed one, whatever ends them and however they are shared out.
+
+use eosphor::job::{Cancel, Event, FrameNames, JobControl, JobError, Output, Sequence, Share, Still, merge};
+use eosphor::{CpuBackend, CpuOptions, Format, LoadOptions, Region, Scene, load};
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+fn scene() -> Scene {
+    let mut scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+    (scene.settings.size, scene.settings.samples) = ([48, 32], 8);
+    scene
+}
+
+fn backend() -> CpuBackend {
+    CpuBackend::new(CpuOptions { threads: Some(2), ..CpuOptions::default() }).unwrap()
+}
+
+fn still<'a>(scene: &'a Scene, backend: &'a CpuBackend, path: &Path) -> Still<'a> {
+    // Short pieces, so that there are several.
+    Still {
+        checkpoint_interval: Duration::from_millis(12),
+        ..Still::new(scene, backend).to_file(path).unwrap()
+    }
+}
+
+/// What an undisturbed job writes.
+fn undisturbed(scene: &Scene, name: &str) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    let outcome = still(scene, &backend(), &path).run(&JobControl::default()).unwrap();
+    assert!(outcome.complete && outcome.done == 1.0 && outcome.written == [path.clone()]);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing else is left");
+    fs::read(path).unwrap()
+}
+
+#[test]
+fn a_still_that_is_cancelled_goes_on() {
+    let (scene, backend, folder) = (scene(), backend(), tempfile::tempdir().unwrap());
+    let path = folder.path().join("a.png");
+    let cancel = Cancel::new();
+    let control = JobControl { on_progress: &|_| cancel.ask(), cancel: &cancel, ..JobControl::default() };
+    let outcome = still(&scene, &backend, &path).run(&control).unwrap();
+    assert!(!outcome.complete && outcome.done > 0.0 && outcome.done < 1.0, "{}", outcome.done);
+    assert_eq!(outcome.kept, Some(folder.path().join("a.png.part")));
+    assert_eq!(outcome.written, [folder.path().join("a.partial.png")]);
+    let events = Mutex::new(Vec::new());
+    let on_event = |event: Event| events.lock().unwrap().push(format!("{event:?}"));
+    let mut again = still(&scene, &backend, &path);
+    again.resume = true;
+    let resumed = again.run(&JobControl { on_event: &on_event, ..JobControl::default() }).unwrap();
+    assert!(resumed.complete && resumed.resumed == outcome.done);
+    assert!(events.lock().unwrap().iter().any(|event| event.starts_with("Resumed")));
+    assert!(fs::read(&path).unwrap() == undisturbed(&scene, "a.png"), "byte for byte");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing else is left");
+}
+
+#[test]
+fn a_job_that_is_cancelled_before_it_begins_writes_nothing() {
+    let (scene, backend, folder) = (scene(), backend(), tempfile::tempdir().unwrap());
+    let cancel = Cancel::new();
+    cancel.ask();
+    let control = JobControl { cancel: &cancel, ..JobControl::default() };
+    let failed = still(&scene, &backend, &folder.path().join("a.png")).run(&control);
+    assert!(matches!(failed, Err(JobError::Cancelled)));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn shares_make_the_whole() {
+    let (scene, backend) = (scene(), backend());
+    let rows = [1, 2, 3].map(|number| Share::Rows { number, count: 3 });
+    let samples = [0..3, 3..8].map(Share::Samples);
+    for shares in [&rows[..], &samples] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        for share in shares {
+            let mut still = still(&scene, &backend, &path);
+            still.share = Some(share.clone());
+            assert!(still.run(&JobControl::default()).unwrap().complete);
+        }
+        assert_eq!(merge(&[], &path).unwrap(), shares.len());
+        assert!(fs::read(&path).unwrap() == undisturbed(&scene, "a.png"), "{shares:?}");
+    }
+}
+
+/// Where a stream ends.
+#[derive(Clone, Default)]
+struct Buffer(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Buffer {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_stream_gets_what_a_file_gets() {
+    let (scene, backend, buffer) = (scene(), backend(), Buffer::default());
+    let mut still = Still::new(&scene, &backend);
+    let stream = Box::new(buffer.clone());
+    still.outputs.push(Output::Stream { name: "a buffer".into(), format: Format::Ppm, stream });
+    let outcome = still.run(&JobControl::default()).unwrap();
+    assert!(outcome.complete && outcome.written.is_empty());
+    assert!(*buffer.0.lock().unwrap() == undisturbed(&scene, "a.ppm"), "byte for byte");
+}
+
+#[test]
+fn what_cannot_be_is_said_before_anything_is_done() {
+    let (scene, backend, folder) = (scene(), backend(), tempfile::tempdir().unwrap());
+    let path = folder.path().join("a.png");
+    let fails = |change: &dyn Fn(&mut Still)| {
+        let mut still = still(&scene, &backend, &path);
+        change(&mut still);
+        still.run(&JobControl::default()).unwrap_err().to_string()
+    };
+    let region = Region { x: 40, y: 0, width: 9, height: 1 };
+    assert!(fails(&|still| still.region = Some(region)).contains("the picture has 48 x 32 pixels"));
+    assert!(fails(&|still| still.outputs.clear()).contains("no name"));
+    assert!(fails(&|still| still.outputs.push(Output::file(&path).unwrap())).contains("are the same"));
+    assert!(fails(&|still| still.share = Some(Share::Samples(4..9))).contains("a pixel has 8 samples"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn frames_that_are_done_are_kept() {
+    let (mut scene, backend, folder) = (scene(), backend(), tempfile::tempdir().unwrap());
+    scene.settings.samples = 1;
+    scene.turntable(6).unwrap();
+    let names = |folder: &Path| FrameNames::pattern(&folder.join("f_%02d.png")).unwrap();
+    let (cancel, count) = (Cancel::new(), AtomicUsize::new(0));
+    let on_event = |event: Event| {
+        if let Event::FrameDone(_) = event
+            && count.fetch_add(1, Ordering::Relaxed) == 1
+        {
+            cancel.ask();
+        }
+    };
+    let control = JobControl { on_event: &on_event, cancel: &cancel, ..JobControl::default() };
+    let mut sequence = Sequence { in_flight: Some(1), ..Sequence::new(&scene, &backend) };
+    let outcome = sequence.write_frames(&names(folder.path()), &control).unwrap();
+    assert!(!outcome.complete && (outcome.done, outcome.kept) == (2, 0));
+    (sequence.resume, sequence.in_flight) = (true, None);
+    let outcome = sequence.write_frames(&names(folder.path()), &JobControl::default()).unwrap();
+    assert!(outcome.complete && (outcome.done, outcome.kept) == (4, 2));
+    let other = tempfile::tempdir().unwrap();
+    let outcome = sequence.write_frames(&names(other.path()), &JobControl::default()).unwrap();
+    assert_eq!(outcome.frames.iter().map(|done| done.frame).collect::<Vec<u32>>(), [0, 1, 2, 3, 4, 5]);
+    for entry in fs::read_dir(other.path()).unwrap() {
+        let name = entry.unwrap().file_name();
+        let bytes = [folder.path(), other.path()].map(|folder| fs::read(folder.join(&name)).unwrap());
+        assert!(bytes[0] == bytes[1], "{}", name.display());
+    }
+}
+
+#[cfg(feature = "video")]
+#[test]
+fn a_video_is_the_same_however_often_it_was_begun() {
+    let (mut scene, backend, folder) = (scene(), backend(), tempfile::tempdir().unwrap());
+    scene.settings.samples = 1;
+    scene.turntable(5).unwrap();
+    let video = |name: &str| eosphor::job::Video::new(&folder.path().join(name));
+    let cancel = Cancel::new();
+    let on_event = |event: Event| {
+        if let Event::FrameDone(_) = event {
+            cancel.ask();
+        }
+    };
+    let control = JobControl { on_event: &on_event, cancel: &cancel, ..JobControl::default() };
+    let mut sequence = Sequence { in_flight: Some(1), ..Sequence::new(&scene, &backend) };
+    assert!(!sequence.write_video(&video("a.mp4"), &control).unwrap().complete);
+    sequence.resume = true;
+    let outcome = sequence.write_video(&video("a.mp4"), &JobControl::default()).unwrap();
+    assert!(outcome.complete && (outcome.done, outcome.kept) == (4, 1));
+    assert!(sequence.write_video(&video("a.mp4"), &JobControl::default()).unwrap().was_whole);
+    assert!(sequence.write_video(&video("b.mp4"), &JobControl::default()).unwrap().complete);
+    let bytes = ["a.mp4", "b.mp4"].map(|name| fs::read(folder.path().join(name)).unwrap());
+    assert!(bytes[0] == bytes[1], "byte for byte");
+}
