@@ -125,7 +125,29 @@ fn what_cannot_be_is_said_before_anything_is_done() {
     assert!(fails(&|still| still.region = Some(region)).contains("the picture has 48 x 32 pixels"));
     assert!(fails(&|still| still.outputs.clear()).contains("no name"));
     assert!(fails(&|still| still.outputs.push(Output::file(&path).unwrap())).contains("are the same"));
-    assert!(fails(&|still| still.share = Some(Share::Samples(4..9))).contains("a pixel has 8 samples"));
+    let of_share = |share: Share| fails(&|still| still.share = Some(share.clone()));
+    assert!(of_share(Share::Samples(4..9)).contains("a pixel has 8 samples"));
+    for (number, count) in [(0, 2), (3, 2), (1, 501)] {
+        assert!(of_share(Share::Rows { number, count }).contains("from 1 on"), "{number} of {count}");
+    }
+    let layered = |still: &mut Still| (still.share, still.file.alpha) = (Some(Share::Samples(0..1)), true);
+    assert!(fails(&layered).contains("neither layers nor alpha"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn frames_that_there_are_not_are_said() {
+    let (mut scene, backend, folder) = (scene(), backend(), tempfile::tempdir().unwrap());
+    let names = FrameNames::pattern(&folder.path().join("f_%d.png")).unwrap();
+    let fails = |scene: &Scene, frames| {
+        let sequence = Sequence { frames: Some(frames), ..Sequence::new(scene, &backend) };
+        sequence.write_frames(&names, &JobControl::default()).unwrap_err().to_string()
+    };
+    assert!(fails(&scene, 0..1).contains("nothing moves in this scene"));
+    scene.turntable(3).unwrap();
+    for frames in [2..4, 1..1] {
+        assert!(fails(&scene, frames.clone()).contains("the animation has 3 frames"), "{frames:?}");
+    }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 

@@ -93,20 +93,24 @@ fn write(
     sequence: &Sequence,
     control: &JobControl,
 ) -> Result<SequenceOutcome, JobError> {
-    #[cfg(feature = "video")]
-    if let Some(output) = flags.output.as_deref().filter(|output| is_video(output)) {
-        let usual = Video::new(output);
-        let video = Video {
-            frame_rate: Some(flags.fps.unwrap_or(24.0)),
-            quality: flags.video_quality.unwrap_or(usual.quality),
-            by_ffmpeg: flags.ffmpeg,
-            ..usual
-        };
-        return sequence.write_video(&video, control);
+    match flags.output.as_deref().filter(|output| is_video(output)) {
+        #[cfg(feature = "video")]
+        Some(output) => {
+            let usual = Video::new(output);
+            let video = Video {
+                frame_rate: Some(flags.fps.unwrap_or(24.0)),
+                quality: flags.video_quality.unwrap_or(usual.quality),
+                by_ffmpeg: flags.ffmpeg,
+                ..usual
+            };
+            sequence.write_video(&video, control)
+        }
+        _ => {
+            let pattern = input.output.clone();
+            let names = FrameNames::new(Path::new(&pattern.to_string()), move |frame| pattern.path(frame));
+            sequence.write_frames(&names, control)
+        }
     }
-    let pattern = input.output.clone();
-    let names = FrameNames::new(Path::new(&pattern.to_string()), move |frame| pattern.path(frame));
-    sequence.write_frames(&names, control)
 }
 
 /// With what is left where a line of the log could not be written.

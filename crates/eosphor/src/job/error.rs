@@ -106,6 +106,17 @@ pub enum JobError {
     /// A share of the rows, or of the samples, has no file to go to, or more than one.
     #[error("a share of a picture goes to one file: name one")]
     ShareOutput,
+    /// There is no such share of the rows.
+    #[error("share {number} of {count}: shares of rows have numbers from 1 on, and there are at most 500")]
+    ShareNumber {
+        /// The number that is wanted.
+        number: u32,
+        /// How many there are to be.
+        count: u32,
+    },
+    /// Shares of samples are to have layers or alpha.
+    #[error("samples of a picture have neither layers nor alpha: leave these out, or share out rows")]
+    SampleLayers,
     /// A still ended early by an error, and what was done is kept.
     #[error("{error}; {} has what was done: the same with --resume goes on", checkpoint.display())]
     StillKept {

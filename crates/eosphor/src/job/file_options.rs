@@ -4,7 +4,7 @@ use eosphor_render::output::{DevelopSettings, Format, Layer, Metadata, SaveOptio
 use eosphor_render::{Region, scene_hash};
 use eosphor_scene::{Scene, SceneData};
 
-/// What the file of a picture is like. None of it changes the picture.
+/// What the file of a picture is like. None of it changes the picture; what a format has no room for is left out of its files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileOptions {
     /// Layers besides the colours, of what each pixel shows first; EXR files only.

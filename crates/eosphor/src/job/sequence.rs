@@ -18,7 +18,8 @@ use std::time::Instant;
 /// What is done is kept account of, so that the same with [`Sequence::resume`] renders only what is missing, whatever ended the
 /// job. Frames are the same bytes however many are in work and whoever renders them.
 pub struct Sequence<'a> {
-    /// What is rendered. It has an animation.
+    /// What is rendered. It has an animation. Where its camera orbits around nothing in particular, [`Scene::settle_orbit`] makes
+    /// that the middle of the scene; until then it is 0.
     pub scene: &'a Scene,
     /// What renders it.
     pub backend: &'a dyn Backend,
@@ -103,7 +104,7 @@ impl<'a> Sequence<'a> {
         };
         match &self.frames {
             None => Ok(0..animation.frames),
-            Some(frames) if frames.end <= animation.frames => Ok(frames.clone()),
+            Some(frames) if !frames.is_empty() && frames.end <= animation.frames => Ok(frames.clone()),
             Some(frames) => Err(JobError::NoSuchFrames { frames: frames.clone(), all: animation.frames }),
         }
     }

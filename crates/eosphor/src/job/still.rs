@@ -18,6 +18,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+/// More shares of rows than this are of no use.
+const MOST_SHARES: u32 = 500;
+
 /// A still to be rendered, with where it goes and how. [`Still::run`] renders it.
 ///
 /// It is rendered in strips of rows, so that it takes little memory whatever its size. What is done is kept in `OUT.part`
@@ -103,8 +106,9 @@ impl<'a> Still<'a> {
         Ok(self)
     }
 
-    /// Renders it and writes the files. Folders that are missing are made. Where it is cancelled, the outcome says what is
-    /// kept: the pixels that are done are written beside each output (`a.partial.png`), and the rest of them is black.
+    /// Renders it and writes the files; the still is used up, since a stream is written once. Folders that are missing are made.
+    /// Where it is cancelled, the outcome says what is kept: the pixels that are done are written beside each output
+    /// (`a.partial.png`), and the rest of them is black.
     ///
     /// # Errors
     ///
@@ -174,11 +178,24 @@ impl<'a> Still<'a> {
         if self.outputs.is_empty() {
             return Err(JobError::NoOutput);
         }
-        if self.share.is_some() && (self.outputs.len() > 1 || self.outputs[0].path().is_none()) {
-            return Err(JobError::ShareOutput);
+        if let Some(share) = &self.share {
+            self.check_share(share)?;
         }
         check_apart(&self.outputs)?;
         Ok(check_writable(&self.outputs)?)
+    }
+
+    fn check_share(&self, share: &Share) -> Result<(), JobError> {
+        if self.outputs.len() > 1 || self.outputs[0].path().is_none() {
+            return Err(JobError::ShareOutput);
+        }
+        match share {
+            Share::Samples(_) if self.file.needs_features() => Err(JobError::SampleLayers),
+            &Share::Rows { number, count } if number < 1 || number > count || count > MOST_SHARES => {
+                Err(JobError::ShareNumber { number, count })
+            }
+            Share::Samples(_) | Share::Rows { .. } => Ok(()),
+        }
     }
 
     fn check_samples(&self, all: u32) -> Result<(), JobError> {
