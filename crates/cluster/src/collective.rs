@@ -3,7 +3,7 @@
 use crate::chain::Chain;
 use crate::error::ClusterError;
 use crate::idle::Idle;
-use crate::mail::{Channel, Letter};
+use crate::messages::{Channel, Letter};
 use crate::transfer::zeros;
 use crate::world::World;
 use std::time::{Duration, Instant};

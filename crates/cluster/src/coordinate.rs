@@ -1,10 +1,10 @@
 //! Rank 0's side of a job: hands units out, and takes results in.
 
-use crate::crew::{Crew, run_or_abort};
 use crate::error::ClusterError;
 use crate::idle::Idle;
 use crate::job::{Coordinator, Job, Progress, RankProgress, Report};
-use crate::mail::{Channel, Letter};
+use crate::messages::{Channel, Letter};
+use crate::thread_pool::{Crew, run_or_abort};
 use crate::work::{Kind, or_abort};
 use crate::world::World;
 use std::collections::BTreeMap;

@@ -1,10 +1,10 @@
 //! The other ranks' side of a job: they compute what rank 0 hands out.
 
-use crate::crew::Crew;
 use crate::error::ClusterError;
 use crate::idle::Idle;
 use crate::job::{Job, Report};
-use crate::mail::{Channel, Letter};
+use crate::messages::{Channel, Letter};
+use crate::thread_pool::Crew;
 use crate::world::World;
 
 /// Messages of a job.
