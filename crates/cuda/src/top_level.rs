@@ -96,7 +96,7 @@ impl TopLevel {
             Hierarchy::Bvh(top) => {
                 // Kernels that count have it as the others do.
                 let Some(rooms) = self.rooms.as_ref() else {
-                    add_instance_tree(own, &top.view().instances);
+                    add_instance_tree(own, &top.instance_tree());
                     return Ok(None);
                 };
                 let room = rooms.take();
@@ -119,10 +119,10 @@ impl TopLevel {
                 return Ok(Some(room));
             }
             Hierarchy::Octree(tree) | Hierarchy::OctreeParametric(tree) => {
-                add_instance_tree(own, &tree.view().instances);
+                add_instance_tree(own, &tree.instance_tree());
             }
-            Hierarchy::Grid(grid) => add_instance_tree(own, &grid.view().instances),
-            Hierarchy::KdTree(tree) => add_instance_tree(own, &tree.view().instances),
+            Hierarchy::Grid(grid) => add_instance_tree(own, &grid.instance_tree()),
+            Hierarchy::KdTree(tree) => add_instance_tree(own, &tree.instance_tree()),
             // No tree at all; and the one that is not for GPUs.
             Hierarchy::Exhaustive(_) | Hierarchy::Bvh8(_) => {}
         }

@@ -91,6 +91,11 @@ impl Bvh {
         self.view_with_instances_of(self)
     }
 
+    /// The tree over the instances alone, which does not need the geometries.
+    pub fn instance_tree(&self) -> InstanceTreeView<'_> {
+        InstanceTreeView { nodes: &self.nodes, root: self.instance_root, order: &self.instance_order }
+    }
+
     /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
@@ -99,11 +104,7 @@ impl Bvh {
         BvhView {
             nodes: &self.nodes,
             roots: &self.roots,
-            instances: InstanceTreeView {
-                nodes: &top.nodes,
-                root: top.instance_root,
-                order: &top.instance_order,
-            },
+            instances: top.instance_tree(),
             primitives: self.primitives.view_with_instances_of(&top.primitives),
         }
     }

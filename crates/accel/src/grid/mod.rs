@@ -8,7 +8,7 @@ use crate::cells::{self, InstanceTree, LeafCounts};
 use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::Bounds;
-use eosphor_core::hierarchy::{GridRoot, GridTracer, GridView, Work};
+use eosphor_core::hierarchy::{GridRoot, GridTracer, GridView, InstanceTreeView, Work};
 use eosphor_core::math::Vec3;
 use std::time::Instant;
 
@@ -58,6 +58,11 @@ impl Grid {
         self.view_with_instances_of(self)
     }
 
+    /// The tree over the instances alone, which does not need the geometries.
+    pub fn instance_tree(&self) -> InstanceTreeView<'_> {
+        self.instances.view()
+    }
+
     /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
@@ -67,7 +72,7 @@ impl Grid {
             roots: &self.roots,
             starts: &self.starts,
             references: &self.references,
-            instances: top.instances.view(),
+            instances: top.instance_tree(),
             primitives: self.primitives.view_with_instances_of(&top.primitives),
         }
     }

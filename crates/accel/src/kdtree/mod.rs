@@ -9,7 +9,7 @@ use crate::cells::{self, InstanceTree, LeafCounts};
 use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::Bounds;
-use eosphor_core::hierarchy::{KdNode, KdRoot, KdTreeTracer, KdTreeView, Work};
+use eosphor_core::hierarchy::{InstanceTreeView, KdNode, KdRoot, KdTreeTracer, KdTreeView, Work};
 use eosphor_core::material::NONE;
 use std::time::Instant;
 
@@ -63,6 +63,11 @@ impl KdTree {
         self.view_with_instances_of(self)
     }
 
+    /// The tree over the instances alone, which does not need the geometries.
+    pub fn instance_tree(&self) -> InstanceTreeView<'_> {
+        self.instances.view()
+    }
+
     /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
@@ -72,7 +77,7 @@ impl KdTree {
             nodes: &self.nodes,
             roots: &self.roots,
             references: &self.references,
-            instances: top.instances.view(),
+            instances: top.instance_tree(),
             primitives: self.primitives.view_with_instances_of(&top.primitives),
         }
     }

@@ -10,7 +10,7 @@ use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{
-    OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView, Work,
+    InstanceTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView, Work,
 };
 use eosphor_core::material::NONE;
 use std::time::Instant;
@@ -66,6 +66,11 @@ impl Octree {
         self.view_with_instances_of(self)
     }
 
+    /// The tree over the instances alone, which does not need the geometries.
+    pub fn instance_tree(&self) -> InstanceTreeView<'_> {
+        self.instances.view()
+    }
+
     /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
@@ -75,7 +80,7 @@ impl Octree {
             nodes: &self.nodes,
             roots: &self.roots,
             references: &self.references,
-            instances: top.instances.view(),
+            instances: top.instance_tree(),
             primitives: self.primitives.view_with_instances_of(&top.primitives),
         }
     }

@@ -46,6 +46,9 @@ fn hierarchies_over_instances_alone_have_no_tracer() {
         message_of(|| kdtree.tracer(IgnoreWork)),
     ];
     assert_eq!(messages, [NO_TRACER; 8]);
+    // What they are for is there all the same.
+    let trees = [bvh.instance_tree(), octree.instance_tree(), grid.instance_tree(), kdtree.instance_tree()];
+    assert!(trees.iter().all(|tree| tree.order == [1, 2]));
     // No instance at all, not even the world.
     let nothing = SceneGeometry::of_instances(&[]).unwrap();
     assert_eq!(message_of(|| _ = Bvh8::build(&nothing, &options).tracer()), NO_TRACER);
