@@ -1,100 +1,72 @@
 //! The entry points: each renders a band of rows over one structure.
 
-use crate::band::{Band, Output, render_band};
+use crate::band::render_band;
 use crate::parameters::{array, indexed, instance_tree};
-use crate::totals::RayTotals;
 use crate::watch::{Counting, Unwatched, Watching};
-use eosphor_core::camera::Camera;
 use eosphor_core::device::{
-    BvhPair, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
+    BandLaunch, BvhPair, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
 };
-use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
+use eosphor_core::geometry::Sphere;
 use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot, KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView, PrimitivesView};
 use eosphor_core::intersect::PackedTriangle;
-use eosphor_core::light::Light;
-use eosphor_core::material::Material;
-use eosphor_core::math::Vec3;
-use eosphor_core::settings::Settings;
-use eosphor_core::sums::ExactSum;
-use eosphor_core::texture::{Texture, Textures};
+use eosphor_core::scene_arrays;
 use eosphor_core::view::SceneView;
 
-/// Defines a kernel. After the structure's own parameters, which `crates/cuda/src/structure.rs` passes, all have the
-/// same ones, in the order in which `crates/cuda/src/scene.rs` passes them.
+/// What a parameter is to the kernel.
+macro_rules! reached {
+    (one $first:ident, $count:expr) => {
+        $first
+    };
+    (indexed $first:ident, $count:expr) => {
+        indexed($first)
+    };
+    (counted $first:ident, $count:expr) => {
+        array($first, $count)
+    };
+}
+
+/// Defines a kernel that renders a band of rows. It takes the structure's own parameters, which `crates/cuda/src/structure.rs` adds,
+/// the structure's primitives, the scene's arrays and the launch, in this order.
 macro_rules! render_kernel {
-    ($(#[$doc:meta])* $name:ident, $watching:ty, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr) => {
+    ($($kernel:tt)*) => {
+        scene_arrays! { define_render_kernel($($kernel)*) }
+    };
+}
+
+macro_rules! define_render_kernel {
+    (
+        ($(#[$doc:meta])* $name:ident, $watching:ty, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr)
+        $($(#[$field_doc:meta])* $array:ident $label:literal $field:ident: $access:ident $item:ty,)*
+    ) => {
         $(#[$doc])*
         ///
         /// # Safety
         ///
-        /// References are to the first items of the scene's arrays, which are as long as the scene's indices and the
-        /// counts say; `sums`, or where they are null `film`, has room for the pixels of rows `first_row .. end_row`;
-        /// `sharing` is at most 5.
+        /// References are to the first items of arrays, which are as long as the scene's indices and `launch.counts` say; the
+        /// launch's `sums`, or where they are null its `film`, have room for the pixels of its rows; its `sharing` is at most 5.
         #[unsafe(no_mangle)]
         pub unsafe extern "ptx-kernel" fn $name(
             $($own: $type,)*
             packed_triangles: &PackedTriangle,
             packed_spheres: &Sphere,
             sphere_primitives: &u32,
-            geometries: &Geometry,
-            instances: &Instance,
-            instance_count: u64,
-            triangles: &[Vec3; 3],
-            spheres: &Sphere,
-            triangle_shading: &TriangleShading,
-            triangle_extras: &TriangleExtra,
-            sphere_materials: &u32,
-            materials: &Material,
-            textures: &Texture,
-            texture_count: u64,
-            texture_words: &u32,
-            texture_word_count: u64,
-            srgb_decode: &[f32; 256],
-            lights: &Light,
-            light_count: u64,
-            camera: &Camera,
-            settings: &Settings,
-            first_row: u32,
-            end_row: u32,
-            first_sample: u32,
-            end_sample: u32,
-            sharing: u32,
-            film: *mut Vec3,
-            sums: *mut ExactSum,
-            totals: &RayTotals,
+            $($field: &$item,)*
+            launch: BandLaunch,
         ) {
             // SAFETY: the kernel's own contract.
             unsafe {
+                let view = SceneView { $($field: reached!($access $field, launch.counts.$field)),* };
                 let $primitives = PrimitivesView {
                     triangles: indexed(packed_triangles),
                     spheres: indexed(packed_spheres),
                     sphere_primitives: indexed(sphere_primitives),
-                    geometries: indexed(geometries),
-                    instances: array(instances, instance_count),
+                    geometries: view.geometries,
+                    instances: array(view.instances.get_unchecked(0), launch.counts.instances),
                 };
-                let view = SceneView {
-                    triangles: indexed(triangles),
-                    spheres: indexed(spheres),
-                    geometries: indexed(geometries),
-                    instances: indexed(instances),
-                    triangle_shading: indexed(triangle_shading),
-                    triangle_extras: indexed(triangle_extras),
-                    sphere_materials: indexed(sphere_materials),
-                    materials: indexed(materials),
-                    textures: Textures {
-                        textures: array(textures, texture_count),
-                        words: array(texture_words, texture_word_count),
-                        srgb_decode,
-                    },
-                    lights: array(lights, light_count),
-                    camera,
-                    settings,
-                };
-                let band = Band { first: first_row, end: end_row, first_sample, end_sample, sharing };
                 let watching = <$watching>::new();
                 let $work = watching.work();
                 let tracer = watching.around($tracer);
-                render_band(&view, &tracer, band, Output { film, sums }, totals, &watching);
+                render_band(&view, &tracer, &launch, &watching);
             }
         }
     };

@@ -4,12 +4,12 @@
 use crate::parameters::{array, indexed};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::device::{
-    BvhPair, FarTracer, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
+    BvhPair, FarTracer, HitRow, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
 };
 use eosphor_core::geometry::{Geometry, Instance, Sphere};
 use eosphor_core::hierarchy::{PrimitivesView, Tracer};
 use eosphor_core::intersect::PackedTriangle;
-use eosphor_core::ray::{Hit, Ray, RayFilter};
+use eosphor_core::ray::{Ray, RayFilter};
 
 /// Defines a kernel that answers a query for each ray. After the hierarchy's own parameters come its primitives, the rays, their
 /// number and the answers.
@@ -124,7 +124,7 @@ macro_rules! ray_kernels {
                 if $placed {
                     *hit_instance = hit.id.instance;
                 }
-                HitRow::new(hit)
+                HitRow::from(hit)
             }
         }
         ray_kernel! {
@@ -133,22 +133,6 @@ macro_rules! ray_kernels {
             u32, |tracer, ray, _hit_instance| tracer.occluded(ray, &RayFilter::ALL) as u32
         }
     };
-}
-
-/// A hit as kernels write it: 16 bytes at once. The instance, where there are any, goes to an array of its own.
-#[repr(C, align(16))]
-pub struct HitRow {
-    t: f32,
-    u: f32,
-    v: f32,
-    primitive: u32,
-}
-
-impl HitRow {
-    #[inline(always)]
-    fn new(hit: Hit) -> HitRow {
-        HitRow { t: hit.t, u: hit.u, v: hit.v, primitive: hit.id.primitive }
-    }
 }
 
 bvh_ray_kernels! { closest_hits_bvh, occluded_bvh, placed true, in step false }

@@ -1,6 +1,6 @@
 //! What queries do: nothing is seen of it, or it is counted and timed.
 
-use crate::totals::{RayTotals, Seen};
+use crate::totals::{Seen, Totals};
 use core::arch::asm;
 use core::cell::Cell;
 use eosphor_core::hierarchy::{IgnoreWork, Phase, PhaseClock, Tracer, Watch, Watched, Work};
@@ -14,7 +14,7 @@ pub(crate) trait Watching {
     /// A tracer with that work, as shading has it.
     fn around(&self, tracer: impl Tracer) -> impl Tracer;
     /// Adds what was seen. All threads of a warp come here, at the end.
-    fn add_to(&self, totals: &RayTotals, lane: u32);
+    fn add_to(&self, totals: &Totals, lane: u32);
 }
 
 /// Kernels that do not.
@@ -34,7 +34,7 @@ impl Watching for Unwatched {
         tracer
     }
     #[inline(always)]
-    fn add_to(&self, _: &RayTotals, _: u32) {}
+    fn add_to(&self, _: &Totals, _: u32) {}
 }
 
 /// Kernels that do.
@@ -57,7 +57,7 @@ impl Watching for Counting {
         Watched { tracer, watch: &self.watch }
     }
     #[inline(always)]
-    fn add_to(&self, totals: &RayTotals, lane: u32) {
+    fn add_to(&self, totals: &Totals, lane: u32) {
         let Watch { searches, nodes, primitives, clock } = &self.watch;
         let seen = Seen {
             searches: searches.get(),

@@ -139,6 +139,23 @@ pub struct Material {
     pub normal_scale: f32,
 }
 
+impl Material {
+    /// The textures of all its properties: indices, or [`NONE`].
+    #[inline(always)]
+    pub fn textures(&self) -> [u32; 8] {
+        [
+            self.diffuse_texture,
+            self.specular_texture,
+            self.emission_texture,
+            self.metallic_texture.texture,
+            self.roughness_texture.texture,
+            self.transmission_texture.texture,
+            self.opacity_texture.texture,
+            self.normal_texture,
+        ]
+    }
+}
+
 impl Default for Material {
     fn default() -> Material {
         Material {

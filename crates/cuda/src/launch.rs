@@ -1,9 +1,10 @@
 //! Launches: a band of rows of a scene on a device.
 
-use crate::launch_buffers::{Band, LaunchBuffers, TOTALS};
+use crate::launch_buffers::{Band, LaunchBuffers};
 use crate::scene::{DeviceScene, FrameParameters};
 use cudarc::driver::sys::CUevent_flags;
-use cudarc::driver::{CudaEvent, DevicePtr, DriverError, LaunchConfig, PushKernelArg};
+use cudarc::driver::{CudaEvent, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg};
+use eosphor_core::device::{BandLaunch, RayTotals};
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_render::{QueryTimes, RayStatistics};
@@ -62,17 +63,24 @@ impl Launcher<'_> {
         let bytes = rows.len() * self.scene.width as usize * size_of::<T>();
         assert!(bytes <= pixels.num_bytes(), "the band is larger than its room");
         stream.memset_zeros(totals)?;
-        let (mut film, mut sums) = (pixels.device_ptr(stream).0, 0);
-        if T::IS_SUM {
-            (film, sums) = (0, film);
-        }
+        let pixels = pixels.device_ptr(stream).0;
+        let (film, sums) = if T::IS_SUM { (0, pixels) } else { (pixels, 0) };
         let mut launch = stream.launch_builder(&self.scene.kernel);
         for parameter in &self.parameters.values {
             launch.arg(parameter);
         }
-        let Range { start: first_sample, end: end_sample } = self.samples;
-        launch.arg(&rows.start).arg(&rows.end).arg(&first_sample).arg(&end_sample).arg(&self.sharing);
-        launch.arg(&film).arg(&sums).arg(totals);
+        let band_launch = Argument(BandLaunch {
+            counts: self.parameters.counts,
+            film: film as *mut Vec3,
+            sums: sums as *mut ExactSum,
+            totals: totals.device_ptr(stream).0 as *mut RayTotals,
+            first_row: rows.start,
+            end_row: rows.end,
+            first_sample: self.samples.start,
+            end_sample: self.samples.end,
+            sharing: self.sharing,
+        });
+        launch.arg(&band_launch);
         let shape = launch_shape(self.scene.width, rows.end - rows.start, self.sharing, self.block_size);
         let start = stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
         // SAFETY: the parameters are those of the kernel, in its order (a test compares them); the arrays are those of a
@@ -98,31 +106,35 @@ impl Launcher<'_> {
         );
         // SAFETY: the kernel has written them, as `launch` was told.
         unsafe { self.room.staging.copy_back(band.pixels.device_ptr(stream).0, pixels) }?;
-        let mut totals = [0; TOTALS];
-        self.room.staging.copy_numbers(band.totals.device_ptr(stream).0, &mut totals)?;
+        let totals = self.room.staging.copy_totals(band.totals.device_ptr(stream).0)?;
         Ok((statistics(&totals), seconds))
     }
 }
 
-/// What a launch has counted, in the order of `gpu/src/totals.rs`.
-fn statistics(totals: &[u64; TOTALS]) -> RayStatistics {
-    let &[camera, reflected, refracted, glossy, shadow, searches, nodes, primitives, ref times @ ..] = totals;
-    let &[traversal, intersection, thread_ticks, thread_nanoseconds] = times;
+/// A [`BandLaunch`] as an argument of a kernel. Its pointers are the device's.
+#[repr(transparent)]
+struct Argument(BandLaunch);
+
+// SAFETY: the kernel declares the same `repr(C)` type.
+unsafe impl DeviceRepr for Argument {}
+
+/// What a launch has counted.
+fn statistics(totals: &RayTotals) -> RayStatistics {
     // How long a tick is depends on what the device does: it is what all threads took by both clocks.
-    let length = thread_nanoseconds as f64 / thread_ticks.max(1) as f64;
+    let length = totals.thread_nanoseconds as f64 / totals.thread_ticks.max(1) as f64;
     let nanoseconds = |ticks: u64| (ticks as f64 * length) as u64;
     RayStatistics {
-        camera,
-        reflected,
-        refracted,
-        glossy,
-        shadow,
-        searches,
-        nodes_visited: nodes,
-        primitive_tests: primitives,
+        camera: totals.camera,
+        reflected: totals.reflected,
+        refracted: totals.refracted,
+        glossy: totals.glossy,
+        shadow: totals.shadow,
+        searches: totals.searches,
+        nodes_visited: totals.nodes,
+        primitive_tests: totals.primitives,
         times: QueryTimes {
-            traversal_nanoseconds: nanoseconds(traversal),
-            intersection_nanoseconds: nanoseconds(intersection),
+            traversal_nanoseconds: nanoseconds(totals.traversal_ticks),
+            intersection_nanoseconds: nanoseconds(totals.intersection_ticks),
         },
     }
 }
@@ -147,11 +159,22 @@ mod tests {
 
     #[test]
     fn ticks_become_nanoseconds() {
-        let all = statistics(&[1, 2, 3, 4, 5, 6, 7, 8, 1000, 500, 4000, 2000]);
+        let rays =
+            RayTotals { camera: 1, reflected: 2, refracted: 3, glossy: 4, shadow: 5, ..Default::default() };
+        let all = statistics(&RayTotals {
+            searches: 6,
+            nodes: 7,
+            primitives: 8,
+            traversal_ticks: 1000,
+            intersection_ticks: 500,
+            thread_ticks: 4000,
+            thread_nanoseconds: 2000,
+            ..rays
+        });
         assert_eq!((all.total_rays(), all.searches, all.nodes_visited, all.primitive_tests), (15, 6, 7, 8));
         assert_eq!(all.times, QueryTimes { traversal_nanoseconds: 500, intersection_nanoseconds: 250 });
         // Kernels that do not count.
-        let rays = statistics(&[1, 2, 3, 4, 5, 0, 0, 0, 0, 0, 0, 0]);
+        let rays = statistics(&rays);
         assert_eq!((rays.searches, rays.times), (0, QueryTimes::default()));
     }
 

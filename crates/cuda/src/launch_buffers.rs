@@ -3,10 +3,8 @@
 use crate::device::Device;
 use crate::staging::Staging;
 use cudarc::driver::{CudaSlice, CudaStream, DriverError};
+use eosphor_core::device::RayTotals;
 use std::sync::Arc;
-
-/// What kernels count: kinds of rays; and those that are made for it, what queries do.
-pub(crate) const TOTALS: usize = 12;
 
 /// A device's room for what launches write: two bands, so that one is rendered while the other travels back.
 pub(crate) struct LaunchBuffers {
@@ -20,6 +18,7 @@ pub(crate) struct Band {
     pub(crate) stream: Arc<CudaStream>,
     /// What kernels make of each pixel.
     pub(crate) pixels: CudaSlice<u64>,
+    /// [`RayTotals`].
     pub(crate) totals: CudaSlice<u64>,
 }
 
@@ -32,7 +31,7 @@ impl LaunchBuffers {
         let band = || {
             let stream = device.stream.context().new_stream()?;
             let pixels = stream.alloc_zeros(bytes.div_ceil(size_of::<u64>()))?;
-            let totals = stream.alloc_zeros(TOTALS)?;
+            let totals = stream.alloc_zeros(size_of::<RayTotals>() / size_of::<u64>())?;
             Ok(Band { stream, pixels, totals })
         };
         Ok(LaunchBuffers { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })

@@ -14,30 +14,21 @@ pub(crate) enum Kind {
     Count,
     /// `u32`.
     Number,
-}
-
-/// Parameters that frames have of their own. Each part goes on until the next begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
-    /// What finds instances.
-    InstanceTree,
-    /// Instances, and how many.
-    Instances,
-    /// Lights, camera and settings.
-    Moment,
+    /// A structure of this alignment and size, passed by value.
+    #[cfg(test)]
+    Structure { align: usize, bytes: usize },
 }
 
 /// Parameters of a kernel, and where each array shall lie in one piece of the device's memory. Nothing is copied before
 /// it is known how much that is.
 #[derive(Default)]
 pub(crate) struct Parameters<'a> {
+    names: Vec<&'static str>,
     kinds: Vec<Kind>,
     /// Numbers as they are; of arrays, their offset.
     values: Vec<u64>,
     pieces: Vec<Piece<'a>>,
     bytes: u64,
-    /// Where parts begin.
-    parts: Vec<(Part, usize)>,
 }
 
 /// An array and its offset in the device's memory.
@@ -50,48 +41,41 @@ pub(crate) struct Piece<'a> {
 impl<'a> Parameters<'a> {
     /// An array. `T` is one of core's types, which are `repr(C)` without pointers, so that host and device agree on
     /// sizes, alignment and byte order. An empty one becomes a place that is never read, because kernels take references.
-    pub(crate) fn array<T: Copy>(&mut self, items: &'a [T]) {
+    pub(crate) fn array<T: Copy>(&mut self, name: &'static str, items: &'a [T]) {
         const { assert!(align_of::<T>() as u64 <= ALIGNMENT) };
         // SAFETY: any memory can be looked at as bytes that need not be initialised.
         let bytes = unsafe { std::slice::from_raw_parts(items.as_ptr().cast(), size_of_val(items)) };
         let offset = self.bytes.next_multiple_of(ALIGNMENT);
         self.pieces.push(Piece { offset, bytes });
         self.bytes = offset + bytes.len().max(size_of::<T>()) as u64;
-        self.push(Kind::Array { align: align_of::<T>() }, offset);
+        self.push(name, Kind::Array { align: align_of::<T>() }, offset);
     }
 
     /// How many items an array has.
-    pub(crate) fn count(&mut self, items: usize) {
-        self.push(Kind::Count, items as u64);
+    pub(crate) fn count(&mut self, name: &'static str, items: usize) {
+        self.push(name, Kind::Count, items as u64);
     }
 
     /// A number.
-    pub(crate) fn number(&mut self, value: u32) {
-        self.push(Kind::Number, value.into());
+    pub(crate) fn number(&mut self, name: &'static str, value: u32) {
+        self.push(name, Kind::Number, value.into());
     }
 
-    /// What is added next begins a part.
-    pub(crate) fn begin(&mut self, part: Part) {
-        self.parts.push((part, self.values.len()));
+    /// What the parameters are called, in order.
+    pub(crate) fn names(&self) -> &[&'static str] {
+        &self.names
     }
 
-    /// Where parts begin.
-    pub(crate) fn parts(&self) -> &[(Part, usize)] {
-        &self.parts
-    }
-
-    /// The values of these parameters, which are nothing but parts, in place of those parts of others, which begin there.
-    pub(crate) fn replace_parts(&self, base: u64, parts: &[(Part, usize)], values: &mut [u64]) {
-        let own = self.values(base);
-        for (number, &(part, from)) in self.parts.iter().enumerate() {
-            let to = self.parts.get(number + 1).map_or(own.len(), |&(_, next)| next);
-            let place = parts.iter().find(|(other, _)| *other == part);
-            let &(_, at) = place.expect("every kernel has these parts");
-            values[at..at + to - from].copy_from_slice(&own[from..to]);
+    /// Puts the values of these parameters in place of those of the same names among `values`, whose names are `names`.
+    pub(crate) fn replace(&self, base: u64, names: &[&'static str], values: &mut [u64]) {
+        for (own, value) in self.names.iter().zip(self.values(base)) {
+            let place = names.iter().position(|name| name == own);
+            values[place.expect("every kernel has this parameter")] = value;
         }
     }
 
-    fn push(&mut self, kind: Kind, value: u64) {
+    fn push(&mut self, name: &'static str, kind: Kind, value: u64) {
+        self.names.push(name);
         self.kinds.push(kind);
         self.values.push(value);
     }
@@ -131,22 +115,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_have_parts_of_their_own() {
+    fn frames_have_parameters_of_their_own() {
         let (all, own) = ([1u8; 4], [2u8; 4]);
         let mut parameters = Parameters::default();
-        parameters.number(1);
-        parameters.begin(Part::Instances);
-        parameters.array(&all);
-        parameters.count(4);
-        parameters.begin(Part::Moment);
-        parameters.number(2);
+        parameters.number("first", 1);
+        parameters.array("items", &all);
+        parameters.count("count", 4);
+        parameters.number("last", 2);
         let mut values = parameters.values(1000);
         let mut frame = Parameters::default();
-        frame.begin(Part::Moment);
-        frame.number(3);
-        frame.begin(Part::Instances);
-        frame.array(&own);
-        frame.replace_parts(5000, parameters.parts(), &mut values);
+        frame.number("last", 3);
+        frame.array("items", &own);
+        frame.replace(5000, parameters.names(), &mut values);
         assert_eq!(values, [1, 5000, 4, 3]);
     }
 
@@ -154,12 +134,12 @@ mod tests {
     fn arrays_lie_apart_and_aligned() {
         let (bytes, floats, nothing) = ([1u8; 300], [0.5f32; 3], [0u64; 0]);
         let mut parameters = Parameters::default();
-        parameters.array(&bytes);
-        parameters.number(7);
-        parameters.array(&nothing);
-        parameters.array(&floats);
-        parameters.number(9);
-        parameters.count(3);
+        parameters.array("bytes", &bytes);
+        parameters.number("seven", 7);
+        parameters.array("nothing", &nothing);
+        parameters.array("floats", &floats);
+        parameters.number("nine", 9);
+        parameters.count("three", 3);
         assert_eq!(parameters.bytes(), 512 + 256 + 12);
         assert_eq!(parameters.values(1 << 40)[..2], [1 << 40, 7]);
         assert_eq!(parameters.values(4096)[2..], [4096 + 512, 4096 + 768, 9, 3]);

@@ -38,6 +38,7 @@ mod tests {
     use crate::scene::scene_parameters;
     use crate::structure::{Structure, Trees, kernel};
     use crate::traversal::Traversal;
+    use eosphor_core::device::BandLaunch;
     use eosphor_render::{Accel, Hierarchy, HierarchyOptions, build_hierarchy};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
@@ -75,6 +76,10 @@ mod tests {
                 }
                 [".param", ".u64", _] => Kind::Count,
                 [".param", ".u32", _] => Kind::Number,
+                [".param", ".align", align, ".b8", name] => {
+                    let (_, bytes) = name.trim_end_matches([']', ',']).split_once('[').unwrap();
+                    Kind::Structure { align: align.parse().unwrap(), bytes: bytes.parse().unwrap() }
+                }
                 _ => panic!("{kernel}: {line}"),
             }
         };
@@ -86,10 +91,8 @@ mod tests {
     fn kernels_take_what_is_passed() {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
         let data = SceneData::flatten(&scene).unwrap().0;
-        // What a launch adds: the rows, the samples, who shares pixels, film and sums, which are raw pointers, and the totals.
-        let numbers = [Kind::Number; 5];
-        let pixels = [Kind::Array { align: 1 }; 2];
-        let launch = [&numbers[..], &pixels, &[Kind::Array { align: align_of::<u64>() }]].concat();
+        let (align, bytes) = (align_of::<BandLaunch>(), size_of::<BandLaunch>());
+        let launch = [Kind::Structure { align, bytes }];
         for (accel, traversal, counts, name) in kernels() {
             let hierarchy = build_hierarchy(accel, &HierarchyOptions::default(), &data).unwrap();
             let structure = match counts {
@@ -97,7 +100,7 @@ mod tests {
                 false => Structure::new(&hierarchy, traversal, 0).unwrap(),
             };
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
-            assert_eq!(declared(name), [parameters.kinds(), &launch[..]].concat(), "{name}");
+            assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
         }
     }
 

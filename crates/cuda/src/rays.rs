@@ -9,7 +9,8 @@ use crate::traversal::Traversal;
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_accel::Bvh;
-use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
+use eosphor_core::device::HitRow;
+use eosphor_core::ray::{Hit, Ray};
 use eosphor_render::BackendError;
 
 /// Those of the kernels below that are for rays of which many start far away, if they have a kernel of their own.
@@ -70,29 +71,6 @@ struct Asked<T> {
     answers: Vec<T>,
     hit_instances: Vec<u32>,
     milliseconds: Vec<f32>,
-}
-
-/// A hit as `gpu/src/rays.rs` writes it.
-#[derive(Clone, Copy)]
-#[repr(C, align(16))]
-struct HitRow {
-    t: f32,
-    u: f32,
-    v: f32,
-    primitive: u32,
-}
-
-impl HitRow {
-    fn hit(&self, instance: u32) -> Hit {
-        let &HitRow { t, u, v, primitive } = self;
-        let id = if primitive == PrimitiveId::NONE.primitive {
-            PrimitiveId::NONE
-        } else {
-            PrimitiveId { instance, primitive }
-        };
-        // Kernels do not write the rest of `t`.
-        Hit { t, t_rest: UNKNOWN_REST, u, v, id }
-    }
 }
 
 impl CudaRays {
@@ -185,7 +163,7 @@ impl CudaRays {
         let stream = &self.device.stream;
         let kernel = if self.start_far_away(rays) { &self.far_kernels[query] } else { &self.kernels[query] };
         let mut parameters = Parameters::default();
-        parameters.array(rays);
+        parameters.array("rays", rays);
         let (_memory, device_rays) = upload(stream, &parameters)?;
         let mut answers = stream.alloc_zeros::<u8>(size_of::<T>() * rays.len().max(1))?;
         // Zeros where the kernel writes none: all hits are in the world then.
@@ -233,5 +211,8 @@ pub(crate) fn bvh_parameters<'a>(bvh: &'a Bvh, trees: &'a Trees) -> Parameters<'
     let mut parameters = Parameters::default();
     let primitives = add_trees(&mut parameters, bvh, trees);
     add_packed(&mut parameters, &primitives);
+    parameters.array("geometries", primitives.geometries);
+    parameters.array("instances", primitives.instances);
+    parameters.count("instance_count", primitives.instances.len());
     parameters
 }

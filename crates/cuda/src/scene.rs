@@ -3,16 +3,12 @@
 use crate::device::Device;
 use crate::launch_buffers::{BANDS, LaunchBuffers};
 use crate::memory::{Needs, upload};
-use crate::parameters::{Parameters, Part};
+use crate::parameters::Parameters;
 use crate::structure::{Structure, add_structure};
 use crate::top_level::{Taken, TopLevel};
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
-use eosphor_core::camera::Camera;
-use eosphor_core::geometry::Instance;
 use eosphor_core::hierarchy::PrimitivesView;
-use eosphor_core::light::Light;
-use eosphor_core::settings::Settings;
-use eosphor_core::view::SceneView;
+use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneView, SceneVisitor};
 use eosphor_render::BackendError;
 use eosphor_scene::Moment;
 use std::sync::{Mutex, PoisonError};
@@ -20,10 +16,12 @@ use std::sync::{Mutex, PoisonError};
 /// A scene on a device: its arrays, and the kernel that renders it.
 pub(crate) struct DeviceScene {
     pub(crate) kernel: CudaFunction,
-    /// What a kernel takes before the parameters of a launch.
+    /// What a kernel takes before the launch.
     parameters: Vec<u64>,
-    /// Where those begin that frames have of their own.
-    parts: Vec<(Part, usize)>,
+    /// Their names.
+    names: Vec<&'static str>,
+    /// How many items the scene's arrays have.
+    counts: SceneCounts,
     top_level: TopLevel,
     /// Pixels of a row.
     pub(crate) width: u32,
@@ -60,9 +58,10 @@ impl DeviceScene {
         .check(device.free_bytes().map_err(fail)?, &device.name)?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
         let top_level = TopLevel::new(structure.accel(), structure.trees.as_ref(), moving);
-        let (parameters, parts) = (parameters.values(base), parameters.parts().to_vec());
+        let (parameters, names) = (parameters.values(base), parameters.names().to_vec());
         let (width, rooms) = (view.settings.width, Mutex::default());
-        Ok(DeviceScene { kernel, parameters, parts, top_level, width, rooms, _memory: memory })
+        let counts = view.counts();
+        Ok(DeviceScene { kernel, parameters, names, counts, top_level, width, rooms, _memory: memory })
     }
 
     /// Room for launches of bands of at most so many bytes, which must be given back.
@@ -76,101 +75,67 @@ impl DeviceScene {
         self.rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
     }
 
-    /// What a kernel takes for a frame before the parameters of a launch.
+    /// What a kernel takes for a frame before the launch.
     pub(crate) fn at(
         &self,
         device: &Device,
         moment: Option<&Moment>,
     ) -> Result<FrameParameters<'_>, DriverError> {
-        let mut values = self.parameters.clone();
+        let (mut values, mut counts) = (self.parameters.clone(), self.counts);
+        // Without `..`, so that a new field does not compile before frames have their own of it.
         let Some(Moment { camera, lights, settings, places }) = moment else {
-            return Ok(FrameParameters { values, _memory: None, _room: None });
+            return Ok(FrameParameters { values, counts, _memory: None, _room: None });
         };
         let top = places.as_ref().map(|places| self.top_level.build(&places.instances));
         let mut own = Parameters::default();
-        add_moment(&mut own, lights, camera, settings);
+        own.array(SceneArray::Camera.label(), std::slice::from_ref(camera));
+        own.array(SceneArray::Settings.label(), std::slice::from_ref(settings));
+        own.array(SceneArray::Lights.label(), lights);
+        counts.lights = lights.len() as u64;
         let mut room = None;
         if let (Some(places), Some(top)) = (places, &top) {
-            add_instances(&mut own, &places.instances);
+            own.array(SceneArray::Instances.label(), &places.instances);
             // The array that trees are in comes first of all.
             room = self.top_level.add(&mut own, top, &device.stream, values[0])?;
         }
         let (memory, base) = upload(&device.stream, &own)?;
-        own.replace_parts(base, &self.parts, &mut values);
-        Ok(FrameParameters { values, _memory: Some(memory), _room: room })
+        own.replace(base, &self.names, &mut values);
+        Ok(FrameParameters { values, counts, _memory: Some(memory), _room: room })
     }
 }
 
 /// What a kernel takes for a frame.
 pub(crate) struct FrameParameters<'a> {
     pub(crate) values: Vec<u64>,
+    /// How many items the scene's arrays have.
+    pub(crate) counts: SceneCounts,
     /// Where the frame's own arrays are; kept for as long as the parameters name them.
     _memory: Option<CudaSlice<u8>>,
     _room: Option<Taken<'a>>,
 }
 
-/// All parameters of a kernel but those of a launch, in the order of `gpu/src/kernels.rs`.
+/// All parameters of a kernel but the launch, in the order of `gpu/src/kernels.rs`.
 pub(crate) fn scene_parameters<'a>(
     view: &SceneView<'a>,
     structure: &'a Structure,
 ) -> Result<Parameters<'a>, BackendError> {
     let mut parameters = Parameters::default();
     let primitives = add_structure(&mut parameters, structure)?;
-    add_primitives(&mut parameters, view, &primitives);
-    add_shading(&mut parameters, view);
+    add_packed(&mut parameters, &primitives);
+    // Geometries and instances are the scene's, which shading reads too; a structure's own copies are for tracing on CPUs.
+    view.visit(&mut parameters);
     Ok(parameters)
 }
 
-/// What is hit: primitives in the structure's order, then in the scene's.
-fn add_primitives<'a>(parameters: &mut Parameters<'a>, view: &SceneView<'a>, packed: &PrimitivesView<'a>) {
-    // Shading reads the geometries too, so they are the scene's; a structure's own copies are for tracing alone.
-    add_packed(
-        parameters,
-        &PrimitivesView { geometries: view.geometries, instances: view.instances, ..*packed },
-    );
-    parameters.array(view.triangles);
-    parameters.array(view.spheres);
+impl<'a> SceneVisitor<'a> for Parameters<'a> {
+    fn array<T: SceneItem>(&mut self, array: SceneArray, items: &'a [T]) {
+        Parameters::array(self, array.label(), items);
+    }
 }
 
-/// What rays meet: primitives in the structure's order, and where they are placed.
+/// Primitives in the structure's order.
 pub(crate) fn add_packed<'a>(parameters: &mut Parameters<'a>, packed: &PrimitivesView<'a>) {
-    parameters.array(packed.triangles);
-    parameters.array(packed.spheres);
-    parameters.array(packed.sphere_primitives);
-    parameters.array(packed.geometries);
-    add_instances(parameters, packed.instances);
-}
-
-fn add_instances<'a>(parameters: &mut Parameters<'a>, instances: &'a [Instance]) {
-    parameters.begin(Part::Instances);
-    parameters.array(instances);
-    parameters.count(instances.len());
-}
-
-/// What hits look like.
-fn add_shading<'a>(parameters: &mut Parameters<'a>, view: &SceneView<'a>) {
-    parameters.array(view.triangle_shading);
-    parameters.array(view.triangle_extras);
-    parameters.array(view.sphere_materials);
-    parameters.array(view.materials);
-    parameters.array(view.textures.textures);
-    parameters.count(view.textures.textures.len());
-    parameters.array(view.textures.words);
-    parameters.count(view.textures.words.len());
-    parameters.array(view.textures.srgb_decode);
-    add_moment(parameters, view.lights, view.camera, view.settings);
-}
-
-/// What differs from frame to frame.
-fn add_moment<'a>(
-    parameters: &mut Parameters<'a>,
-    lights: &'a [Light],
-    camera: &'a Camera,
-    settings: &'a Settings,
-) {
-    parameters.begin(Part::Moment);
-    parameters.array(lights);
-    parameters.count(lights.len());
-    parameters.array(std::slice::from_ref(camera));
-    parameters.array(std::slice::from_ref(settings));
+    parameters.array("packed_triangles", packed.triangles);
+    parameters.array("packed_spheres", packed.spheres);
+    parameters.array("sphere_primitives", packed.sphere_primitives);
 }

@@ -3,6 +3,7 @@
 //! new film to be given to the process.)
 
 use cudarc::driver::{CudaContext, CudaEvent, CudaStream, DriverError, result};
+use eosphor_core::device::RayTotals;
 use rayon::prelude::*;
 use std::ffi::c_void;
 use std::sync::Arc;
@@ -68,11 +69,13 @@ impl Staging {
         Ok(())
     }
 
-    /// Copies a few numbers.
-    pub(crate) fn copy_numbers(&self, from: u64, to: &mut [u64]) -> Result<(), DriverError> {
-        // SAFETY: the device's memory holds all of `to`, which stays until the copy is over.
-        unsafe { result::memcpy_dtoh_async(to, from, self.stream.cu_stream()) }?;
-        self.stream.synchronize()
+    /// Copies a launch's totals, which are at `from`.
+    pub(crate) fn copy_totals(&self, from: u64) -> Result<RayTotals, DriverError> {
+        let mut totals = [RayTotals::default()];
+        // SAFETY: the device's memory holds them; any bytes are totals; `totals` stays until the copy is over.
+        unsafe { result::memcpy_dtoh_async(&mut totals, from, self.stream.cu_stream()) }?;
+        self.stream.synchronize()?;
+        Ok(totals[0])
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which structures there are on GPUs: for each its kernel, and what that takes before the parameters of the scene.
 
-use crate::parameters::{Parameters, Part};
+use crate::parameters::Parameters;
 use crate::traversal::Traversal;
 use eosphor_accel::{Bvh, BvhPairs, BvhWide};
 use eosphor_core::device::{Link, WideNode};
@@ -58,6 +58,9 @@ fn counting(accel: Accel) -> Option<&'static str> {
         Accel::KdTree => Some("count_kdtree"),
     }
 }
+
+/// The parameter that says where the tree over the instances begins.
+pub(crate) const INSTANCE_ROOT: &str = "instance_root";
 
 /// Frames that can be on a device at a time, each with room for the tree over its instances.
 pub(crate) const ROOMS: usize = 4;
@@ -158,8 +161,8 @@ pub(crate) fn add_structure<'a>(
             Some(trees) => Ok(add_trees(parameters, bvh, trees)),
             None => {
                 let bvh = bvh.view();
-                parameters.array(bvh.nodes);
-                parameters.array(bvh.roots);
+                parameters.array("nodes", bvh.nodes);
+                parameters.array("roots", bvh.roots);
                 add_instance_tree(parameters, &bvh.instances);
                 Ok(bvh.primitives)
             }
@@ -169,25 +172,25 @@ pub(crate) fn add_structure<'a>(
         }
         Hierarchy::Octree(octree) | Hierarchy::OctreeParametric(octree) => {
             let tree = octree.view();
-            parameters.array(tree.nodes);
-            parameters.array(tree.roots);
-            parameters.array(tree.references);
+            parameters.array("nodes", tree.nodes);
+            parameters.array("roots", tree.roots);
+            parameters.array("references", tree.references);
             add_instance_tree(parameters, &tree.instances);
             Ok(tree.primitives)
         }
         Hierarchy::Grid(grid) => {
             let grid = grid.view();
-            parameters.array(grid.starts);
-            parameters.array(grid.roots);
-            parameters.array(grid.references);
+            parameters.array("starts", grid.starts);
+            parameters.array("roots", grid.roots);
+            parameters.array("references", grid.references);
             add_instance_tree(parameters, &grid.instances);
             Ok(grid.primitives)
         }
         Hierarchy::KdTree(tree) => {
             let tree = tree.view();
-            parameters.array(tree.nodes);
-            parameters.array(tree.roots);
-            parameters.array(tree.references);
+            parameters.array("nodes", tree.nodes);
+            parameters.array("roots", tree.roots);
+            parameters.array("references", tree.references);
             add_instance_tree(parameters, &tree.instances);
             Ok(tree.primitives)
         }
@@ -203,27 +206,24 @@ pub(crate) fn add_trees<'a>(
     match trees {
         Trees::Pairs(pairs, traversal) => {
             let view = pairs.view(bvh);
-            parameters.array(view.pairs);
-            parameters.array(view.roots);
-            parameters.begin(Part::InstanceTree);
-            parameters.number(view.instance_root.bits());
-            parameters.number(traversal.warp_mode().bits());
+            parameters.array("pairs", view.pairs);
+            parameters.array("roots", view.roots);
+            parameters.number(INSTANCE_ROOT, view.instance_root.bits());
+            parameters.number("warp_mode", traversal.warp_mode().bits());
         }
         Trees::Wide(wide) => {
-            parameters.array(wide.nodes());
-            parameters.array(wide.roots());
-            parameters.begin(Part::InstanceTree);
-            parameters.number(wide.view(bvh).instance_root);
+            parameters.array("nodes", wide.nodes());
+            parameters.array("roots", wide.roots());
+            parameters.number(INSTANCE_ROOT, wide.view(bvh).instance_root);
         }
     }
     bvh.primitives().view()
 }
 
 pub(crate) fn add_instance_tree<'a>(parameters: &mut Parameters<'a>, tree: &InstanceTreeView<'a>) {
-    parameters.begin(Part::InstanceTree);
-    parameters.array(tree.nodes);
-    parameters.array(tree.order);
-    parameters.number(tree.root);
+    parameters.array("instance_nodes", tree.nodes);
+    parameters.array("instance_order", tree.order);
+    parameters.number(INSTANCE_ROOT, tree.root);
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@
 //! have rooms at its end; the trees of other structures go where the rest of the frame's own data goes.
 
 use crate::memory::write;
-use crate::parameters::{Parameters, Part};
-use crate::structure::{ROOMS, Trees, add_instance_tree};
+use crate::parameters::Parameters;
+use crate::structure::{INSTANCE_ROOT, ROOMS, Trees, add_instance_tree};
 use cudarc::driver::{CudaStream, DriverError};
 use eosphor_accel::{BvhPairs, BvhWide};
 use eosphor_core::geometry::Instance;
@@ -101,20 +101,19 @@ impl TopLevel {
                 };
                 let room = rooms.take();
                 let first = rooms.first + room.number * rooms.size;
-                own.begin(Part::InstanceTree);
                 if rooms.is_wide {
                     let (pairs, root) = BvhPairs::over_instances(top, rooms.reach, 0);
                     let (own_nodes, root) = BvhWide::over_instances(&pairs, root, first);
                     assert!(own_nodes.len() <= rooms.size as usize);
                     // SAFETY: the room is this frame's alone, and there are no more nodes than instances.
                     unsafe { write(stream, nodes, first, &own_nodes) }?;
-                    own.number(root);
+                    own.number(INSTANCE_ROOT, root);
                 } else {
                     let (pairs, root) = BvhPairs::over_instances(top, rooms.reach, first);
                     assert!(pairs.len() <= rooms.size as usize);
                     // SAFETY: as above.
                     unsafe { write(stream, nodes, first, &pairs) }?;
-                    own.number(root.bits());
+                    own.number(INSTANCE_ROOT, root.bits());
                 }
                 return Ok(Some(room));
             }

@@ -1,9 +1,8 @@
 //! A hash of what the pixels of a picture depend on.
 
 use crate::output::DevelopSettings;
-use eosphor_core::geometry::{Sphere, TriangleExtra, TriangleShading};
-use eosphor_core::math::Vec3;
 use eosphor_core::settings::Settings;
+use eosphor_core::view::{SceneArray, SceneItem, SceneView, SceneVisitor};
 use eosphor_scene::SceneData;
 use std::fmt::{Debug, Write};
 
@@ -18,79 +17,48 @@ pub fn scene_hash(scene: &SceneData, develop: &DevelopSettings) -> String {
 
 /// The same with other settings than the scene's own.
 pub(crate) fn hash_with(scene: &SceneData, settings: &Settings, develop: &DevelopSettings) -> String {
-    // Without `..`, so that a new field does not compile before it is here.
-    let SceneData {
-        triangles,
-        spheres,
-        geometries,
-        instances,
-        // The motions themselves are an animation's.
-        instances_move: _,
-        triangle_shading,
-        triangle_extras,
-        sphere_materials,
-        materials,
-        textures,
-        texture_words,
-        srgb_decode,
-        lights,
-        camera,
-        settings: _,
-    } = scene;
     let mut hasher = Hasher::default();
-    // What can be long, number by number.
-    hasher.array("triangles", triangles, |[a, b, c], words| {
-        words.extend([a, b, c].into_iter().flat_map(vector))
-    });
-    hasher.array("spheres", spheres, |Sphere { center, radius }, words| {
-        words.extend(vector(center));
-        words.push(radius.to_bits());
-    });
-    hasher.array("shading", triangle_shading, |shading, words| {
-        let TriangleShading { normals, uvs, material, extra, object } = shading;
-        words.extend(normals.iter().flat_map(vector));
-        words.extend(uvs.as_flattened().iter().map(|x| x.to_bits()));
-        words.extend([*material, *extra, *object]);
-    });
-    hasher.array("extras", triangle_extras, |TriangleExtra { colors, uvs1 }, words| {
-        words.extend(colors.as_flattened().iter().chain(uvs1.as_flattened()).map(|x| x.to_bits()));
-    });
-    hasher.array("sphere materials", sphere_materials, |&number, words| words.push(number));
-    hasher.array("texture words", texture_words, |&word, words| words.push(word));
-    hasher.array("sRGB", srgb_decode, |x, words| words.push(x.to_bits()));
-    // The rest as the text that `Debug` makes of it: it has every field, and floats in it are exact.
-    hasher.text("geometries", geometries);
-    hasher.text("instances", instances);
-    hasher.text("materials", materials);
-    hasher.text("textures", textures);
-    hasher.text("lights", lights);
-    hasher.text("camera", camera);
-    hasher.text("settings", settings);
+    SceneView { settings, ..scene.view() }.visit(&mut hasher);
     hasher.text("develop", develop);
     hasher.0.finalize().to_hex().to_string()
-}
-
-fn vector(v: &Vec3) -> [u32; 3] {
-    [v.x.to_bits(), v.y.to_bits(), v.z.to_bits()]
 }
 
 #[derive(Default)]
 struct Hasher(blake3::Hasher);
 
+impl<'a> SceneVisitor<'a> for Hasher {
+    fn array<T: SceneItem>(&mut self, array: SceneArray, items: &'a [T]) {
+        if T::HAS_WORDS {
+            self.words(array.label(), items.len(), items);
+        } else {
+            self.text(array.label(), &items);
+        }
+    }
+
+    fn one<T: SceneItem>(&mut self, array: SceneArray, item: &'a T) {
+        if T::HAS_WORDS {
+            let mut count = 0;
+            item.words(&mut |_| count += 1);
+            self.words(array.label(), count, std::slice::from_ref(item));
+        } else {
+            self.text(array.label(), item);
+        }
+    }
+}
+
 impl Hasher {
-    /// Name and length come first, so that nothing can move from one array to the next.
-    fn array<T>(&mut self, name: &str, items: &[T], words_of: impl Fn(&T, &mut Vec<u32>)) {
-        self.begin(name, items.len());
-        let (mut words, mut bytes) = (Vec::new(), Vec::new());
+    /// The bits of all numbers. Name and length come first, so that nothing can move from one array to the next.
+    fn words<T: SceneItem>(&mut self, name: &str, length: usize, items: &[T]) {
+        self.begin(name, length);
+        let mut bytes = Vec::new();
         for some in items.chunks(4096) {
-            words.clear();
             bytes.clear();
-            some.iter().for_each(|item| words_of(item, &mut words));
-            bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+            some.iter().for_each(|item| item.words(&mut |word| bytes.extend(word.to_le_bytes())));
             self.0.update(&bytes);
         }
     }
 
+    /// The text that `Debug` writes: it has every field, and floats in it are exact.
     fn text(&mut self, name: &str, value: &impl Debug) {
         let mut text = String::new();
         // Strings never fail.
@@ -109,6 +77,8 @@ impl Hasher {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use eosphor_core::geometry::Sphere;
+    use eosphor_core::math::Vec3;
     use eosphor_scene::{LoadOptions, load};
 
     #[test]

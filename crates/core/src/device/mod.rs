@@ -3,6 +3,7 @@
 
 mod deferred;
 mod far_tracer;
+mod launch;
 mod pair_tracer;
 mod pairs;
 mod walks;
@@ -11,6 +12,7 @@ mod wide;
 mod wide_tracer;
 
 pub use far_tracer::FarTracer;
+pub use launch::{BandLaunch, HitRow, RayTotals};
 pub use pair_tracer::PairTracer;
 pub use pairs::{BvhPair, Link, PAIR_SLACK, PairView, Root, Target, WarpMode};
 pub use wide::{WideNode, WideView};

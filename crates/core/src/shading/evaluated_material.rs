@@ -93,16 +93,7 @@ impl MaterialTexels {
     pub fn new(textures: &Textures, m: &Material, uvs: &[[f32; 2]; 2]) -> MaterialTexels {
         let mut texels = [Rgba::WHITE; 8];
         if m.is_textured {
-            let slots = [
-                m.diffuse_texture,
-                m.specular_texture,
-                m.emission_texture,
-                m.metallic_texture.texture,
-                m.roughness_texture.texture,
-                m.transmission_texture.texture,
-                m.opacity_texture.texture,
-                m.normal_texture,
-            ];
+            let slots = m.textures();
             // A loop, so that the code that reads a texture is there once: it is long and inlined.
             for slot in 0..slots.len() {
                 if slots[slot] != NONE {

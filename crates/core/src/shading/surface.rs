@@ -77,10 +77,11 @@ impl SurfacePoint {
             }
         };
         let material = item(view.materials, local.material);
-        let texels = MaterialTexels::new(&view.textures, material, &local.uvs);
+        let textures = view.textures();
+        let texels = MaterialTexels::new(&textures, material, &local.uvs);
         if material.normal_texture != NONE {
             let Local { smooth, edges, corner_uvs, .. } = &local;
-            local.smooth = normal_map(&view.textures, material, *smooth, edges, corner_uvs, texels.normal);
+            local.smooth = normal_map(&textures, material, *smooth, edges, corner_uvs, texels.normal);
         }
         let to_world = |n: Vec3| {
             if hit.id.instance == 0 { n } else { instance.object_from_world.transposed_direction(n) }

@@ -4,7 +4,7 @@ use super::SceneData;
 use crate::error::Problem;
 use eosphor_core::integrator::whitted::MAX_DEPTH;
 use eosphor_core::light::Light;
-use eosphor_core::material::{Material, NONE};
+use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneVisitor};
 
 impl SceneData {
     /// Whether every number leads somewhere. What [`SceneData::flatten`] makes does; backends ask because the fields are
@@ -14,51 +14,25 @@ impl SceneData {
     /// The first array that is too short, or the first number that is too large.
     pub fn check(&self) -> Result<(), Problem> {
         let wrong = |what: &str, why: &str| Err(Problem::new(what, why.to_owned()));
-        let (triangles, spheres) = (self.triangles.len() as u64, self.spheres.len() as u64);
-        if self.triangle_shading.len() as u64 != triangles || self.sphere_materials.len() as u64 != spheres {
+        let view = self.view();
+        let mut links = Links { counts: view.counts(), wrong: None };
+        view.visit(&mut links);
+        if let Some(problem) = links.wrong {
+            return Err(problem);
+        }
+        // What the items do not say of themselves.
+        let (triangles, spheres) = (self.triangles.len(), self.spheres.len());
+        if self.triangle_shading.len() != triangles || self.sphere_materials.len() != spheres {
             return wrong("scene data", "primitives and their shading differ in number");
         }
-        for g in &self.geometries {
-            let fits = |first: u32, count: u32, all: u64| u64::from(first) + u64::from(count) <= all;
-            if !fits(g.first_triangle, g.triangle_count, triangles)
-                || !fits(g.first_sphere, g.sphere_count, spheres)
-            {
-                return wrong("scene data: geometries", "one has primitives that are not there");
-            }
+        if self.sphere_materials.iter().any(|&m| m as usize >= self.materials.len()) {
+            return wrong("scene data: sphere materials", "one leads to a material that is not there");
         }
-        if self.instances.first().is_none_or(|world| world.geometry != 0)
-            || self.instances.iter().any(|i| i.geometry as usize >= self.geometries.len())
-        {
-            return wrong(
-                "scene data: instances",
-                "number 0 must be the world, and each must have a geometry",
-            );
-        }
-        let materials = self.materials.len();
-        let overrides = self.instances.iter().map(|i| i.material).filter(|&m| m != NONE);
-        let used = self.triangle_shading.iter().map(|t| t.material);
-        let used = used.chain(self.sphere_materials.iter().copied()).chain(overrides);
-        if used.into_iter().any(|m| m as usize >= materials) {
-            return wrong("scene data: materials", "a primitive has one that is not there");
-        }
-        let extras = self.triangle_extras.len();
-        if self.triangle_shading.iter().any(|t| t.extra != NONE && t.extra as usize >= extras) {
-            return wrong("scene data: triangles", "one has vertex colours that are not there");
+        if self.instances.first().is_none_or(|world| world.geometry != 0) {
+            return wrong("scene data: instances", "index 0 must be the world");
         }
         if self.textures.iter().any(|t| t.width == 0 || t.height == 0 || !(1..=4).contains(&t.channels)) {
             return wrong("scene data: textures", "one has no texels, or not 1 to 4 channels");
-        }
-        let texture = |t: u32| t == NONE || (t as usize) < self.textures.len();
-        let textures = |m: &Material| {
-            [m.diffuse_texture, m.specular_texture, m.emission_texture, m.normal_texture]
-                .into_iter()
-                .all(texture)
-                && [m.metallic_texture, m.roughness_texture, m.transmission_texture, m.opacity_texture]
-                    .iter()
-                    .all(|t| texture(t.texture))
-        };
-        if !self.materials.iter().all(textures) {
-            return wrong("scene data: textures", "a material has one that is not there");
         }
         let no_samples = |light: &Light| light.samples() == 0;
         if self.lights.iter().any(no_samples) {
@@ -74,6 +48,37 @@ impl SceneData {
             return wrong("scene data: settings", "the size, the samples or the depth are out of range");
         }
         Ok(())
+    }
+}
+
+/// Looks for an index that leads nowhere.
+struct Links {
+    counts: SceneCounts,
+    /// The first one.
+    wrong: Option<Problem>,
+}
+
+impl<'a> SceneVisitor<'a> for Links {
+    fn array<T: SceneItem>(&mut self, array: SceneArray, items: &'a [T]) {
+        let (counts, mut wrong) = (self.counts, None);
+        for (number, item) in items.iter().enumerate() {
+            item.links(&mut |to, index| {
+                if index >= counts.of(to) && wrong.is_none() {
+                    wrong = Some((number, to, index));
+                }
+            });
+            if wrong.is_some() {
+                break;
+            }
+        }
+        if let Some((number, to, index)) = wrong
+            && self.wrong.is_none()
+        {
+            let (what, count) = (format!("scene data: {}", array.label()), counts.of(to));
+            let why =
+                format!("item {number} leads to number {index} of the {}, which are {count}", to.label());
+            self.wrong = Some(Problem::new(what, why));
+        }
     }
 }
 

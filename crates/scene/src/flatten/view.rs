@@ -5,7 +5,6 @@ use eosphor_core::geometry::{Bounds, TriangleExtra, TriangleShading};
 use eosphor_core::intersect::longest_edge_last;
 use eosphor_core::material::NONE;
 use eosphor_core::math::Vec3;
-use eosphor_core::texture::Textures;
 use eosphor_core::view::SceneView;
 
 impl SceneData {
@@ -20,11 +19,9 @@ impl SceneData {
             triangle_extras: &self.triangle_extras,
             sphere_materials: &self.sphere_materials,
             materials: &self.materials,
-            textures: Textures {
-                textures: &self.textures,
-                words: &self.texture_words,
-                srgb_decode: &self.srgb_decode,
-            },
+            textures: &self.textures,
+            texture_words: &self.texture_words,
+            srgb_decode: &self.srgb_decode,
             lights: &self.lights,
             camera: &self.camera,
             settings: &self.settings,
