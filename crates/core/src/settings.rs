@@ -1,5 +1,6 @@
 //! What a picture depends on besides the scene: the settings that reach a pixel.
 
+use crate::bsdf::{BlinnPhong, Lobe, Phong};
 use crate::math::Vec3;
 
 /// How a surface point is lit (reference systems: EOS, PG1, PLATO). `I` is what arrives of a light, over pi where light is
@@ -19,6 +20,27 @@ pub enum LightingModel {
     Phong,
     /// Lambert plus `I Ks max(0, N.H)^Ns`.
     BlinnPhong,
+}
+
+impl LightingModel {
+    /// Whether surfaces are lit at all: then rays go on to lights and further surfaces.
+    #[inline(always)]
+    pub fn is_lit(self) -> bool {
+        match self {
+            LightingModel::Distance | LightingModel::Diffuse => false,
+            LightingModel::Lambert | LightingModel::Phong | LightingModel::BlinnPhong => true,
+        }
+    }
+
+    /// The highlight of a surface, if the model has any; `normal` and `to_viewer` are unit vectors.
+    #[inline(always)]
+    pub fn highlight(self, normal: Vec3, to_viewer: Vec3, exponent: f32) -> Option<Lobe> {
+        match self {
+            LightingModel::Distance | LightingModel::Diffuse | LightingModel::Lambert => None,
+            LightingModel::Phong => Some(Lobe::Phong(Phong { normal, to_viewer, exponent })),
+            LightingModel::BlinnPhong => Some(Lobe::BlinnPhong(BlinnPhong { normal, to_viewer, exponent })),
+        }
+    }
 }
 
 /// What a surface between a point and a light does.

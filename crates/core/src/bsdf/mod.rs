@@ -1,10 +1,20 @@
-//! How surfaces reflect and transmit: Fresnel factors, the directions of mirrors and refraction, and highlights. Functions of
-//! directions alone; what a material says at a point is `shading`'s.
+//! How surfaces reflect and transmit: a closed set of lobes ([`Lobe`]), Fresnel factors, and the directions of mirrors and
+//! refraction. Functions of directions alone; what a material says at a point is `shading`'s.
 
+mod blinn_phong;
+mod cosine_power;
+mod delta;
 mod directions;
 mod fresnel;
-mod highlight;
+mod lambert;
+mod lobe;
+mod phong;
 
+pub use blinn_phong::BlinnPhong;
+pub use cosine_power::CosinePower;
+pub use delta::Delta;
 pub use directions::{Refracted, mirror_above, reflect, refract, through_surface, turned_up};
 pub use fresnel::{fresnel_exact, fresnel_factor, fresnel_schlick, reflectance_at_normal_incidence};
-pub use highlight::{lobe_density, specular_lobe};
+pub use lambert::Lambert;
+pub use lobe::Lobe;
+pub use phong::Phong;

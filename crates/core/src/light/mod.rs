@@ -2,9 +2,10 @@
 
 mod sample;
 
-pub use sample::{LightSample, emitted, sample_light, triangle_sample};
+pub use sample::{LightSample, LightSampleLanes, triangle_sample};
 
 use crate::math::Vec3;
+use crate::ray::PrimitiveId;
 
 /// One light. Emissive triangles are lights each; other emitters are only seen.
 ///
@@ -74,6 +75,8 @@ pub enum LightKind {
     DeltaDirection,
     /// It has an area that rays meet, so what a ray brings of it must not be counted twice.
     Area,
+    /// It surrounds the scene: rays that leave it bring it.
+    Infinite,
 }
 
 impl Light {
@@ -91,8 +94,17 @@ impl Light {
     #[inline(always)]
     pub fn is_lamp(&self) -> bool {
         match self.kind() {
-            LightKind::DeltaPosition | LightKind::DeltaDirection => false,
+            LightKind::DeltaPosition | LightKind::DeltaDirection | LightKind::Infinite => false,
             LightKind::Area => true,
+        }
+    }
+
+    /// The triangle that it is, which shadow rays towards it leave out.
+    #[inline(always)]
+    pub fn primitive(&self) -> PrimitiveId {
+        match *self {
+            Light::Triangle { instance, primitive, .. } => PrimitiveId { instance, primitive },
+            Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } => PrimitiveId::NONE,
         }
     }
 

@@ -7,4 +7,4 @@ mod warp;
 
 pub use hash::{hash_pair, mix};
 pub use sobol::{owen_scramble, point_2d, sobol_2d};
-pub use warp::{cosine_lobe, disk_point, orthonormal_basis, triangle_point};
+pub use warp::{cosine_lobe, disk_point, onto_axis, orthonormal_basis, triangle_point};

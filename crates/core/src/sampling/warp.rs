@@ -62,6 +62,13 @@ pub fn orthonormal_basis(n: Vec3) -> (Vec3, Vec3) {
     (vec3(fma(sign * n.x * n.x, a, 1.0), sign * b, -sign * n.x), vec3(b, fma(n.y * n.y, a, sign), -n.y))
 }
 
+/// A direction that was made about +z, turned so that it lies about the unit vector `axis`; of unit length.
+#[inline(always)]
+pub fn onto_axis(axis: Vec3, direction: Vec3) -> Vec3 {
+    let (tangent, bitangent) = orthonormal_basis(axis);
+    (axis * direction.z).plus_scaled(tangent, direction.x).plus_scaled(bitangent, direction.y).normalize()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

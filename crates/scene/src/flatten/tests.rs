@@ -6,7 +6,6 @@ use crate::model::*;
 use crate::presets::Preset;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::light::Light as CoreLight;
-use eosphor_core::light::emitted;
 use eosphor_core::material::{FresnelUse, NONE, Refraction, SurfaceModel};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use eosphor_core::settings::LightingModel;
@@ -421,7 +420,7 @@ fn over_pi(color: Vec3) -> Vec3 {
 fn physical_light_is_divided_by_pi_once_and_plain_light_and_headlights_are_not() {
     let color = vec3(3.0, 2.0, 1.0);
     let (position, direction) = (Vec3::ZERO, vec3(0.0, -1.0, 0.0));
-    let of = |scene: &Scene| -> Vec<Vec3> { flatten(scene).0.lights.iter().map(emitted).collect() };
+    let of = |scene: &Scene| -> Vec<Vec3> { flatten(scene).0.lights.iter().map(CoreLight::le).collect() };
     let mut scene = placed(cube(), &[Transform::default()]);
     assert_eq!(scene.settings.light_units, LightUnits::Physical);
     let headlight = of(&scene);

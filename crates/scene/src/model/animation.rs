@@ -2,7 +2,7 @@
 
 use super::stand_ins::{Color, Vector};
 use super::transform::{double, single};
-use super::{Camera, Interpolation, Light, Move, Scene};
+use super::{Camera, Interpolation, Light, LightParts, Move, Scene};
 use eosphor_core::math::{Affine, Vec3, elementary64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -210,17 +210,14 @@ impl Animation {
             let way = |now: Vec3| carried.direction(track(|key| key.direction, now));
             // Smooth curves swing beyond their keys: there is no colour below black.
             let shade = |now: Vec3| track(|key| key.color, now).max(Vec3::ZERO);
-            match &mut light {
-                Light::Point { position, color } => {
-                    (*position, *color) = (place(*position), shade(*color));
-                }
-                Light::Directional { direction, color } => {
-                    (*direction, *color) = (way(*direction), shade(*color));
-                }
-                Light::Spot { position, direction, color, .. } => {
-                    (*position, *direction, *color) = (place(*position), way(*direction), shade(*color));
-                }
+            let LightParts { position, direction, color } = light.parts();
+            if let Some(position) = position {
+                *position = place(*position);
             }
+            if let Some(direction) = direction {
+                *direction = way(*direction);
+            }
+            *color = shade(*color);
         }
         light
     }

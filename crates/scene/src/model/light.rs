@@ -53,3 +53,50 @@ pub enum Light {
         color: Vec3,
     },
 }
+
+/// What most kinds of lights have; a new kind is described here.
+pub(crate) struct LightParts<'a> {
+    /// Where it is, unless it is infinitely far.
+    pub(crate) position: Option<&'a mut Vec3>,
+    /// The way its light goes, any length, unless it goes everywhere.
+    pub(crate) direction: Option<&'a mut Vec3>,
+    /// Its colour.
+    pub(crate) color: &'a mut Vec3,
+}
+
+impl Light {
+    /// Its parts, to be read or changed.
+    pub(crate) fn parts(&mut self) -> LightParts<'_> {
+        match self {
+            Light::Point { position, color } => {
+                LightParts { position: Some(position), direction: None, color }
+            }
+            Light::Directional { direction, color } => {
+                LightParts { position: None, direction: Some(direction), color }
+            }
+            Light::Spot { position, direction, color, inner_degrees: _, outer_degrees: _ } => {
+                LightParts { position: Some(position), direction: Some(direction), color }
+            }
+        }
+    }
+
+    /// The key of scene files that begins it.
+    pub(crate) fn key(&self) -> &'static str {
+        match self {
+            Light::Point { .. } => "point",
+            Light::Directional { .. } => "directional",
+            Light::Spot { .. } => "spot",
+        }
+    }
+
+    /// The numbers that no other kind has: name, value, least and largest.
+    pub(crate) fn own_numbers(&self) -> Vec<(&'static str, f32, f32, f32)> {
+        match *self {
+            Light::Point { .. } | Light::Directional { .. } => Vec::new(),
+            Light::Spot { inner_degrees, outer_degrees, .. } => vec![
+                ("outer-degrees", outer_degrees, 0.0, 180.0),
+                ("inner-degrees", inner_degrees, 0.0, outer_degrees),
+            ],
+        }
+    }
+}

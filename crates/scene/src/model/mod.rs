@@ -28,6 +28,7 @@ pub use device::{DeviceKind, DeviceSettings, Structure, TreeBuilder};
 pub use interpolation::Interpolation;
 pub use ior::{INDICES_OF_REFRACTION, index_of_refraction};
 pub use light::Light;
+pub(crate) use light::LightParts;
 pub use material::{AlphaMode, Channel, Material, MaterialKind, MaterialTextures, Mtl, TextureChannel};
 pub(crate) use matrix::Matrix;
 pub use mesh::{Instance, Mesh, NO_INDEX, Parallelogram, Sphere, Triangle};

@@ -1,7 +1,7 @@
 //! The origin of what lies far from the 0 of its file: coordinates in single precision are counted from there.
 
 use super::transform::{add, double, single};
-use super::{Animation, CameraMotion, Instance, Light, Mesh, Move, Scene, Triangle};
+use super::{Animation, CameraMotion, Instance, Mesh, Move, Scene, Triangle};
 use eosphor_core::math::Vec3;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -182,10 +182,7 @@ impl Scene {
             camera.look_at.iter_mut().for_each(shift);
         }
         for light in &mut self.lights {
-            match light {
-                Light::Point { position, .. } | Light::Spot { position, .. } => shift(position),
-                Light::Directional { .. } => {}
-            }
+            light.parts().position.map(shift);
         }
         if let Some(animation) = &mut self.animation {
             animation.shift(by);

@@ -1,7 +1,6 @@
 //! Stage 2: what a ray does at the surface point that it found.
 
 use super::lobe_light::lamps_shine_through;
-use super::local::is_lit;
 use super::{MAX_DEPTH, branch_count};
 use crate::integrator::{PathRay, ray_through_hole};
 use crate::settings::Settings;
@@ -11,7 +10,7 @@ use crate::view::SceneView;
 /// Bounces after the camera ray; none for the unlit models.
 #[inline(always)]
 pub fn depth_limit(settings: &Settings) -> u32 {
-    if is_lit(settings.lighting_model) { settings.max_depth.min(MAX_DEPTH) } else { 0 }
+    if settings.lighting_model.is_lit() { settings.max_depth.min(MAX_DEPTH) } else { 0 }
 }
 
 /// Rays that go on from a point that a ray of this depth found; the one through its holes is not among them.

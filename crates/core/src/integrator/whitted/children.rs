@@ -2,12 +2,14 @@
 
 use super::lobe_light::lamps_shine_through;
 use super::{LampLobe, depth_limit};
-use crate::bsdf::{Refracted, fresnel_factor, lobe_density, mirror_above, refract, through_surface};
+use crate::bsdf::{
+    CosinePower, Delta, Lobe, Refracted, fresnel_factor, mirror_above, refract, through_surface,
+};
 use crate::integrator::camera_ray::pixel_key;
 use crate::integrator::{PathRay, RayKind, is_worth_tracing};
 use crate::material::{FresnelUse, Refraction};
 use crate::math::{Vec3, max};
-use crate::sampling::{cosine_lobe, hash_pair, orthonormal_basis, point_2d};
+use crate::sampling::{hash_pair, point_2d};
 use crate::settings::Settings;
 use crate::shading::{EvaluatedMaterial, SurfacePoint};
 use crate::sums::MAX_RADIANCE;
@@ -103,19 +105,19 @@ pub fn child_ray(
     let (direction, share, kind, inside) = if branch < reflected {
         let kr = reflected_share(material_values, &at_mirror);
         let rays = material_values.lobe_rays(parent.depth);
-        if rays == 0 {
+        let lobe = lobe_about(mirror, material_values, rays);
+        if lobe.is_delta() {
             (mirror, kr, RayKind::Reflected, parent.inside)
         } else {
             let index = sample.wrapping_mul(rays).wrapping_add(branch);
-            let direction =
-                lobe_direction(mirror, material_values.glossy_exponent, index, key(GLOSSY_DIMENSION));
+            let direction = lobe.sample(point_2d(index, key(GLOSSY_DIMENSION)));
             // Rays of the lobe that go under the surface count as black.
             if direction.dot(point.geometric_normal) <= 0.0 {
                 return None;
             }
             spread = 1.0 / rays as f32;
             if LampLobe::new(view, point, parent, depth_limit(settings)).is_there() {
-                density = rays as f32 * lobe_density(mirror, direction, material_values.glossy_exponent);
+                density = rays as f32 * lobe.pdf(direction);
             }
             (direction, kr, RayKind::Glossy, parent.inside)
         }
@@ -140,14 +142,10 @@ pub fn child_ray(
         };
         let rays =
             if material_values.glossy_transmission { material_values.lobe_rays(parent.depth) } else { 0 };
-        if rays > 0 {
+        let lobe = lobe_about(direction, material_values, rays);
+        if !lobe.is_delta() {
             let index = sample.wrapping_mul(rays).wrapping_add(branch - reflected);
-            let spread_out = lobe_direction(
-                direction,
-                material_values.glossy_exponent,
-                index,
-                key(GLOSSY_TRANSMISSION_DIMENSION),
-            );
+            let spread_out = lobe.sample(point_2d(index, key(GLOSSY_TRANSMISSION_DIMENSION)));
             // As above: what ends on the wrong side counts as black.
             if direction.dot(point.geometric_normal) * spread_out.dot(point.geometric_normal) <= 0.0 {
                 return None;
@@ -176,10 +174,12 @@ pub fn child_ray(
     })
 }
 
-/// A direction of the lobe `cos^exponent` about a unit vector.
+/// How a material spreads light about the direction of its mirror or its glass: the lobe of which so many rays are traced, or a
+/// single direction where none are.
 #[inline(always)]
-fn lobe_direction(axis: Vec3, exponent: f32, index: u32, key: u32) -> Vec3 {
-    let local = cosine_lobe(exponent, point_2d(index, key));
-    let (tangent, bitangent) = orthonormal_basis(axis);
-    (axis * local.z).plus_scaled(tangent, local.x).plus_scaled(bitangent, local.y).normalize()
+fn lobe_about(direction: Vec3, material_values: &EvaluatedMaterial, rays: u32) -> Lobe {
+    match rays {
+        0 => Lobe::Delta(Delta { direction }),
+        _ => Lobe::CosinePower(CosinePower { axis: direction, exponent: material_values.glossy_exponent }),
+    }
 }

@@ -6,7 +6,6 @@ use crate::hierarchy::Tracer;
 use crate::integrator::camera_ray::pixel_key;
 use crate::integrator::transmittance;
 use crate::light::Light;
-use crate::light::emitted;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, RayFilter};
 use crate::sampling::hash_pair;
@@ -41,7 +40,7 @@ pub fn direct_light<T: Tracer, const W: usize>(
     let mut number = 0;
     while (number as usize) < view.lights.len() {
         let light = &view.lights[number as usize];
-        let color = emitted(light);
+        let color = light.le();
         let (specular, highlights) =
             highlight(light, material_values.specular, material_values.lamp_highlights, lobe);
         let mut side = 0;
@@ -113,12 +112,8 @@ pub fn light_key(point_key: u32, light: u32, side: u32) -> u32 {
 /// What shadow rays from a primitive towards a light leave out.
 #[inline(always)]
 pub fn shadow_filter(light: &Light, from: PrimitiveId) -> RayFilter {
-    let target = match *light {
-        Light::Triangle { instance, primitive, .. } => PrimitiveId { instance, primitive },
-        Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } => PrimitiveId::NONE,
-    };
     // A light is not lit by itself: its samples lie in its own plane.
-    RayFilter { start: from, target, cull_back_faces: false }
+    RayFilter { start: from, target: light.primitive(), cull_back_faces: false }
 }
 
 /// Sums over the samples of a light, each weighted by what gets through: `N.L` and the highlight's lobe.

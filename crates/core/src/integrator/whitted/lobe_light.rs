@@ -6,8 +6,7 @@
 
 use super::children::{Mirror, reflected_share};
 use super::direct_light::answers_light;
-use super::local::is_lit;
-use crate::bsdf::lobe_density;
+use crate::bsdf::CosinePower;
 use crate::geometry::Instance;
 use crate::integrator::PathRay;
 use crate::material::NONE;
@@ -39,7 +38,7 @@ impl LampLobe {
         let look = &point.material_values;
         let rays = look.lobe_rays(ray.depth);
         let is_lobe = (rays > 0) & (ray.depth < depth_limit) & look.reflects();
-        if !is_lobe | view.lights.is_empty() | !is_lit(view.settings.lighting_model) {
+        if !is_lobe | view.lights.is_empty() | !view.settings.lighting_model.is_lit() {
             return LampLobe::NONE;
         }
         let mirror = Mirror::new(view.settings, point, ray.direction);
@@ -60,7 +59,7 @@ impl LampLobe {
     /// What a sample of a lamp brings: its weight times the density of the lobe, and the share of this way.
     #[inline(always)]
     pub fn weigh(&self, weight: f32, to_light: Vec3) -> f32 {
-        let density = lobe_density(self.axis, to_light, self.exponent);
+        let density = CosinePower { axis: self.axis, exponent: self.exponent }.pdf(to_light);
         // The weight is one over the density of all samples of the lamp.
         weight * density / (1.0 + self.rays * density * weight)
     }

@@ -24,12 +24,3 @@ pub fn local_radiance(view: &SceneView, point: &SurfacePoint, ray: &PathRay, t: 
         }
     }
 }
-
-/// Whether the model goes on to lights and further rays.
-#[inline(always)]
-pub fn is_lit(model: LightingModel) -> bool {
-    match model {
-        LightingModel::Distance | LightingModel::Diffuse => false,
-        LightingModel::Lambert | LightingModel::Phong | LightingModel::BlinnPhong => true,
-    }
-}

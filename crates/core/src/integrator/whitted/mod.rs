@@ -17,6 +17,6 @@ pub use direct_light::{GATHERED_AT_ONCE, LightSums, direct_light, gather};
 pub use direct_light::{highlight, is_lit_from_behind, light_key, point_key, shade_direct, shadow_filter};
 pub use light_lanes::LightLanes;
 pub use lobe_light::{LampLobe, takes_light};
-pub use local::{is_lit, local_radiance};
+pub use local::local_radiance;
 pub use radiance::{MAX_DEPTH, radiance};
 pub use receiver::{Receiver, Receivers, shadow_origin, side_sign};

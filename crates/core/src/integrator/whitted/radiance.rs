@@ -1,8 +1,6 @@
 //! The reference scheduler: one loop with a fixed stack.
 
-use super::{
-    LampLobe, branches_at, child_ray, depth_limit, direct_light, is_lit, local_radiance, ray_behind,
-};
+use super::{LampLobe, branches_at, child_ray, depth_limit, direct_light, local_radiance, ray_behind};
 use crate::hierarchy::{Stack, Tracer};
 use crate::integrator::{PathRay, RayCounts, weight_at};
 use crate::ray::Hit;
@@ -60,7 +58,7 @@ pub fn radiance<T: Tracer, const W: usize>(
                 level.ray.weight = weight_at(view, &point, &level.ray, level.hit.t);
                 if there > 0.0 {
                     let mut found = local_radiance(view, &point, &level.ray, level.hit.t);
-                    if is_lit(settings.lighting_model) {
+                    if settings.lighting_model.is_lit() {
                         let lobe = LampLobe::new(view, &point, &level.ray, max_depth);
                         let (path, place) = (level.ray.path, (x, y, sample));
                         let point = (&point, &lobe);

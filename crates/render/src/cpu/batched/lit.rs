@@ -1,7 +1,7 @@
 //! Surface points that lights are added to.
 
 use super::Path;
-use eosphor_core::integrator::whitted::{LampLobe, Receiver, Receivers, is_lit, point_key, takes_light};
+use eosphor_core::integrator::whitted::{LampLobe, Receiver, Receivers, point_key, takes_light};
 use eosphor_core::integrator::whitted::{shadow_origin, side_sign};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::PrimitiveId;
@@ -242,7 +242,7 @@ impl LitPoints {
     /// Whether lights change what the point gives.
     #[inline(always)]
     pub(super) fn takes(view: &SceneView, point: &SurfacePoint, lobe: &LampLobe) -> bool {
-        is_lit(view.settings.lighting_model) && !view.lights.is_empty() && takes_light(point, lobe)
+        view.settings.lighting_model.is_lit() && !view.lights.is_empty() && takes_light(point, lobe)
     }
 
     /// Appends a point that `path` found. `local` is what it gives by itself, `shown` the weight of all that it gives.

@@ -8,7 +8,6 @@ use eosphor_core::integrator::whitted::{
 };
 use eosphor_core::integrator::whitted::{highlight, shadow_filter};
 use eosphor_core::light::Light;
-use eosphor_core::light::emitted;
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
@@ -79,7 +78,7 @@ impl Lamp<'_> {
     /// Adds what the first `count` points of a block make of the light that they got.
     #[inline(always)]
     fn add_to(&self, view: &SceneView, block: &mut Block, count: usize, got: &[LightSums; LANES]) {
-        let color = emitted(self.light);
+        let color = self.light.le();
         for lane in 0..count {
             if self.shines_on(view, block, lane) {
                 let (diffuse, (specular, _)) = (block.diffuse(lane), self.highlight(block, lane));

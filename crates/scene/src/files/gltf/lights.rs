@@ -23,8 +23,8 @@ impl PlacedLight {
     /// The light of a scene, before it moves; motions begin in coordinates of the file.
     pub(super) fn in_scene(&self, scene: &Scene) -> Light {
         let mut light = self.light;
-        if let (Light::Point { position, .. } | Light::Spot { position, .. }, true) =
-            (&mut light, self.moves.is_empty())
+        if let Some(position) = light.parts().position
+            && self.moves.is_empty()
         {
             *position = scene.point_of_file(self.position);
         }

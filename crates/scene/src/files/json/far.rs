@@ -4,8 +4,7 @@ use super::build::Builder;
 use super::tree::{Node, Step, Value};
 use crate::model::origin::{APART, FAR, SharedMoves};
 use crate::model::{
-    Camera, CameraMotion, ExactTransform, Light, LightMotion, Matrix, Move, Scene, Transform, add, double,
-    single,
+    Camera, CameraMotion, ExactTransform, LightMotion, Matrix, Move, Scene, Transform, add, double, single,
 };
 use eosphor_core::math::Vec3;
 use std::sync::Arc;
@@ -124,11 +123,9 @@ impl Builder<'_> {
             camera.look_at.iter_mut().for_each(|p| mend(p, &[Step::Key("camera"), Step::Key("look-at")]));
         }
         for (i, light) in scene.lights.iter_mut().enumerate() {
-            let way = |kind| [Step::Key("lights"), Step::Item(i), Step::Key(kind), Step::Key("position")];
-            match light {
-                Light::Point { position, .. } => mend(position, &way("point")),
-                Light::Spot { position, .. } => mend(position, &way("spot")),
-                Light::Directional { .. } => {}
+            let way = [Step::Key("lights"), Step::Item(i), Step::Key(light.key()), Step::Key("position")];
+            if let Some(position) = light.parts().position {
+                mend(position, &way);
             }
         }
         for (i, sphere) in scene.spheres.iter_mut().enumerate() {

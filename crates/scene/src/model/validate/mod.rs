@@ -3,8 +3,8 @@
 mod animation;
 
 use super::{
-    AlphaMode, Camera, CameraMotion, Image, Light, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr,
-    PixelSampling, RenderSettings, Scene, TexelLayout, Texture,
+    AlphaMode, Camera, CameraMotion, Image, Light, LightParts, Material, MaterialKind, Mesh, Mtl, NO_INDEX,
+    Pbr, PixelSampling, RenderSettings, Scene, TexelLayout, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -128,24 +128,18 @@ fn check_camera(camera: &Camera, is_aimed: bool) -> Check {
 }
 
 fn check_light(light: &Light, name: &str) -> Check {
-    let what = || name.to_string();
-    match *light {
-        Light::Point { position, color: c } => {
-            point(what, "position", position)?;
-            color(&format!("{name}.color"), c)
-        }
-        Light::Directional { direction, color: c } => {
-            unit_able(name, direction)?;
-            color(&format!("{name}.color"), c)
-        }
-        Light::Spot { position, direction, inner_degrees, outer_degrees, color: c } => {
-            point(what, "position", position)?;
-            unit_able(name, direction)?;
-            color(&format!("{name}.color"), c)?;
-            number(&format!("{name}.outer-degrees"), outer_degrees, 0.0, 180.0)?;
-            number(&format!("{name}.inner-degrees"), inner_degrees, 0.0, outer_degrees)
-        }
+    let mut light = *light;
+    let own = light.own_numbers();
+    let LightParts { position, direction, color: c } = light.parts();
+    if let Some(position) = position {
+        point(|| name.to_string(), "position", *position)?;
     }
+    if let Some(direction) = direction {
+        unit_able(name, *direction)?;
+    }
+    color(&format!("{name}.color"), *c)?;
+    own.into_iter()
+        .try_for_each(|(key, value, least, most)| number(&format!("{name}.{key}"), value, least, most))
 }
 
 fn check_material(material: &Material, textures: usize) -> Check {
