@@ -25,7 +25,7 @@ macro_rules! reached {
     };
 }
 
-/// Defines a kernel that renders a band of rows. It takes the structure's own parameters, which `crates/cuda/src/structure.rs` adds,
+/// Defines a kernel that renders a band of rows. It takes the own parameters of the structure (`crates/cuda/src/structure.rs`),
 /// the structure's primitives, the scene's arrays and the launch, in this order.
 macro_rules! render_kernel {
     ($($kernel:tt)*) => {
@@ -53,7 +53,7 @@ macro_rules! define_render_kernel {
             $($field: &$item,)*
             launch: BandLaunch,
         ) {
-            // SAFETY: the kernel's own contract.
+            // SAFETY: uploaded arrays: the references are first items of arrays that hold every index of the scene.
             unsafe {
                 let view = SceneView { $($field: reached!($access $field, launch.counts.$field)),* };
                 let $primitives = PrimitivesView {

@@ -13,7 +13,7 @@ use eosphor_core::hierarchy::{BvhNode, InstanceTreeView};
 /// The caller of the kernel must have put that many items there.
 #[inline(always)]
 pub(crate) unsafe fn array<'a, T>(first: &'a T, length: u64) -> &'a [T] {
-    // SAFETY: as the function's contract says.
+    // SAFETY: uploaded arrays: the host has put `length` items there.
     unsafe { from_raw_parts(first, length as usize) }
 }
 
@@ -24,7 +24,7 @@ pub(crate) unsafe fn array<'a, T>(first: &'a T, length: u64) -> &'a [T] {
 /// As for [`array`], for every index that the scene holds.
 #[inline(always)]
 pub(crate) unsafe fn indexed<'a, T>(first: &'a T) -> &'a [T] {
-    // SAFETY: as the function's contract says; nothing reads beyond the true length.
+    // SAFETY: uploaded arrays: every index that is read leads into what the host has put there.
     unsafe { from_raw_parts(first, isize::MAX as usize / size_of::<T>()) }
 }
 
@@ -39,6 +39,6 @@ pub(crate) unsafe fn instance_tree<'a>(
     order: &'a u32,
     root: u32,
 ) -> InstanceTreeView<'a> {
-    // SAFETY: as the function's contract says.
+    // SAFETY: uploaded arrays: every index of the tree leads into what the host has put there.
     unsafe { InstanceTreeView { nodes: indexed(nodes), root, order: indexed(order) } }
 }

@@ -38,7 +38,8 @@ macro_rules! ray_kernel {
             answers: *mut $answer,
             hit_instances: *mut u32,
         ) {
-            // SAFETY: these read the thread's numbers; the rest is the kernel's own contract.
+            // SAFETY: these read the thread's numbers; uploaded arrays: the references are first items of arrays that
+            // hold every index of the hierarchy, and there are `count` rays and answers.
             unsafe {
                 let number = (_block_idx_x() as u32) * (_block_dim_x() as u32) + _thread_idx_x() as u32;
                 if number >= count {

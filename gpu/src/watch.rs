@@ -121,7 +121,7 @@ fn ticks() -> u64 {
 #[inline(always)]
 fn nanoseconds() -> u64 {
     let nanoseconds;
-    // SAFETY: as above.
+    // SAFETY: reads a counter.
     unsafe { asm!("mov.u64 {0}, %globaltimer;", out(reg64) nanoseconds, options(nostack, nomem)) }
     nanoseconds
 }

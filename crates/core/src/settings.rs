@@ -1,6 +1,5 @@
 //! What a picture depends on besides the scene: the settings that reach a pixel.
 
-use crate::bsdf::{BlinnPhong, Lobe, Phong};
 use crate::math::Vec3;
 
 /// How a surface point is lit (reference systems: EOS, PG1, PLATO). `I` is what arrives of a light, over pi where light is
@@ -29,16 +28,6 @@ impl LightingModel {
         match self {
             LightingModel::Distance | LightingModel::Diffuse => false,
             LightingModel::Lambert | LightingModel::Phong | LightingModel::BlinnPhong => true,
-        }
-    }
-
-    /// The highlight of a surface, if the model has any; `normal` and `to_viewer` are unit vectors.
-    #[inline(always)]
-    pub fn highlight(self, normal: Vec3, to_viewer: Vec3, exponent: f32) -> Option<Lobe> {
-        match self {
-            LightingModel::Distance | LightingModel::Diffuse | LightingModel::Lambert => None,
-            LightingModel::Phong => Some(Lobe::Phong(Phong { normal, to_viewer, exponent })),
-            LightingModel::BlinnPhong => Some(Lobe::BlinnPhong(BlinnPhong { normal, to_viewer, exponent })),
         }
     }
 }

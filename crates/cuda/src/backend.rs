@@ -297,7 +297,7 @@ impl<T> PixelRows<T> {
         let first = (rows.start - self.first_row) as usize * self.width;
         let length = rows.len() * self.width;
         assert!(first + length <= self.length, "rows of the picture");
-        // SAFETY: they are there, and the caller's alone.
+        // SAFETY: the assertion keeps them inside; rows are handed out once, so nobody else has these.
         unsafe { std::slice::from_raw_parts_mut(self.pixels.add(first), length) }
     }
 }

@@ -70,7 +70,7 @@ fn info(ordinal: i32) -> Result<DeviceInfo, DriverError> {
     Ok(DeviceInfo {
         ordinal: ordinal as usize,
         name: result::device::get_name(device)?,
-        // SAFETY: as above.
+        // SAFETY: the driver has just given this device's handle.
         memory_bytes: unsafe { result::device::total_mem(device) }? as u64,
         compute_capability: (
             attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR)?,

@@ -84,7 +84,7 @@ pub(crate) unsafe fn write<T: Copy>(
     let at = array + u64::from(first) * size_of::<T>() as u64;
     // Allocating does that by itself, copying to an address does not.
     stream.context().bind_to_thread()?;
-    // SAFETY: the caller's; the source lives until the stream is waited for.
+    // SAFETY: the array has these items (the contract of this function); the source lives until the stream is waited for.
     unsafe { result::memcpy_htod_async(at, bytes, stream.cu_stream()) }?;
     stream.synchronize()
 }

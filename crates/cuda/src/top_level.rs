@@ -111,7 +111,7 @@ impl TopLevel {
                 } else {
                     let (pairs, root) = BvhPairs::over_instances(top, rooms.reach, first);
                     assert!(pairs.len() <= rooms.size as usize);
-                    // SAFETY: as above.
+                    // SAFETY: the room is this frame's alone, and there are no more pairs than instances.
                     unsafe { write(stream, nodes, first, &pairs) }?;
                     own.number(INSTANCE_ROOT, root.bits());
                 }

@@ -5,7 +5,6 @@ use super::{Need, check};
 use crate::failure::Failure;
 use clap::Args;
 use eosphor::math::{Vec3, vec3};
-use eosphor::settings::LightingModel;
 use eosphor::{Light, Scene};
 
 /// Irradiance of a sun that states none.
@@ -46,7 +45,7 @@ impl LightFlags {
 
     /// Adds them after the scene's own: suns, then points.
     pub(crate) fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
-        let is_lit = !matches!(scene.settings.lighting, LightingModel::Distance | LightingModel::Diffuse);
+        let is_lit = scene.settings.lighting.is_lit();
         let needs = "a --lighting that lights count in: lambert, phong or blinn-phong";
         let need = |flag, is_given| Need { flag, is_given, is_met: is_lit, needs };
         check(&[need("--sun", !self.sun.is_empty()), need("--light", !self.light.is_empty())])?;

@@ -186,7 +186,7 @@ impl SettingsFlags {
         set(&mut settings.srgb_textures, switch(self.srgb_textures, self.linear_textures));
         set(&mut settings.transfer, self.transfer);
         // Unlit models show colours, which need none.
-        let is_unlit = |model| matches!(model, LightingModel::Distance | LightingModel::Diffuse);
+        let is_unlit = |model: LightingModel| !model.is_lit();
         let unlit = self.lighting.filter(|&model| is_unlit(model)).map(|_| 0.0);
         set(&mut settings.exposure, self.exposure.or(unlit));
         set(&mut settings.seed, self.seed);

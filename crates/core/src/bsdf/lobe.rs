@@ -5,6 +5,7 @@
 
 use super::{BlinnPhong, CosinePower, Delta, Lambert, Phong};
 use crate::math::Vec3;
+use crate::settings::LightingModel;
 
 /// One way in which a surface scatters light. A lobe has no colour: what it gives is multiplied by that of the material.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +23,16 @@ pub enum Lobe {
 }
 
 impl Lobe {
+    /// The highlight of a lighting model, if it has any; `normal` and `to_viewer` are unit vectors.
+    #[inline(always)]
+    pub fn highlight(model: LightingModel, normal: Vec3, to_viewer: Vec3, exponent: f32) -> Option<Lobe> {
+        match model {
+            LightingModel::Distance | LightingModel::Diffuse | LightingModel::Lambert => None,
+            LightingModel::Phong => Some(Lobe::Phong(Phong { normal, to_viewer, exponent })),
+            LightingModel::BlinnPhong => Some(Lobe::BlinnPhong(BlinnPhong { normal, to_viewer, exponent })),
+        }
+    }
+
     /// What reaches the viewer of light from the direction `to_light`, with the cosine of its incidence where the lobe has one. The
     /// unit is that of [`crate::light::Light`], whose colours are over pi: [`Lambert`] gives the cosine itself.
     #[inline(always)]

@@ -350,7 +350,7 @@ struct Crossing {
     near1: f32,
 }
 
-/// StackStorage for a walk's stack.
+/// Where a walk keeps its stack.
 pub(super) type StackStorage = crate::hierarchy::stack::StackStorage<Link, ROOM>;
 
 /// How a walk came to its end.
@@ -377,7 +377,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     #[inline(always)]
     pub(super) fn new(view: &PairView, world_ray: &'a Ray, storage: &'s mut StackStorage) -> Self {
         let mut stack = Stack::new(storage);
-        // SAFETY: as in `fork`.
+        // SAFETY: closed views: the depth of trees fits the stack, whose bound counts these marks.
         unsafe {
             stack.push(Link::DONE);
             if PLACED {
@@ -672,12 +672,12 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
             if !ANYWHERE && self.space.slack > 0.0 {
                 return Some(Outcome::Far);
             }
-            // SAFETY: as above.
+            // SAFETY: closed views: the depth of trees fits the stack, whose bound counts this mark.
             unsafe { self.stack.push(Link::WORLD) };
             self.next = root.first;
             // A tree that is a leaf is visited from there like any other.
             if !self.next.is_pair() {
-                // SAFETY: as above.
+                // SAFETY: closed views: the depth of trees fits the stack, and this leaf is the only item of its instance.
                 unsafe { self.stack.push(self.next) };
             }
         } else if PLACED && self.next == Link::WORLD {

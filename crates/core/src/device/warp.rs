@@ -24,7 +24,7 @@ mod target {
         #[inline(always)]
         pub(in super::super) fn count(self, of: bool) -> u32 {
             let lanes: u32;
-            // SAFETY: as said.
+            // SAFETY: one warp: the mask is that of the lanes which vote here, all of which come.
             unsafe {
                 asm!(
                     "{{.reg .pred p; setp.ne.u32 p, {1}, 0; vote.sync.ballot.b32 {0}, p, {2};}}",
@@ -38,7 +38,7 @@ mod target {
         #[inline(always)]
         pub(in super::super) fn agrees(self, number: u32) -> bool {
             let agrees: u32;
-            // SAFETY: as above.
+            // SAFETY: one warp: the mask is that of the lanes which compare here, all of which come.
             unsafe {
                 asm!(
                     "{{.reg .pred p; .reg .b32 m; match.all.sync.b32 m|p, {1}, {2}; selp.u32 {0}, 1, 0, p;}}",

@@ -138,7 +138,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     #[inline(always)]
     pub(super) fn new(view: &WideView, world_ray: &'a Ray, storage: &'s mut StackStorage) -> Self {
         let mut stack = Stack::new(storage);
-        // SAFETY: as in `visit`.
+        // SAFETY: closed views: the depth of trees fits the stack, whose bound counts these marks.
         unsafe {
             stack.push(Rest::DONE);
             if PLACED {
@@ -264,7 +264,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         let (placement, ray) =
             view.primitives.enter_instance(number, world_ray, &slab, [world_ray.t_min, t_max])?;
         let geometry = trusted(view.primitives.instances, number).geometry;
-        // SAFETY: as in `visit`.
+        // SAFETY: closed views: the depth of trees fits the stack, whose bound counts these marks.
         unsafe {
             if !self.rest.is_empty() {
                 self.stack.push(self.rest);

@@ -4,11 +4,11 @@ use crate::model::{LightUnits, PixelSampling, RenderSettings};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::math::vec3;
-use eosphor_core::settings::{LightingModel, PixelSampling as CoreSampling, Settings};
+use eosphor_core::settings::{PixelSampling as CoreSampling, Settings};
 
 /// Whether anything but emission and the ambient term is black without a light.
 pub(super) fn needs_light(settings: &RenderSettings) -> bool {
-    matches!(settings.lighting, LightingModel::Lambert | LightingModel::Phong | LightingModel::BlinnPhong)
+    settings.lighting.is_lit()
 }
 
 pub(super) fn build(settings: &RenderSettings, camera: &Camera, world: &Bounds) -> Settings {

@@ -4,7 +4,7 @@
 //! code. With one lane it is plain scalar code, with the same bits.
 
 use super::Receivers;
-use crate::bsdf::Lambert;
+use crate::bsdf::{Lambert, Lobe};
 use crate::hierarchy::ShadowBatch;
 use crate::light::{Light, LightSampleLanes};
 use crate::math::{Vec3, vec3};
@@ -85,7 +85,7 @@ impl<const W: usize> LightLanes<W> {
     fn highlight<R: Receivers>(&mut self, model: LightingModel, receivers: &R, lit: &[f32; W]) {
         for lane in 0..W {
             let (normal, to_viewer) = (receivers.normal(lane), receivers.to_viewer(lane));
-            let lobe = model.highlight(normal, to_viewer, receivers.shininess(lane));
+            let lobe = Lobe::highlight(model, normal, to_viewer, receivers.shininess(lane));
             let factor = lobe.map_or(0.0, |lobe| lobe.eval(self.direction(lane)));
             self.specular[lane] = if receivers.highlights(lane) { lit[lane] * factor } else { 0.0 };
         }
