@@ -92,39 +92,29 @@ impl TopLevel {
         stream: &Arc<CudaStream>,
         nodes: u64,
     ) -> Result<Option<Taken<'r>>, DriverError> {
-        match top {
-            Hierarchy::Bvh(top) => {
-                // Kernels that count have it as the others do.
-                let Some(rooms) = self.rooms.as_ref() else {
-                    add_instance_tree(own, &top.instance_tree());
-                    return Ok(None);
-                };
-                let room = rooms.take();
-                let first = rooms.first + room.number * rooms.size;
-                if rooms.is_wide {
-                    let (pairs, root) = BvhPairs::over_instances(top, rooms.reach, 0);
-                    let (own_nodes, root) = BvhWide::over_instances(&pairs, root, first);
-                    assert!(own_nodes.len() <= rooms.size as usize);
-                    // SAFETY: the room is this frame's alone, and there are no more nodes than instances.
-                    unsafe { write(stream, nodes, first, &own_nodes) }?;
-                    own.number(INSTANCE_ROOT, root);
-                } else {
-                    let (pairs, root) = BvhPairs::over_instances(top, rooms.reach, first);
-                    assert!(pairs.len() <= rooms.size as usize);
-                    // SAFETY: the room is this frame's alone, and there are no more pairs than instances.
-                    unsafe { write(stream, nodes, first, &pairs) }?;
-                    own.number(INSTANCE_ROOT, root.bits());
-                }
-                return Ok(Some(room));
+        // Kernels that count have a bvh as CPUs read it, and its tree over the instances as other structures have theirs.
+        let (Hierarchy::Bvh(bvh), Some(rooms)) = (top, self.rooms.as_ref()) else {
+            if let Some(tree) = top.instance_tree() {
+                add_instance_tree(own, &tree);
             }
-            Hierarchy::Octree(tree) | Hierarchy::OctreeParametric(tree) => {
-                add_instance_tree(own, &tree.instance_tree());
-            }
-            Hierarchy::Grid(grid) => add_instance_tree(own, &grid.instance_tree()),
-            Hierarchy::KdTree(tree) => add_instance_tree(own, &tree.instance_tree()),
-            // No tree at all; and the one that is not for GPUs.
-            Hierarchy::Exhaustive(_) | Hierarchy::Bvh8(_) => {}
+            return Ok(None);
+        };
+        let room = rooms.take();
+        let first = rooms.first + room.number * rooms.size;
+        if rooms.is_wide {
+            let (pairs, root) = BvhPairs::over_instances(bvh, rooms.reach, 0);
+            let (own_nodes, root) = BvhWide::over_instances(&pairs, root, first);
+            assert!(own_nodes.len() <= rooms.size as usize);
+            // SAFETY: the room is this frame's alone, and there are no more nodes than instances.
+            unsafe { write(stream, nodes, first, &own_nodes) }?;
+            own.number(INSTANCE_ROOT, root);
+        } else {
+            let (pairs, root) = BvhPairs::over_instances(bvh, rooms.reach, first);
+            assert!(pairs.len() <= rooms.size as usize);
+            // SAFETY: the room is this frame's alone, and there are no more pairs than instances.
+            unsafe { write(stream, nodes, first, &pairs) }?;
+            own.number(INSTANCE_ROOT, root.bits());
         }
-        Ok(None)
+        Ok(Some(room))
     }
 }

@@ -1,5 +1,6 @@
 //! What renders count: the same for any threads and tiles, and what others count by themselves. Counting changes no pixel.
 
+use eosphor_accel::UseTracer;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{CountWork, ExhaustiveTracer, IgnoreWork, Tracer};
 use eosphor_core::integrator::{RayCounts, render_pixel};
@@ -112,13 +113,19 @@ fn flat(scene: &Scene) -> Arc<SceneData> {
 
 /// How much the scalar traversal of a structure has to do for one query, counted by itself.
 fn count(hierarchy: &Hierarchy, (ray, filter, query): &(Ray, RayFilter, Query)) -> (u64, u64) {
-    fn ask(tracer: impl Tracer, ray: &Ray, filter: &RayFilter, query: &Query) {
-        match query {
-            Query::Closest => drop(tracer.closest_hit(ray, filter)),
-            Query::Any => drop(tracer.occluded(ray, filter)),
-            Query::Next(after) => drop(tracer.next_hit(ray, filter, after)),
+    struct Ask<'a>(&'a Ray, &'a RayFilter, &'a Query);
+    impl UseTracer for Ask<'_> {
+        type Output = ();
+        fn run<T: Tracer>(self, tracer: T) {
+            let Ask(ray, filter, query) = self;
+            match query {
+                Query::Closest => drop(tracer.closest_hit(ray, filter)),
+                Query::Any => drop(tracer.occluded(ray, filter)),
+                Query::Next(after) => drop(tracer.next_hit(ray, filter, after)),
+            }
         }
     }
+    #[derive(Clone, Copy)]
     struct Told<'a>(&'a CountWork);
     impl eosphor_core::hierarchy::Work for Told<'_> {
         fn nodes(&self, count: u32) {
@@ -129,16 +136,7 @@ fn count(hierarchy: &Hierarchy, (ray, filter, query): &(Ray, RayFilter, Query)) 
         }
     }
     let work = CountWork::default();
-    let told = Told(&work);
-    match hierarchy {
-        Hierarchy::Exhaustive(s) => ask(s.tracer(told), ray, filter, query),
-        Hierarchy::Bvh(s) => ask(s.tracer(told), ray, filter, query),
-        Hierarchy::Bvh8(s) => ask(s.counting_tracer(told), ray, filter, query),
-        Hierarchy::Octree(s) => ask(s.tracer(told), ray, filter, query),
-        Hierarchy::OctreeParametric(s) => ask(s.parametric_tracer(told), ray, filter, query),
-        Hierarchy::Grid(s) => ask(s.tracer(told), ray, filter, query),
-        Hierarchy::KdTree(s) => ask(s.tracer(told), ray, filter, query),
-    }
+    hierarchy.with_counting_tracer(hierarchy, Told(&work), Ask(ray, filter, query));
     (work.nodes.get(), work.primitives.get())
 }
 

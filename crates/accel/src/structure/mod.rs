@@ -9,7 +9,7 @@ use crate::{
     Octree, OctreeOptions, OneByOne, SceneGeometry, SimdLevel,
 };
 use eosphor_core::geometry::Instance;
-use eosphor_core::hierarchy::{IgnoreWork, Tracer, Work};
+use eosphor_core::hierarchy::{IgnoreWork, InstanceTreeView, Tracer, Work};
 use std::fmt;
 use std::str::FromStr;
 
@@ -31,14 +31,15 @@ pub trait UseBatchTracer {
 
 /// The table of structures: everything that is said of each is said here. A line gives its documentation, its name in
 /// [`Accel`], on the command line and in [`Hierarchy`], its type, how it is built, the scalar tracer that counts, and the
-/// tracer that is fast.
+/// tracer that is fast, and the binary tree over its instances where it has one.
 macro_rules! structures {
     ($(
         $(#[$doc:meta])*
         $accel:ident, $name:literal, $hierarchy:ident($structure:ty),
         build: |$scene:ident, $options:ident| $build:expr,
         scalar: |$s:ident, $s_top:ident, $work:ident| $scalar:expr,
-        batches: |$b:ident, $b_top:ident, $simd:ident| $batches:expr;
+        batches: |$b:ident, $b_top:ident, $simd:ident| $batches:expr,
+        instances: |$i:ident| $instances:expr;
     )*) => {
         /// Acceleration structures.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,6 +107,13 @@ macro_rules! structures {
                 }
             }
 
+            /// The binary tree over the instances, for structures that keep it apart from their own nodes.
+            pub fn instance_tree(&self) -> Option<InstanceTreeView<'_>> {
+                match self {
+                    $(Hierarchy::$hierarchy($i) => $instances,)*
+                }
+            }
+
             /// Hands its fast tracer over. `top` has the instances: itself, or one of [`Hierarchy::build_top`].
             ///
             /// # Panics
@@ -143,43 +151,50 @@ structures! {
     None, "none", Exhaustive(Exhaustive),
     build: |scene, _options| Exhaustive::new(scene),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
-    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
+    instances: |_s| None;
 
     /// Bounding volume hierarchy.
     Bvh, "bvh", Bvh(Bvh),
     build: |scene, options| Bvh::build(scene, &options.bvh()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
-    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
+    instances: |s| Some(s.instance_tree());
 
     /// The same with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),
     build: |scene, options| Bvh8::build(scene, &options.bvh()),
     scalar: |s, top, work| s.counting_tracer(work).with_instances_of(top),
-    batches: |s, top, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer()).with_instances_of(top);
+    batches: |s, top, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer()).with_instances_of(top),
+    instances: |_s| None;
 
     /// Octree, all octants that a ray meets, as PG1 has it.
     Octree, "octree", Octree(Octree),
     build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::default())),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
-    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
+    instances: |s| Some(s.instance_tree());
 
     /// Octree of smaller leaves, octants in the order of the ray (Revelles et al. 2000).
     OctreeParametric, "octree-parametric", OctreeParametric(Octree),
     build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::parametric())),
     scalar: |s, top, work| s.parametric_tracer_with_instances_of(top, work),
-    batches: |s, top, _simd| OneByOne(s.parametric_tracer_with_instances_of(top, IgnoreWork));
+    batches: |s, top, _simd| OneByOne(s.parametric_tracer_with_instances_of(top, IgnoreWork)),
+    instances: |s| Some(s.instance_tree());
 
     /// Uniform grid.
     Grid, "grid", Grid(Grid),
     build: |scene, _options| Grid::build(scene, &GridOptions::default()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
-    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
+    instances: |s| Some(s.instance_tree());
 
     /// kd-tree, SAH.
     KdTree, "kdtree", KdTree(KdTree),
     build: |scene, options| KdTree::build(scene, &options.kdtree()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
-    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork));
+    batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
+    instances: |s| Some(s.instance_tree());
 }
 
 impl fmt::Display for Accel {
