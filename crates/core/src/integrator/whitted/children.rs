@@ -105,10 +105,10 @@ pub fn child_ray(
     let (direction, share, kind, inside) = if branch < reflected {
         let kr = reflected_share(material_values, &at_mirror);
         let rays = material_values.lobe_rays(parent.depth);
-        let lobe = lobe_about(mirror, material_values, rays);
-        if lobe.is_delta() {
-            (mirror, kr, RayKind::Reflected, parent.inside)
+        if rays == 0 {
+            (Delta { direction: mirror }.sample([0.0; 2]), kr, RayKind::Reflected, parent.inside)
         } else {
+            let lobe = glossy_lobe(mirror, material_values);
             let index = sample.wrapping_mul(rays).wrapping_add(branch);
             let direction = lobe.sample(point_2d(index, key(GLOSSY_DIMENSION)));
             // Rays of the lobe that go under the surface count as black.
@@ -142,8 +142,8 @@ pub fn child_ray(
         };
         let rays =
             if material_values.glossy_transmission { material_values.lobe_rays(parent.depth) } else { 0 };
-        let lobe = lobe_about(direction, material_values, rays);
-        if !lobe.is_delta() {
+        if rays > 0 {
+            let lobe = glossy_lobe(direction, material_values);
             let index = sample.wrapping_mul(rays).wrapping_add(branch - reflected);
             let spread_out = lobe.sample(point_2d(index, key(GLOSSY_TRANSMISSION_DIMENSION)));
             // As above: what ends on the wrong side counts as black.
@@ -174,12 +174,8 @@ pub fn child_ray(
     })
 }
 
-/// How a material spreads light about the direction of its mirror or its glass: the lobe of which so many rays are traced, or a
-/// single direction where none are.
+/// How a glossy material spreads light about the direction of its mirror or its glass.
 #[inline(always)]
-fn lobe_about(direction: Vec3, material_values: &EvaluatedMaterial, rays: u32) -> Lobe {
-    match rays {
-        0 => Lobe::Delta(Delta { direction }),
-        _ => Lobe::CosinePower(CosinePower { axis: direction, exponent: material_values.glossy_exponent }),
-    }
+fn glossy_lobe(direction: Vec3, material_values: &EvaluatedMaterial) -> Lobe {
+    Lobe::CosinePower(CosinePower { axis: direction, exponent: material_values.glossy_exponent })
 }
