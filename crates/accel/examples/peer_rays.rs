@@ -6,12 +6,13 @@
 //! t_max); the `.ref` files are a count and (t, primitive) a ray, with primitive `ffffffff` for a miss.
 //!
 //! Environment: `HITS_DIR` writes `SCENE_QUERY.eosphor-VARIANT-BUILD.hits` in the form of the `.ref` files; `SIMD` is one of
-//! the levels, `VARIANTS` (`1ray`, `batch`, `coherent`, `incoherent`; `steps` counts), `BUILDS` and `QUERIES` choose from what
-//! is measured (comma-separated), `THREADS` lists thread counts.
+//! the levels, `VARIANTS` (`1ray`, `batch`, `coherent`, `incoherent`; `where` with a closure that accepts all, `half` with one
+//! that refuses every other triangle, `halfnext` likewise by `next_hit`; `steps` counts), `BUILDS` and `QUERIES` choose from
+//! what is measured (comma-separated), `THREADS` lists thread counts.
 
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, CountWork, Filters, Hit, PrimitiveId,
-    Quality, Ray, RayFilter, Scene, SimdLevel, Tracer, Vec3, vec3,
+    Quality, Ray, RayFilter, Scene, SimdLevel, Tracer, Vec3, closest_hit_where, occluded_where, vec3,
 };
 use std::error::Error;
 use std::hint::black_box;
@@ -81,6 +82,10 @@ fn choices(variable: &str, default: &str) -> Vec<String> {
 #[derive(Clone, Copy, PartialEq)]
 enum Variant {
     OneRay,
+    /// One ray, and only triangles whose number has no bit of this.
+    Where(u32),
+    /// The same by the function for any structure.
+    Next(u32),
     Batch(Coherence),
 }
 
@@ -88,6 +93,9 @@ impl Variant {
     fn named(name: &str) -> Result<Variant, Box<dyn Error>> {
         Ok(match name {
             "1ray" => Variant::OneRay,
+            "where" => Variant::Where(0),
+            "half" => Variant::Where(1),
+            "halfnext" => Variant::Next(1),
             "batch" => Variant::Batch(Coherence::Auto),
             "coherent" => Variant::Batch(Coherence::Coherent),
             "incoherent" => Variant::Batch(Coherence::Incoherent),
@@ -113,6 +121,26 @@ fn trace(tracer: &Bvh8Tracer, variant: Variant, rays: &[Ray], answers: Answers) 
         (Answers::Hidden(hidden), Variant::OneRay) => {
             for (ray, hidden) in rays.iter().zip(hidden) {
                 *hidden = tracer.occluded(black_box(ray), filter);
+            }
+        }
+        (Answers::Hits(hits), Variant::Where(bit)) => {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = tracer.closest_hit_where(black_box(ray), filter, |hit| hit.id.primitive & bit == 0);
+            }
+        }
+        (Answers::Hidden(hidden), Variant::Where(bit)) => {
+            for (ray, hidden) in rays.iter().zip(hidden) {
+                *hidden = tracer.occluded_where(black_box(ray), filter, |hit| hit.id.primitive & bit == 0);
+            }
+        }
+        (Answers::Hits(hits), Variant::Next(bit)) => {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = closest_hit_where(tracer, black_box(ray), filter, |hit| hit.id.primitive & bit == 0);
+            }
+        }
+        (Answers::Hidden(hidden), Variant::Next(bit)) => {
+            for (ray, hidden) in rays.iter().zip(hidden) {
+                *hidden = occluded_where(tracer, black_box(ray), filter, |hit| hit.id.primitive & bit == 0);
             }
         }
         (Answers::Hits(hits), Variant::Batch(coherence)) => {

@@ -56,6 +56,7 @@
 //! # }
 //! ```
 
+mod accepted;
 mod batch;
 mod bvh;
 pub mod bvh8;
@@ -76,9 +77,10 @@ mod statistics;
 mod structure;
 mod wide;
 
+pub use accepted::{closest_hit_where, occluded_where};
 pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
 pub use bvh::{BuildOptions, Builder, Bvh, Quality, RefitError};
-pub use bvh8::{Bvh8, Bvh8Tracer};
+pub use bvh8::{Bvh8, Bvh8Tracer, MaskedTracer};
 pub use exhaustive::Exhaustive;
 pub use grid::{Grid, GridOptions};
 pub use kdtree::{KdTree, KdTreeOptions};

@@ -58,7 +58,7 @@ impl Bvh8 {
     /// ([`crate::BatchTracer`]).
     ///
     /// # Panics
-    /// As [`Bvh8::tracer`].
+    /// Where the hierarchy was built over instances alone ([`SceneGeometry::of_instances`]).
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let hit = self.tracer().closest_hit(ray, &RayFilter::ALL);
         (!hit.is_miss()).then_some(hit)
@@ -67,8 +67,38 @@ impl Bvh8 {
     /// Whether anything is in the way of a ray.
     ///
     /// # Panics
-    /// As [`Bvh8::tracer`].
+    /// Where the hierarchy was built over instances alone ([`SceneGeometry::of_instances`]).
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.tracer().occluded(ray, &RayFilter::ALL)
+    }
+
+    /// The closest hit of a ray among those that `accept` says yes to: alpha tests, back faces, what the ray starts on. It is
+    /// exact, as [`Bvh8Tracer::closest_hit_where`](crate::Bvh8Tracer::closest_hit_where) says, which also says when `accept` is
+    /// asked.
+    ///
+    /// ```
+    /// use eosphor_accel::{Bvh8, Ray, vec3};
+    ///
+    /// let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let bvh = Bvh8::from_mesh(&square, &[[0, 1, 2], [0, 2, 3]])?;
+    /// let ray = Ray::new(vec3(0.25, 0.75, 2.0), vec3(0.0, 0.0, -1.0));
+    /// assert!(bvh.closest_hit_where(&ray, |hit| hit.id.primitive != 1).is_none());
+    /// assert!(bvh.closest_hit_where(&ray, |hit| hit.u + hit.v > 0.5).is_some());
+    /// # Ok::<(), eosphor_accel::SceneError>(())
+    /// ```
+    ///
+    /// # Panics
+    /// Where the hierarchy was built over instances alone ([`SceneGeometry::of_instances`]).
+    pub fn closest_hit_where(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+        let hit = self.tracer().closest_hit_where(ray, &RayFilter::ALL, accept);
+        (!hit.is_miss()).then_some(hit)
+    }
+
+    /// Whether anything that `accept` says yes to is in the way of a ray.
+    ///
+    /// # Panics
+    /// Where the hierarchy was built over instances alone ([`SceneGeometry::of_instances`]).
+    pub fn occluded_where(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> bool {
+        self.tracer().occluded_where(ray, &RayFilter::ALL, accept)
     }
 }

@@ -152,3 +152,50 @@ fn normals_are_of_unit_length_in_world_space() {
     let miss = Hit::miss(1.0);
     assert_eq!(scene.normal(&Ray::new(Vec3::ZERO, down), &miss), None);
 }
+
+#[test]
+fn instances_have_masks() {
+    let mut scene = Scene::new(&[TRIANGLE], &[BALL]).unwrap();
+    let mesh = scene.mesh(&[TRIANGLE], &[]).unwrap();
+    let above = scene.place(mesh, moved(0.0, 0.0, 1.0)).unwrap();
+    assert_eq!(scene.masks(), [u32::MAX; 2]);
+    scene.set_mask(0, 0b01).unwrap();
+    scene.set_mask(above, 0b110).unwrap();
+    assert_eq!(scene.set_mask(above + 1, 1), Err(SceneError::Instance(above + 1)));
+    assert_eq!(scene.masks(), [0b01, 0b110]);
+
+    let bvh = Bvh8::build(&scene.geometry(), &BuildOptions::default());
+    let ray = down(0.5, 0.25);
+    let masked = |mask| bvh.tracer().with_masks(scene.masks(), mask);
+    let instance = |mask| masked(mask).closest_hit(&ray, &RayFilter::ALL).id.instance;
+    assert_eq!([instance(0b111), instance(0b010), instance(0b001)], [above, above, 0]);
+    assert!(masked(0b1000).closest_hit(&ray, &RayFilter::ALL).is_miss());
+    assert!(masked(0b100).occluded(&ray, &RayFilter::ALL) && !masked(0).occluded(&ray, &RayFilter::ALL));
+}
+
+#[test]
+#[should_panic = "1 masks for 2 instances"]
+fn there_is_a_mask_for_each_instance() {
+    let mut scene = Scene::new(&[TRIANGLE], &[]).unwrap();
+    let mesh = scene.mesh(&[TRIANGLE], &[]).unwrap();
+    scene.place(mesh, moved(0.0, 0.0, 1.0)).unwrap();
+    Bvh8::build(&scene.geometry(), &BuildOptions::default()).tracer().with_masks(&[1], 1);
+}
+
+#[test]
+fn a_closure_sees_what_is_behind_what_it_refuses() {
+    // Ten in one place, at one `t`.
+    let bvh = Bvh8::from_mesh(&TRIANGLE.map(|v| [v.x, v.y, v.z]), &[[0, 1, 2]; 10]).unwrap();
+    let ray = down(0.5, 0.25);
+    let mut seen = Vec::new();
+    assert_eq!(
+        bvh.closest_hit_where(&ray, |hit| (hit.id.primitive > 6, seen.push(hit.id.primitive)).0)
+            .unwrap()
+            .id
+            .primitive,
+        7
+    );
+    assert!((0..=7).all(|k| seen.contains(&k)), "{seen:?}");
+    assert_eq!(bvh.closest_hit_where(&ray, |_| true), bvh.closest_hit(&ray));
+    assert!(bvh.occluded_where(&ray, |hit| hit.id.primitive == 9) && !bvh.occluded_where(&ray, |_| false));
+}

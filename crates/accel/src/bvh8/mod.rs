@@ -11,7 +11,7 @@ mod trace;
 mod view;
 
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
-pub use trace::{Bvh8CountingTracer, Bvh8Tracer};
+pub use trace::{Bvh8CountingTracer, Bvh8Tracer, MaskedTracer};
 
 use crate::bvh::{Purpose, geometry_tree, instance_tree, room_for};
 use crate::{BuildOptions, Builder, SceneGeometry};

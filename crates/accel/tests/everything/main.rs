@@ -5,6 +5,7 @@
 mod apart;
 mod check;
 mod cornell;
+mod filtered;
 mod fused;
 mod hand;
 mod rays;
@@ -78,6 +79,14 @@ fn check_world(world: &World, frame: Frame, count: usize, wildness: Wildness, ra
     check_shadows(&structures, &some, &asked[0].1);
 }
 
+/// Checks filtered queries in a world with rays of all kinds.
+fn check_filtered(world: &World, count: usize, wildness: Wildness, random: &mut Random) {
+    let structures = Structures::new(world);
+    let aims = Aims::new(world, Frame::UNIT, random);
+    let asked = with_ends(&structures, aims.rays(count, wildness, random), random);
+    filtered::check(world, &structures, &asked, random);
+}
+
 fn kind() -> impl Strategy<Value = Kind> {
     (0..Kind::ALL.len()).prop_map(|k| Kind::ALL[k])
 }
@@ -128,6 +137,23 @@ proptest! {
         let frame = Frame { size: 10f32.powf(size), center };
         let world = scenes::world(kinds, [30, 20], instances, &frame, &mut random);
         check_world(&world, frame, 120, wildness, &mut random);
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(20))]
+
+    #[test]
+    fn filtered_queries_are_those_over_what_is_left(
+        seed in any::<u64>(),
+        kinds in [kind(), kind()],
+        counts in [0usize..60, 1usize..40],
+        instances in prop_oneof![Just(0usize), 1usize..4, 1usize..20],
+        wildness in wildness(),
+    ) {
+        let mut random = Random(seed);
+        let world = scenes::world(kinds, counts, instances, &Frame::UNIT, &mut random);
+        check_filtered(&world, 100, wildness, &mut random);
     }
 }
 

@@ -54,11 +54,13 @@ pub(crate) struct Way<'a> {
 pub(crate) struct Structures {
     pub(crate) exhaustive: Exhaustive,
     bvhs: Vec<(String, (Bvh, BvhPairs, BvhWide))>,
-    bvh8s: Vec<(String, Bvh8)>,
-    octrees: Vec<(String, Octree)>,
+    pub(crate) bvh8s: Vec<(String, Bvh8)>,
+    pub(crate) octrees: Vec<(String, Octree)>,
     grids: Vec<(String, Grid)>,
     kdtrees: Vec<(String, KdTree)>,
     apart: Apart,
+    /// Masks by which every instance is seen.
+    all_seen: Vec<u32>,
 }
 
 /// With a name.
@@ -112,6 +114,7 @@ impl Structures {
             grids: named(two(grid, grid_fine), |o| Grid::build(&scene, o)),
             kdtrees: named(two(kdtree, kdtree_fine), |o| KdTree::build(&scene, o)),
             apart: Apart::new(world),
+            all_seen: vec![u32::MAX; world.instances.len()],
         }
     }
 
@@ -137,6 +140,8 @@ impl Structures {
                 let Some(tracer) = bvh8.tracer_at(level) else { continue };
                 let name = format!("bvh8 {name} at {level}");
                 add(&mut ways, format!("{name}, one ray"), OneByOne(tracer));
+                let masked = tracer.with_masks(&self.all_seen, 1);
+                add(&mut ways, format!("{name}, masked"), OneByOne(masked));
                 for coherence in [Coherence::Auto, Coherence::Coherent, Coherence::Incoherent] {
                     add_with(&mut ways, format!("{name}, {coherence:?}"), tracer, coherence);
                 }

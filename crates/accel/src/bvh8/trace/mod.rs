@@ -2,7 +2,9 @@
 
 mod batch;
 mod choice;
+mod filtered;
 mod lanes;
+mod masked;
 mod packet;
 mod single;
 mod single_leaf;
@@ -10,6 +12,8 @@ mod single_ray;
 mod sort;
 mod triangle_search;
 mod walk;
+
+pub use masked::MaskedTracer;
 
 use super::Bvh8;
 use super::view::Bvh8View;

@@ -246,8 +246,11 @@ unsafe fn pop<const QUERY: Query>(
 
 /// Visits the leaves that the ray enters, roughly from near to far; `true` where a leaf ended the walk. A node is left
 /// out only when the ray enters it beyond the best hit, never at equality: there a tie may wait.
+///
+/// # Safety
+/// The CPU has the instruction set; `root` is [`EMPTY`] or a child of the tree of these nodes.
 #[inline(always)]
-unsafe fn walk<S: Simd, const QUERY: Query>(
+pub(super) unsafe fn walk<S: Simd, const QUERY: Query>(
     nodes: &[Node8],
     root: Child,
     ray: &SingleRay,

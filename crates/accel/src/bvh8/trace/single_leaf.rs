@@ -31,16 +31,22 @@ pub(super) struct ToldLeaves<'a, W> {
     pub(super) work: W,
 }
 
+/// Says that a node or block will be looked at soon. `nodes` is where those of the tree begin.
+#[inline(always)]
+pub(super) fn prefetch<S: Simd>(bvh: &Bvh8View, nodes: *const u8, child: Child) {
+    let place = (child & PLACE) as usize;
+    let node = nodes.wrapping_add(place * size_of::<Node8>());
+    let block = bvh.blocks.as_ptr().wrapping_add(place).cast::<u8>();
+    let at = if child & LEAF == 0 { node } else { block };
+    S::prefetch(at);
+    S::prefetch(at.wrapping_add(64));
+    S::prefetch(at.wrapping_add(128));
+}
+
 impl<S: Simd, W: Work> VisitLeaf<S> for ToldLeaves<'_, W> {
     #[inline(always)]
     fn prefetch(&self, nodes: *const u8, child: Child) {
-        let place = (child & PLACE) as usize;
-        let node = nodes.wrapping_add(place * size_of::<Node8>());
-        let block = self.leaves.bvh.blocks.as_ptr().wrapping_add(place).cast::<u8>();
-        let at = if child & LEAF == 0 { node } else { block };
-        S::prefetch(at);
-        S::prefetch(at.wrapping_add(64));
-        S::prefetch(at.wrapping_add(128));
+        prefetch::<S>(self.leaves.bvh, nodes, child);
     }
 
     #[inline(always)]
@@ -410,7 +416,7 @@ fn precise_test(block: &TriangleBlock, lane: usize, ray: &SingleRay) -> Triangle
 
 /// The whole test, for rays that are looked at from elsewhere.
 #[inline(always)]
-fn moved_test(
+pub(super) fn moved_test(
     block: &TriangleBlock,
     lane: usize,
     bvh: &Bvh8View,
@@ -423,6 +429,6 @@ fn moved_test(
 }
 
 #[inline(always)]
-fn load3<S: Simd>(v: &[[f32; 4]; 3]) -> Vec3V<S::F4> {
+pub(super) fn load3<S: Simd>(v: &[[f32; 4]; 3]) -> Vec3V<S::F4> {
     each!(k => S::F4::from_array(&v[k]))
 }

@@ -1,12 +1,15 @@
 //! Scenes for users of this crate alone: triangles, spheres and instances, without anything that a renderer needs.
 
+mod error;
+mod surface;
+
+pub use error::SceneError;
+
 use crate::SceneGeometry;
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use eosphor_core::intersect::longest_edge_last;
 use eosphor_core::material::NONE;
-use eosphor_core::math::{Affine, Vec3, vec3};
-use eosphor_core::ray::{Hit, PrimitiveId, Ray};
-use std::fmt;
+use eosphor_core::math::{Affine, Vec3};
 
 /// Coordinates and radii must not be larger, so that products of them stay finite.
 pub const LARGEST_COORDINATE: f32 = 1e12;
@@ -43,58 +46,13 @@ pub struct Scene {
     /// Of each geometry, not padded.
     bounds: Vec<Bounds>,
     instances: Vec<Instance>,
+    /// Of each instance, the mask by which queries may leave it out.
+    masks: Vec<u32>,
 }
 
 /// Names a mesh of a [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshId(u32);
-
-/// Why something cannot be part of a [`Scene`]. Nothing was changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SceneError {
-    /// A corner is not a number, or larger than [`LARGEST_COORDINATE`].
-    Triangle(usize),
-    /// The centre or the radius is out of range; a radius must be over 0.
-    Sphere(usize),
-    /// A face names a vertex that is not there.
-    Face(usize),
-    /// The transform is not finite, cannot be inverted, or takes the mesh out of range.
-    Transform,
-    /// There is no such mesh.
-    Mesh(MeshId),
-    /// There is no such instance, or it is the world (0), which does not move.
-    Instance(u32),
-    /// The mesh has another number of triangles or spheres than were given.
-    Counts,
-    /// More than 2^31 - 1 primitives or instances.
-    TooMany,
-}
-
-impl fmt::Display for SceneError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            SceneError::Triangle(n) => {
-                write!(f, "triangle {n} has a corner that is out of range: within {LARGEST_COORDINATE:e}, please")
-            }
-            SceneError::Sphere(n) => {
-                write!(f, "sphere {n} is out of range: a radius over 0, all within {LARGEST_COORDINATE:e}, please")
-            }
-            SceneError::Face(n) => write!(f, "face {n} names a vertex that is not there"),
-            SceneError::Transform => f.write_str(
-                "the transform cannot be used: it must be finite and invertible (no scale of 0), and keep the mesh in range",
-            ),
-            SceneError::Mesh(MeshId(n)) => write!(f, "there is no mesh {n} in this scene"),
-            SceneError::Instance(0) => f.write_str("instance 0 is the world, which does not move"),
-            SceneError::Instance(n) => write!(f, "there is no instance {n}"),
-            SceneError::Counts => {
-                f.write_str("a mesh can be given new shapes for its primitives, not more or fewer of them")
-            }
-            SceneError::TooMany => f.write_str("more than 2^31 - 1 primitives or instances"),
-        }
-    }
-}
-
-impl std::error::Error for SceneError {}
 
 /// The triangles of an indexed mesh.
 ///
@@ -126,6 +84,7 @@ impl Scene {
             geometries: Vec::new(),
             bounds: Vec::new(),
             instances: Vec::new(),
+            masks: Vec::new(),
         };
         let MeshId(world) = scene.mesh(triangles, spheres)?;
         // The world's own box is not asked.
@@ -237,62 +196,27 @@ impl Scene {
             material: NONE,
             object,
         });
+        self.masks.push(u32::MAX);
+    }
+
+    /// Gives an instance a mask: a tracer of [`crate::Bvh8Tracer::with_masks`] sees it where the mask has a bit in common with its
+    /// own. Instance 0, the world, has a mask, too. A new instance has all bits set. Hierarchies stay as they are.
+    ///
+    /// # Errors
+    /// [`SceneError::Instance`] where there is no such instance.
+    pub fn set_mask(&mut self, instance: u32, mask: u32) -> Result<(), SceneError> {
+        *self.masks.get_mut(instance as usize).ok_or(SceneError::Instance(instance))? = mask;
+        Ok(())
+    }
+
+    /// The masks of all instances, by their numbers.
+    pub fn masks(&self) -> &[u32] {
+        &self.masks
     }
 
     /// Borrowed, for building and refitting.
     pub fn geometry(&self) -> SceneGeometry<'_> {
         SceneGeometry::of_checked(&self.triangles, &self.spheres, &self.geometries, &self.instances)
-    }
-
-    /// Barycentric weights of the corners of the triangle that was hit, in the order in which they were given.
-    ///
-    /// A scene may turn the corners of a triangle round, because the intersection test is at its best with the longest
-    /// edge opposite the first; so a hit's own `u` and `v` may belong to other corners. For a sphere or a miss the
-    /// weights mean nothing.
-    pub fn weights(&self, hit: &Hit) -> [f32; 3] {
-        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let first = self.triangle_index(hit.id).map_or(0, |k| self.first_corners[k] as usize);
-        // Corner k was given at place k + first.
-        [0, 1, 2].map(|given| weights[(given + 3 - first) % 3])
-    }
-
-    /// The corners of a triangle in the order in which they were given, in its mesh's own space; `None` for what is no
-    /// triangle.
-    pub fn corners(&self, id: PrimitiveId) -> Option<[Vec3; 3]> {
-        let k = self.triangle_index(id)?;
-        let first = self.first_corners[k] as usize;
-        Some([0, 1, 2].map(|given| self.triangles[k][(given + 3 - first) % 3]))
-    }
-
-    /// The unit geometric normal of what was hit, in world space: of a triangle on the side from which its corners run
-    /// counter-clockwise, of a sphere at the point that `ray` hit, outwards. `None` for a miss, for what is not there, and where
-    /// there is none (a triangle without area).
-    pub fn normal(&self, ray: &Ray, hit: &Hit) -> Option<Vec3> {
-        let instance = self.instances.get(hit.id.instance as usize)?;
-        let geometry = &self.geometries[instance.geometry as usize];
-        let object_normal = match self.corners(hit.id) {
-            Some([a, b, c]) => (b - a).cross(c - a),
-            None => {
-                let number = hit.id.primitive.checked_sub(geometry.triangle_count)?;
-                let of_geometry =
-                    geometry.first_sphere as usize..(geometry.first_sphere + geometry.sphere_count) as usize;
-                let sphere = self.spheres[of_geometry].get(number as usize)?;
-                instance.object_from_world.point(hit.point(ray)) - sphere.center
-            }
-        };
-        // Normals go by the transpose of the inverse: that of the map into the object's space.
-        let [x, y, z] = instance.object_from_world.columns;
-        let world = vec3(x.dot(object_normal), y.dot(object_normal), z.dot(object_normal));
-        // Unit length first, so that no square overflows or vanishes.
-        let largest = world.abs().max_component();
-        let unit = (world * (1.0 / largest)).normalize_or(Vec3::ZERO);
-        (unit.is_finite() && unit != Vec3::ZERO).then_some(unit)
-    }
-
-    fn triangle_index(&self, id: PrimitiveId) -> Option<usize> {
-        let instance = self.instances.get(id.instance as usize)?;
-        let geometry = &self.geometries[instance.geometry as usize];
-        (id.primitive < geometry.triangle_count).then(|| (geometry.first_triangle + id.primitive) as usize)
     }
 }
 
