@@ -19,42 +19,48 @@ impl SimdLevel {
     /// All, lowest first.
     pub const ALL: [SimdLevel; 3] = [SimdLevel::Baseline, SimdLevel::Avx2, SimdLevel::Avx512];
 
-    /// Whether this CPU has it.
+    /// Whether traversals are compiled for this level (features `avx2` and `avx512` of the crate) and this CPU has it.
     pub fn is_available(self) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        {
-            let avx2 = is_x86_feature_detected!("avx2")
-                && is_x86_feature_detected!("fma")
-                && is_x86_feature_detected!("bmi1")
-                && is_x86_feature_detected!("bmi2")
-                && is_x86_feature_detected!("popcnt")
-                && is_x86_feature_detected!("lzcnt");
-            match self {
-                SimdLevel::Baseline => true,
-                SimdLevel::Avx2 => avx2,
-                SimdLevel::Avx512 => {
-                    avx2 && is_x86_feature_detected!("avx512f")
-                        && is_x86_feature_detected!("avx512bw")
-                        && is_x86_feature_detected!("avx512dq")
-                        && is_x86_feature_detected!("avx512vl")
-                }
-            }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        {
-            self == SimdLevel::Baseline
+        match self {
+            SimdLevel::Baseline => true,
+            SimdLevel::Avx2 => cfg!(feature = "avx2") && has_avx2(),
+            SimdLevel::Avx512 => cfg!(feature = "avx512") && has_avx512(),
         }
     }
 
-    /// What this CPU has, lowest first.
+    /// The levels that are available, lowest first.
     pub fn available() -> impl Iterator<Item = SimdLevel> {
         SimdLevel::ALL.into_iter().filter(|l| l.is_available())
     }
 
-    /// The highest that this CPU has.
+    /// The highest level that is available.
     pub fn best() -> SimdLevel {
         SimdLevel::available().last().unwrap_or(SimdLevel::Baseline)
     }
+}
+
+/// Whether this CPU has what code for AVX2 is compiled with. Builders ask for no more, whatever the features of the crate.
+pub(crate) fn has_avx2() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("popcnt")
+        && is_x86_feature_detected!("lzcnt");
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}
+
+fn has_avx512() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return has_avx2()
+        && is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl");
+    #[cfg(not(target_arch = "x86_64"))]
+    false
 }
 
 impl fmt::Display for SimdLevel {

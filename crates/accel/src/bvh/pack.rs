@@ -1,6 +1,6 @@
 //! Primitives into the order of the leaves, with fused multiply-adds where the CPU has them.
 
-use crate::SimdLevel;
+use crate::simd_level::has_avx2;
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::math::Vec3;
 use rayon::prelude::*;
@@ -50,15 +50,15 @@ pub(crate) const AHEAD: usize = 16;
 
 /// Appends triangles with these numbers, whose vertices are given for all numbers.
 pub(crate) fn pack(packed: &mut Vec<PackedTriangle>, vertices: &[[Vec3; 3]], order: &[u32]) {
-    let level = SimdLevel::best();
+    let has_avx2 = has_avx2();
     // SAFETY: `fill` goes through all places; `order` has as many numbers as there are places.
     unsafe {
         fill_in_parallel(packed, order.len(), |first, room| {
             let order = &order[first..][..room.len()];
-            match level {
-                // SAFETY: the CPU has these features.
+            match has_avx2 {
+                // SAFETY: instruction set: the CPU has been asked for AVX2 and FMA.
                 #[cfg(target_arch = "x86_64")]
-                SimdLevel::Avx2 | SimdLevel::Avx512 => fill_avx2(room, vertices, order),
+                true => fill_avx2(room, vertices, order),
                 _ => fill(room, vertices, order),
             }
         });

@@ -177,7 +177,7 @@ pub(super) fn lanes(count: usize, number: impl Fn(usize) -> u32) -> [u32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::SimdLevel;
+    use crate::simd_level::has_avx2;
     use eosphor_core::math::vec3;
 
     /// A few simple numbers that look random.
@@ -206,7 +206,7 @@ mod tests {
                 let numbers = lanes(count, |k| (first + k) as u32);
                 let mut places = [const { MaybeUninit::uninit() }; 2];
                 let [place, right] = &mut places;
-                let fast = SimdLevel::best() != SimdLevel::Baseline;
+                let fast = has_avx2();
                 // SAFETY: the level says what the CPU has.
                 let packed = unsafe {
                     if fast {

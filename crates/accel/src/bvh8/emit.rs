@@ -3,8 +3,9 @@
 use super::blocks::{lanes, pack};
 use super::collapse::Cut;
 use super::{Bvh8, Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
+use crate::SceneGeometry;
 use crate::bvh::{AHEAD, fill_in_parallel, prefetch};
-use crate::{SceneGeometry, SimdLevel};
+use crate::simd_level::has_avx2;
 use eosphor_core::geometry::Geometry;
 use eosphor_core::hierarchy::BvhNode;
 use eosphor_core::math::{Vec3, clamp};
@@ -47,13 +48,13 @@ impl Cut {
                 self.farthest = self.emit_blocks(vertices, &mut out.blocks);
             }
         }
-        let level = SimdLevel::best();
+        let has_avx2 = has_avx2();
         // SAFETY: `fill_nodes` goes through all places.
         unsafe {
-            fill_in_parallel(&mut out.nodes, self.wide.len(), |first, room| match level {
-                // SAFETY: the CPU has these features.
+            fill_in_parallel(&mut out.nodes, self.wide.len(), |first, room| match has_avx2 {
+                // SAFETY: instruction set: the CPU has been asked for AVX2 and FMA.
                 #[cfg(target_arch = "x86_64")]
-                SimdLevel::Avx2 | SimdLevel::Avx512 => self.fill_nodes_avx2(first, room, base),
+                true => self.fill_nodes_avx2(first, room, base),
                 _ => self.fill_nodes(first, room, base),
             });
         }
@@ -103,16 +104,16 @@ impl Cut {
     }
 
     fn emit_blocks(&self, vertices: &[[Vec3; 3]], blocks: &mut Vec<TriangleBlock>) -> f32 {
-        let level = SimdLevel::best();
+        let has_avx2 = has_avx2();
         // Numbers that are not below 0 are in the order of their bits.
         let farthest = AtomicU32::new(0);
         // SAFETY: `fill` goes through all places.
         unsafe {
             fill_in_parallel(blocks, self.leaves.len(), |first, room| {
-                let part = match level {
-                    // SAFETY: the CPU has these features.
+                let part = match has_avx2 {
+                    // SAFETY: instruction set: the CPU has been asked for AVX2 and FMA.
                     #[cfg(target_arch = "x86_64")]
-                    SimdLevel::Avx2 | SimdLevel::Avx512 => self.fill_avx2(first, room, vertices),
+                    true => self.fill_avx2(first, room, vertices),
                     _ => self.fill::<false>(first, room, vertices),
                 };
                 farthest.fetch_max(part.to_bits(), Ordering::Relaxed);

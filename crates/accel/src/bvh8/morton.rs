@@ -3,8 +3,8 @@
 
 use super::TriangleBlock;
 use super::blocks::{lanes, pack};
-use crate::SimdLevel;
 use crate::bvh::{AHEAD, Key, Shape, Tree, prefetch, room_for};
+use crate::simd_level::has_avx2;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::math::Vec3;
 use rayon::prelude::*;
@@ -26,12 +26,12 @@ pub(super) fn build(triangles: &[[Vec3; 3]]) -> (Tree, Vec<TriangleBlock>, f32) 
         work.push((tree, own));
     }
     let leaves = Leaves { keys: &keys, triangles };
-    let level = SimdLevel::best();
-    let farthest = work.into_par_iter().map(|(tree, room)| match level {
-        // SAFETY: the CPU has these features.
+    let has_avx2 = has_avx2();
+    let farthest = work.into_par_iter().map(|(tree, room)| match has_avx2 {
+        // SAFETY: instruction set: the CPU has been asked for AVX2 and FMA.
         #[cfg(target_arch = "x86_64")]
-        SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe { leaves.fill_avx2(tree, room) },
-        // SAFETY: no features are needed.
+        true => unsafe { leaves.fill_avx2(tree, room) },
+        // SAFETY: instruction set: none is needed.
         _ => unsafe { leaves.fill::<false>(tree, room) },
     });
     let farthest = farthest.reduce(|| 0.0, f32::max);

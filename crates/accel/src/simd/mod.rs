@@ -5,15 +5,15 @@
 //! `#[target_feature]` (all are `inline(always)` and end up in it); [`crate::SimdLevel::is_available`] is asked once, where
 //! a tracer is made.
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", any(feature = "avx2", feature = "avx512")))]
 mod avx2;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 mod avx512;
 mod portable;
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx2"))]
 pub(crate) use avx2::Avx2;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 pub(crate) use avx512::Avx512;
 pub(crate) use portable::Portable;
 
@@ -95,30 +95,34 @@ pub(crate) trait Kernel {
     unsafe fn run<S: Simd>(self) -> Self::Output;
 }
 
-/// Runs a kernel at a level that the CPU has.
+/// Runs a kernel at a level that is available.
 ///
 /// # Safety
-/// The CPU has the level.
+/// Instruction set: the CPU has the level.
 #[inline(always)]
 pub(crate) unsafe fn run_at<K: Kernel>(level: crate::SimdLevel, kernel: K) -> K::Output {
-    use crate::SimdLevel;
     // For development: RUSTFLAGS="--cfg only_avx2" (or only_avx512) compiles the kernels once, in a third of the time.
-    // SAFETY: the caller's.
+    // SAFETY: instruction set: who develops so has such a CPU.
     #[cfg(only_avx2)]
     return unsafe { Avx2::run(kernel) };
-    // SAFETY: the caller's.
+    // SAFETY: instruction set: who develops so has such a CPU.
     #[cfg(only_avx512)]
     return unsafe { Avx512::run(kernel) };
-    // SAFETY: the caller's.
     #[cfg(not(any(only_avx2, only_avx512)))]
-    unsafe {
-        match level {
-            #[cfg(target_arch = "x86_64")]
-            SimdLevel::Avx512 => Avx512::run(kernel),
-            #[cfg(target_arch = "x86_64")]
-            SimdLevel::Avx2 => Avx2::run(kernel),
-            _ => Portable::run(kernel),
+    {
+        #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
+        if level == crate::SimdLevel::Avx512 {
+            // SAFETY: instruction set: promised to this function.
+            return unsafe { Avx512::run(kernel) };
         }
+        #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
+        if level == crate::SimdLevel::Avx2 {
+            // SAFETY: instruction set: promised to this function.
+            return unsafe { Avx2::run(kernel) };
+        }
+        let _ = level;
+        // SAFETY: instruction set: none is needed.
+        unsafe { Portable::run(kernel) }
     }
 }
 

@@ -416,7 +416,7 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
     unsafe fn run<S: Simd>(mut self) {
         // SAFETY: the caller's.
         unsafe {
-            if QUERY == NEXT || self.rays.len() < FEW {
+            if QUERY == NEXT || self.rays.len() < FEW || !cfg!(feature = "packets") {
                 let count = self.rays.len();
                 return self.one_by_one::<S>(0, count);
             }

@@ -141,7 +141,7 @@ impl Tracer for Bvh8Tracer<'_> {
             bits |= (active[lane] as u32) << lane;
         }
         // Two rays are faster alone.
-        if W > 16 || bits.count_ones() <= 2 {
+        if W > 16 || bits.count_ones() <= 2 || !cfg!(feature = "packets") {
             for lane in 0..W {
                 if active[lane] {
                     hidden[lane] = self.occluded(&batch.ray(lane), filter);
