@@ -63,12 +63,16 @@ pub mod bvh8;
 mod cells;
 mod cost;
 mod exhaustive;
+#[cfg(feature = "glam")]
+mod glam_types;
 mod grid;
 mod kdtree;
 mod mesh;
 mod octree;
 mod packed;
 mod pairs;
+#[cfg(feature = "bytemuck")]
+mod raw;
 mod scene;
 mod scene_geometry;
 mod simd;
@@ -82,11 +86,15 @@ pub use batch::{BatchTracer, Coherence, Filters, OneByOne};
 pub use bvh::{BuildOptions, Builder, Bvh, Quality, RefitError};
 pub use bvh8::{Bvh8, Bvh8Tracer, MaskedTracer};
 pub use exhaustive::Exhaustive;
+#[cfg(feature = "glam")]
+pub use glam_types::{FromGlam, ToGlam};
 pub use grid::{Grid, GridOptions};
 pub use kdtree::{KdTree, KdTreeOptions};
 pub use octree::{Octree, OctreeOptions, Overlap};
 pub use packed::PackedPrimitives;
 pub use pairs::BvhPairs;
+#[cfg(feature = "bytemuck")]
+pub use raw::Raw;
 pub use scene::{LARGEST_COORDINATE, MeshId, Scene, SceneError, indexed};
 pub use scene_geometry::{GeometryError, SceneGeometry};
 pub use simd_level::SimdLevel;

@@ -1,11 +1,11 @@
 //! The short way: a hierarchy over one mesh, and queries without a tracer.
 
-use crate::scene::{checked_bounds, indexed};
+use crate::scene::checked_bounds;
 use crate::{BuildOptions, Bvh8, SceneError, SceneGeometry};
 use eosphor_core::geometry::{Geometry, Instance};
 use eosphor_core::hierarchy::Tracer;
 use eosphor_core::material::NONE;
-use eosphor_core::math::{Affine, Vec3, vec3};
+use eosphor_core::math::{Affine, Vec3};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 
 impl Bvh8 {
@@ -27,8 +27,41 @@ impl Bvh8 {
     /// # Errors
     /// Where a triangle names a position that is not there, coordinates are out of range, or there are 2^31 triangles or more.
     pub fn from_mesh(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Bvh8, SceneError> {
-        let positions: Vec<Vec3> = positions.iter().map(|&[x, y, z]| vec3(x, y, z)).collect();
-        let corners = indexed(&positions, triangles)?;
+        Bvh8::from_vertices(positions, |&position| position, triangles)
+    }
+
+    /// Builds over an indexed mesh whose vertices are of any type, with the default options: `position` reads where a vertex is.
+    /// Nothing is copied before it is read. Hits are those of [`Bvh8::from_mesh`].
+    ///
+    /// ```
+    /// use eosphor_accel::Bvh8;
+    ///
+    /// struct Vertex {
+    ///     position: [f32; 3],
+    ///     color: [u8; 4],
+    /// }
+    /// let vertex = |x, y| Vertex { position: [x, y, 0.0], color: [255; 4] };
+    /// let vertices = [vertex(0.0, 0.0), vertex(1.0, 0.0), vertex(0.0, 1.0)];
+    /// let bvh = Bvh8::from_vertices(&vertices, |vertex| vertex.position, &[[0, 1, 2]])?;
+    /// # assert_eq!((bvh.blocks().len(), vertices[0].color), (1, [255; 4]));
+    /// # Ok::<(), eosphor_accel::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Where a triangle names a vertex that is not there, coordinates are out of range, or there are 2^31 triangles or more.
+    pub fn from_vertices<V>(
+        vertices: &[V],
+        position: impl Fn(&V) -> [f32; 3],
+        triangles: &[[u32; 3]],
+    ) -> Result<Bvh8, SceneError> {
+        let corner = |face: usize, vertex: u32| {
+            let vertex = vertices.get(vertex as usize).ok_or(SceneError::Face(face))?;
+            Ok(Vec3::from(position(vertex)))
+        };
+        let triangle = |(face, &[a, b, c]): (usize, &[u32; 3])| {
+            Ok([corner(face, a)?, corner(face, b)?, corner(face, c)?])
+        };
+        let corners = triangles.iter().enumerate().map(triangle).collect::<Result<Vec<_>, SceneError>>()?;
         let bounds = checked_bounds(&corners, &[])?;
         if corners.len() >= 1 << 31 {
             return Err(SceneError::TooMany);
