@@ -42,7 +42,7 @@ const COMMANDS: &[Command] = &[
     ),
     (
         "structures",
-        "measure every structure and builder, and write the tables of crates/accel/README.md [--quick] [SCENES_DIR]",
+        "measure every structure and builder, and write the tables of docs/accel-speed.md [--quick] [SCENES_DIR]",
         structures::run,
     ),
     (

@@ -1,4 +1,4 @@
-//! `structures`: the tables in crates/accel/README.md, between their markers: every structure and every builder on five
+//! `structures`: the tables in docs/accel-speed.md, between their markers: every structure and every builder on five
 //! scenes, and the octree beside PG1's.
 //!
 //! Everything is measured by the release build of the program, one after the other, on one thread; it takes some ten
@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const README: &str = "crates/accel/README.md";
+const PAGE: &str = "docs/accel-speed.md";
 
 /// Name and file, of the scenes' folder.
 const SCENES: [(&str, &str); 5] = [
@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
         _ => bail!("usage: cargo xtask structures [--quick] [SCENES_DIR]"),
     };
     let program = Program { path: build_program()? };
-    let mut readme = fs::read_to_string(root().join(README)).context(README)?;
+    let mut page = fs::read_to_string(root().join(PAGE)).context(PAGE)?;
     let machine = format!(
         "Measured on {} by `cargo xtask structures{}`.\n",
         machine(),
@@ -45,13 +45,13 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
             let rows = program.json(&["info", "--accel", choice, "--threads", "1", "--json"], &path)?;
             write!(tables, "\n{}", table(name, &rows)?)?;
         }
-        readme = with_section(&readme, section, &tables)?;
+        page = with_section(&page, section, &tables)?;
     }
     eprintln!("octrees");
     let size = if quick { 200 } else { 800 };
     let octrees = program.octrees(&scenes.join(SCENES[0].1), size)?;
-    readme = with_section(&readme, "pg1", &format!("{machine}\n{octrees}"))?;
-    fs::write(root().join(README), readme).context(README)
+    page = with_section(&page, "pg1", &format!("{machine}\n{octrees}"))?;
+    fs::write(root().join(PAGE), page).context(PAGE)
 }
 
 /// The release build.
@@ -183,9 +183,9 @@ fn grouped(number: f64) -> String {
 /// The text with what is between the markers of a section replaced.
 fn with_section(text: &str, section: &str, new: &str) -> Result<String> {
     let (begin, end) = (format!("<!-- {section}: "), format!("<!-- end of {section} -->"));
-    let begin = text.find(&begin).with_context(|| format!("{README} has no marker of {section}"))?;
+    let begin = text.find(&begin).with_context(|| format!("{PAGE} has no marker of {section}"))?;
     let body = begin + text[begin..].find('\n').context("a marker has a line of its own")? + 1;
-    let end = body + text[body..].find(&end).with_context(|| format!("{README}: {section} has no end"))?;
+    let end = body + text[body..].find(&end).with_context(|| format!("{PAGE}: {section} has no end"))?;
     Ok(format!("{}\n{}\n{}", &text[..body], new.trim_end(), &text[end..]))
 }
 
