@@ -49,7 +49,7 @@ impl Counts {
 }
 
 impl BvhPairs {
-    /// From a hierarchy; `None` where it has more primitives or instances than links of 32 bits can name.
+    /// Makes the pairs of a hierarchy; `None` where it has more primitives or instances than links of 32 bits can name.
     pub fn new(bvh: &Bvh) -> Option<BvhPairs> {
         let primitives = &bvh.primitives;
         let numbers = primitives.spheres.len().max(primitives.instances.len());
@@ -117,10 +117,10 @@ impl BvhPairs {
         &self.roots
     }
 
-    /// Borrowed, with the hierarchy that it was made from.
+    /// The arrays of the trees, borrowed, with those of the hierarchy that they were made from.
     ///
     /// # Panics
-    /// Where that is another one, or was built over instances alone.
+    /// Where `bvh` is another one, or was built over instances alone.
     pub fn view<'a>(&'a self, bvh: &'a Bvh) -> PairView<'a> {
         self.counts.check(bvh);
         PairView {
@@ -140,19 +140,19 @@ impl BvhPairs {
 
     /// The traversal of GPUs with the threads of a warp in step.
     pub fn tracer_in_step<'a>(&'a self, bvh: &'a Bvh) -> PairTracer<'a, true, true> {
-        // SAFETY: as in `world_tracer`: closed view.
+        // SAFETY: closed view: the fields are private, and builders make them so; `view` checks that they belong together.
         unsafe { PairTracer::new(self.view(bvh)) }
     }
 
     /// The traversal of GPUs for rays that start far away.
     pub fn far_tracer<'a>(&'a self, bvh: &'a Bvh) -> FarTracer<'a, true> {
-        // SAFETY: as in `world_tracer`: closed view.
+        // SAFETY: closed view: the fields are private, and builders make them so; `view` checks that they belong together.
         unsafe { FarTracer::new(self.view(bvh)) }
     }
 
     /// The traversal of GPUs, one ray at a time. On a CPU it is for tests: [`crate::Bvh8`] is faster.
     pub fn tracer<'a>(&'a self, bvh: &'a Bvh) -> PairTracer<'a, true> {
-        // SAFETY: as in `world_tracer`: closed view.
+        // SAFETY: closed view: the fields are private, and builders make them so; `view` checks that they belong together.
         unsafe { PairTracer::new(self.view(bvh)) }
     }
 }

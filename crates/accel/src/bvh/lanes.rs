@@ -86,7 +86,7 @@ mod imp {
     /// Calls intrinsics of SSE2.
     macro_rules! sse2 {
         ($e:expr) => {
-            // SAFETY: SSE2 is part of x86-64; pointers are to arrays of four numbers.
+            // SAFETY: instruction set: SSE2 is part of x86-64; pointers are to arrays of four numbers.
             unsafe { $e }
         };
     }

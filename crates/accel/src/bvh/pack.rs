@@ -22,7 +22,7 @@ pub(crate) unsafe fn fill_in_parallel<T: Send>(
     items.reserve_exact(count);
     let room = &mut items.spare_capacity_mut()[..count];
     room.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, room)| fill(chunk * CHUNK, room));
-    // SAFETY: the caller's `fill` has written all of the room.
+    // SAFETY: written places: `fill` has written all of the room, as promised to this function.
     unsafe { items.set_len(items.len() + count) };
 }
 
@@ -51,7 +51,7 @@ pub(crate) const AHEAD: usize = 16;
 /// Appends triangles with these numbers, whose vertices are given for all numbers.
 pub(crate) fn pack(packed: &mut Vec<PackedTriangle>, vertices: &[[Vec3; 3]], order: &[u32]) {
     let has_avx2 = has_avx2();
-    // SAFETY: `fill` goes through all places; `order` has as many numbers as there are places.
+    // SAFETY: written places: `fill` goes through all places; `order` has as many numbers as there are places.
     unsafe {
         fill_in_parallel(packed, order.len(), |first, room| {
             let order = &order[first..][..room.len()];

@@ -160,7 +160,7 @@ pub(super) fn make_references(
         extent.add(&reference);
         place.write(reference);
     }
-    // SAFETY: the two loops have written all `count` references.
+    // SAFETY: written places: the two loops have written all `count` references.
     unsafe { references.set_len(count) };
     (references, extent, largest)
 }

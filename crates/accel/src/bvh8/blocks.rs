@@ -41,7 +41,7 @@ pub(super) unsafe fn pack<const AVX2: bool>(
 ) -> Packed {
     #[cfg(target_arch = "x86_64")]
     if AVX2 {
-        // SAFETY: the caller has seen to it.
+        // SAFETY: instruction set: the CPU has AVX2 and FMA, as promised to this function.
         let (packed, clear) = unsafe { pack_avx2(place, numbers, count, vertices) };
         if clear {
             return packed;
@@ -164,7 +164,7 @@ fn pack_avx2(
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn to_array(x: core::arch::x86_64::__m128) -> [f32; 4] {
-    // SAFETY: both are four numbers.
+    // SAFETY: lanes: both are four numbers.
     unsafe { std::mem::transmute(x) }
 }
 
@@ -207,7 +207,7 @@ mod tests {
                 let mut places = [const { MaybeUninit::uninit() }; 2];
                 let [place, right] = &mut places;
                 let fast = has_avx2();
-                // SAFETY: the level says what the CPU has.
+                // SAFETY: instruction set: the CPU has been asked for AVX2 and FMA.
                 let packed = unsafe {
                     if fast {
                         pack::<true>(place, numbers, count, &vertices)
@@ -216,7 +216,7 @@ mod tests {
                     }
                 };
                 let right_packed = one_by_one(right, &numbers[..count], &vertices);
-                // SAFETY: both are written.
+                // SAFETY: written places: both are written.
                 let [block, right] = places.map(|p| unsafe { p.assume_init() });
                 let bits = |b: &TriangleBlock| -> Vec<u32> {
                     let vectors = [b.v0, b.v1, b.v2];

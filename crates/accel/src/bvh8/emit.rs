@@ -49,7 +49,7 @@ impl Cut {
             }
         }
         let has_avx2 = has_avx2();
-        // SAFETY: `fill_nodes` goes through all places.
+        // SAFETY: written places: `fill_nodes` goes through all places.
         unsafe {
             fill_in_parallel(&mut out.nodes, self.wide.len(), |first, room| match has_avx2 {
                 // SAFETY: instruction set: the CPU has been asked for AVX2 and FMA.
@@ -107,7 +107,7 @@ impl Cut {
         let has_avx2 = has_avx2();
         // Numbers that are not below 0 are in the order of their bits.
         let farthest = AtomicU32::new(0);
-        // SAFETY: `fill` goes through all places.
+        // SAFETY: written places: `fill` goes through all places.
         unsafe {
             fill_in_parallel(blocks, self.leaves.len(), |first, room| {
                 let part = match has_avx2 {
@@ -131,7 +131,7 @@ impl Cut {
         room: &mut [MaybeUninit<TriangleBlock>],
         vertices: &[[Vec3; 3]],
     ) -> f32 {
-        // SAFETY: the CPU has these features, or this could not be called.
+        // SAFETY: instruction set: it has been switched on here.
         unsafe { self.fill::<true>(first, room, vertices) }
     }
 
@@ -153,7 +153,7 @@ impl Cut {
             for &next in self.tree.order.iter().skip(node.first as usize + AHEAD).take(order.len()) {
                 prefetch(vertices, next as usize);
             }
-            // SAFETY: handed on.
+            // SAFETY: instruction set: promised to this function.
             let packed =
                 unsafe { pack::<AVX2>(place, lanes(order.len(), |k| order[k]), order.len(), vertices) };
             farthest = farthest.max(packed.farthest);

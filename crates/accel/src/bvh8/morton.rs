@@ -35,7 +35,7 @@ pub(super) fn build(triangles: &[[Vec3; 3]]) -> (Tree, Vec<TriangleBlock>, f32) 
         _ => unsafe { leaves.fill::<false>(tree, room) },
     });
     let farthest = farthest.reduce(|| 0.0, f32::max);
-    // SAFETY: each part has written one block a leaf.
+    // SAFETY: written places: each part has written one block a leaf.
     unsafe { blocks.set_len(count) };
     drop(keys);
     piece.find_bounds();
@@ -52,7 +52,7 @@ impl Leaves<'_> {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
     fn fill_avx2(&self, tree: &mut Tree, room: &mut [MaybeUninit<TriangleBlock>]) -> f32 {
-        // SAFETY: the CPU has these features, or this could not be called.
+        // SAFETY: instruction set: it has been switched on here.
         unsafe { self.fill::<true>(tree, room) }
     }
 
@@ -75,7 +75,7 @@ impl Leaves<'_> {
             let keys = &self.keys[first..][..count];
             let numbers = lanes(count, |k| keys[k] as u32);
             let (number, place) = places.next().expect("a block for each leaf");
-            // SAFETY: handed on.
+            // SAFETY: instruction set: promised to this function.
             let packed = unsafe { pack::<AVX2>(place, numbers, count, self.triangles) };
             Bounds { min: node.min, max: node.max } = packed.bounds;
             farthest = farthest.max(packed.farthest);

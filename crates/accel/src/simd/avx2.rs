@@ -37,14 +37,17 @@ static COMPRESS: Compress = {
 #[inline(always)]
 pub(super) fn compress_order(bits: u32) -> __m256i {
     let bytes = &COMPRESS.0[bits as usize & 255];
-    // SAFETY: see super; 8 bytes are there.
+    // SAFETY: instruction set: this is used below it. There are 8 bytes.
     unsafe { _mm256_cvtepu8_epi32(_mm_loadl_epi64(bytes.as_ptr().cast())) }
 }
 
 /// 8 rows of 8 floats into 8 columns.
+///
+/// # Safety
+/// Instruction set: it is used below it. Each row can be read.
 #[inline(always)]
 pub(super) unsafe fn transpose8(rows: &[*const f32]) -> [X8; 8] {
-    // SAFETY: see super; the rows can be read.
+    // SAFETY: instruction set: this is used below it. Rows can be read, as promised to this function.
     unsafe {
         let (a, b) = (_mm256_loadu_ps(rows[0]), _mm256_loadu_ps(rows[1]));
         let (c, d) = (_mm256_loadu_ps(rows[2]), _mm256_loadu_ps(rows[3]));
@@ -78,10 +81,13 @@ pub(super) unsafe fn transpose8(rows: &[*const f32]) -> [X8; 8] {
 }
 
 /// 4 columns of 8 floats into 8 rows of 4.
+///
+/// # Safety
+/// Instruction set: it is used below it. Each row can be written.
 #[inline(always)]
 pub(super) unsafe fn scatter8(columns: [X8; 4], rows: &[*mut f32]) {
     let [a, b, c, d] = columns;
-    // SAFETY: see super; the rows can be written.
+    // SAFETY: instruction set: this is used below it. Rows can be written, as promised to this function.
     unsafe {
         let (ab0, ab1) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
         let (cd0, cd1) = (_mm256_unpacklo_ps(c.0, d.0), _mm256_unpackhi_ps(c.0, d.0));
@@ -101,9 +107,12 @@ pub(super) unsafe fn scatter8(columns: [X8; 4], rows: &[*mut f32]) {
 }
 
 /// 2 columns of 8 floats into 8 rows of 2.
+///
+/// # Safety
+/// Instruction set: it is used below it. Each row can be written.
 #[inline(always)]
 unsafe fn scatter8_pairs(a: X8, b: X8, rows: &[*mut f32]) {
-    // SAFETY: see super; the rows can be written.
+    // SAFETY: instruction set: this is used below it. Rows can be written, as promised to this function.
     unsafe {
         // Rows 0, 1, 4 and 5; the others.
         let (low, high) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
@@ -115,9 +124,12 @@ unsafe fn scatter8_pairs(a: X8, b: X8, rows: &[*mut f32]) {
 }
 
 /// The lower and the upper half of four floats into two rows of 2.
+///
+/// # Safety
+/// Instruction set: it is used below it. The first two rows can be written.
 #[inline(always)]
 pub(super) unsafe fn store_pair(halves: __m128, rows: &[*mut f32]) {
-    // SAFETY: see super; the rows can be written.
+    // SAFETY: instruction set: this is used below it. Rows can be written, as promised to this function.
     unsafe {
         let halves = _mm_castps_pd(halves);
         rows[0].cast::<f64>().write_unaligned(_mm_cvtsd_f64(halves));
@@ -141,13 +153,13 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn permute8(a: X8, order: X8Order) -> X8 {
-        // SAFETY: see super.
+        // SAFETY: instruction set: this is used below it.
         X8(unsafe { _mm256_permutevar8x32_ps(a.0, order.0) })
     }
 
     #[inline(always)]
     fn order8(bits: u32) -> X8Order {
-        // SAFETY: see super. The permutation reads three bits a lane only.
+        // SAFETY: instruction set: this is used below it. The permutation reads three bits a lane only.
         X8Order(unsafe {
             _mm256_srlv_epi32(_mm256_set1_epi32(bits as i32), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21))
         })
@@ -155,7 +167,7 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     unsafe fn compress8(a: X8, bits: u32, to: *mut f32) {
-        // SAFETY: see super; there is room for 8.
+        // SAFETY: instruction set: this is used below it. There is room for 8, as promised to this function.
         unsafe { _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(a.0, compress_order(bits))) }
     }
 
@@ -164,22 +176,22 @@ impl Simd for Avx2 {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
         #[inline(never)]
         unsafe fn with_avx2<K: Kernel>(kernel: K) -> K::Output {
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: it has been switched on here.
             unsafe { kernel.run::<Avx2>() }
         }
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: the CPU has it, as promised to this function.
         unsafe { with_avx2(kernel) }
     }
 
     #[inline(always)]
     fn prefetch<T>(at: *const T) {
-        // SAFETY: it reads nothing that the program could see.
+        // SAFETY: a prefetch reads nothing that the program could see.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(at.cast()) }
     }
 
     #[inline(always)]
     unsafe fn transpose16(rows: &[*const f32; 16]) -> [Pair8; 8] {
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: this is used below it. Rows can be read, as promised to this function.
         let (a, b) = unsafe { (transpose8(&rows[..8]), transpose8(&rows[8..])) };
         let mut out = [Pair8::splat(0.0); 8];
         let mut k = 0;
@@ -193,7 +205,7 @@ impl Simd for Avx2 {
     #[inline(always)]
     unsafe fn scatter16(columns: [Pair8; 4], rows: &[*mut f32; 16]) {
         let [a, b, c, d] = columns;
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: this is used below it. Rows can be written, as promised to this function.
         unsafe {
             scatter8([a.0, b.0, c.0, d.0], &rows[..8]);
             scatter8([a.1, b.1, c.1, d.1], &rows[8..]);
@@ -203,7 +215,7 @@ impl Simd for Avx2 {
     #[inline(always)]
     unsafe fn scatter16_pairs(columns: [Pair8; 2], rows: &[*mut f32; 16]) {
         let [a, b] = columns;
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: this is used below it. Rows can be written, as promised to this function.
         unsafe {
             scatter8_pairs(a.0, b.0, &rows[..8]);
             scatter8_pairs(a.1, b.1, &rows[8..]);
@@ -225,8 +237,7 @@ pub(crate) struct X4(pub(super) __m128);
 #[repr(transparent)]
 pub(crate) struct X4Mask(pub(super) __m128);
 
-// SAFETY of all unsafe blocks: the instruction set is there (see super), and the callers of `load` and `store` see to
-// the memory.
+// SAFETY of all unsafe blocks: instruction set: this is used below it; and memory is there, as promised to `load` and `store`.
 impl Float for X4 {
     type Array = [f32; 4];
     type Mask = X4Mask;
@@ -342,8 +353,7 @@ pub(crate) struct X8(pub(super) __m256);
 #[repr(transparent)]
 pub(crate) struct X8Mask(pub(super) __m256);
 
-// SAFETY of all unsafe blocks: the instruction set is there (see super), and the callers of `load` and `store` see to
-// the memory.
+// SAFETY of all unsafe blocks: instruction set: this is used below it; and memory is there, as promised to `load` and `store`.
 impl Float for X8 {
     type Array = [f32; 8];
     type Mask = X8Mask;

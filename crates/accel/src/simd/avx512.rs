@@ -40,7 +40,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     unsafe fn compress8(a: X8, bits: u32, to: *mut f32) {
         // To a register first: compressing to memory is slow on Zen 4.
-        // SAFETY: see super; there is room for 8.
+        // SAFETY: instruction set: this is used below it. There is room for 8, as promised to this function.
         unsafe { _mm256_storeu_ps(to, _mm256_maskz_compress_ps(bits as u8, a.0)) }
     }
 
@@ -49,10 +49,10 @@ impl Simd for Avx512 {
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
         #[inline(never)]
         unsafe fn with_avx512<K: Kernel>(kernel: K) -> K::Output {
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: it has been switched on here.
             unsafe { kernel.run::<Avx512>() }
         }
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: the CPU has it, as promised to this function.
         unsafe { with_avx512(kernel) }
     }
 
@@ -65,7 +65,7 @@ impl Simd for Avx512 {
     unsafe fn transpose16(rows: &[*const f32; 16]) -> [X16; 8] {
         let mut pairs = [X16::splat(0.0); 8];
         let (mut low, mut high, mut out) = ([pairs[0]; 4], [pairs[0]; 4], pairs);
-        // SAFETY: see super; the rows are the caller's.
+        // SAFETY: instruction set: this is used below it. Rows can be read, as promised to this function.
         unsafe {
             // Rows 0 and 4, 1 and 5, ... 8 and 12, ...: the last step then finds its quarters where it can take them from.
             let mut k = 0;
@@ -107,7 +107,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     unsafe fn scatter16(columns: [X16; 4], rows: &[*mut f32; 16]) {
         let [a, b, c, d] = columns;
-        // SAFETY: see super; the rows are the caller's.
+        // SAFETY: instruction set: this is used below it. Rows can be written, as promised to this function.
         unsafe {
             let (ab0, ab1) = (_mm512_unpacklo_ps(a.0, b.0), _mm512_unpackhi_ps(a.0, b.0));
             let (cd0, cd1) = (_mm512_unpacklo_ps(c.0, d.0), _mm512_unpackhi_ps(c.0, d.0));
@@ -132,7 +132,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     unsafe fn scatter16_pairs(columns: [X16; 2], rows: &[*mut f32; 16]) {
         let [a, b] = columns;
-        // SAFETY: see super; the rows are the caller's.
+        // SAFETY: instruction set: this is used below it. Rows can be written, as promised to this function.
         unsafe {
             // Rows k and k + 1, k + 4 and k + 5, and so on.
             let pairs = [_mm512_unpacklo_ps(a.0, b.0), _mm512_unpackhi_ps(a.0, b.0)];
@@ -158,8 +158,7 @@ pub(crate) struct X16(__m512);
 #[repr(transparent)]
 pub(crate) struct X16Mask(__mmask16);
 
-// SAFETY of all unsafe blocks: the instruction set is there (see super), and the callers of `load` and `store` see to
-// the memory.
+// SAFETY of all unsafe blocks: instruction set: this is used below it; and memory is there, as promised to `load` and `store`.
 impl Float for X16 {
     type Array = [f32; 16];
     type Mask = X16Mask;

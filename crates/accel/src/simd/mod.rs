@@ -36,14 +36,14 @@ pub(crate) trait Simd: Copy {
     #[inline(always)]
     fn part(a: &Self::F16, number: usize) -> Self::Part {
         debug_assert!(number < 16 / Self::PART);
-        // SAFETY: 16 floats are so many parts, one after the other.
+        // SAFETY: lanes: 16 floats are so many parts, one after the other.
         unsafe { *(&raw const *a).cast::<Self::Part>().add(number) }
     }
     /// The same, to be changed.
     #[inline(always)]
     fn part_mut(a: &mut Self::F16, number: usize) -> &mut Self::Part {
         debug_assert!(number < 16 / Self::PART);
-        // SAFETY: as above.
+        // SAFETY: lanes: 16 floats are so many parts, one after the other.
         unsafe { &mut *(&raw mut *a).cast::<Self::Part>().add(number) }
     }
     /// A part of a mask of 16 lanes.
@@ -178,7 +178,7 @@ pub(crate) trait Float: Copy {
     #[inline(always)]
     fn to_array(self) -> Self::Array {
         let mut array = core::mem::MaybeUninit::<Self::Array>::uninit();
-        // SAFETY: an array has as many floats as lanes.
+        // SAFETY: lanes: an array has as many floats as lanes.
         unsafe {
             self.store(array.as_mut_ptr().cast());
             array.assume_init()
@@ -186,7 +186,7 @@ pub(crate) trait Float: Copy {
     }
     #[inline(always)]
     fn from_array(array: &Self::Array) -> Self {
-        // SAFETY: as above.
+        // SAFETY: lanes: an array has as many floats as lanes.
         unsafe { Self::load(array.as_ref().as_ptr()) }
     }
     /// With the sign of `self`, the other way round.

@@ -39,7 +39,7 @@ impl Simd for Portable {
     unsafe fn compress8(a: Lanes<8>, bits: u32, to: *mut f32) {
         let (mut left, mut k) = (bits, 0);
         while left != 0 {
-            // SAFETY: `k` is below 8.
+            // SAFETY: lanes: `k` is below 8, and there is room for 8, as promised to this function.
             unsafe { to.add(k).write(a.0[left.trailing_zeros() as usize & 7]) };
             left &= left - 1;
             k += 1;
@@ -50,10 +50,10 @@ impl Simd for Portable {
     unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
         #[inline(never)]
         unsafe fn with_portable<K: Kernel>(kernel: K) -> K::Output {
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: none is needed.
             unsafe { kernel.run::<Portable>() }
         }
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: none is needed.
         unsafe { with_portable(kernel) }
     }
 
@@ -65,7 +65,7 @@ impl Simd for Portable {
         let mut out = [Lanes([0.0; 16]); 8];
         for (lane, row) in rows.iter().enumerate() {
             for (k, column) in out.iter_mut().enumerate() {
-                // SAFETY: rows have 8 floats.
+                // SAFETY: rows have 8 floats, as promised to this function.
                 column.0[lane] = unsafe { row.add(k).read() };
             }
         }
@@ -76,7 +76,7 @@ impl Simd for Portable {
     unsafe fn scatter16(columns: [Lanes<16>; 4], rows: &[*mut f32; 16]) {
         for (lane, row) in rows.iter().enumerate() {
             for (k, column) in columns.iter().enumerate() {
-                // SAFETY: rows have 4 floats.
+                // SAFETY: rows have 4 floats, as promised to this function.
                 unsafe { row.add(k).write(column.0[lane]) };
             }
         }
@@ -86,7 +86,7 @@ impl Simd for Portable {
     unsafe fn scatter16_pairs(columns: [Lanes<16>; 2], rows: &[*mut f32; 16]) {
         for (lane, row) in rows.iter().enumerate() {
             for (k, column) in columns.iter().enumerate() {
-                // SAFETY: rows have 2 floats.
+                // SAFETY: rows have 2 floats, as promised to this function.
                 unsafe { row.add(k).write(column.0[lane]) };
             }
         }
@@ -145,12 +145,12 @@ where
     }
     #[inline(always)]
     unsafe fn load(from: *const f32) -> Self {
-        // SAFETY: the caller has seen to it.
+        // SAFETY: lanes: there are as many floats, as promised to this function.
         Lanes(unsafe { from.cast::<[f32; N]>().read_unaligned() })
     }
     #[inline(always)]
     unsafe fn store(self, to: *mut f32) {
-        // SAFETY: the caller has seen to it.
+        // SAFETY: lanes: there is room for as many floats, as promised to this function.
         unsafe { to.cast::<[f32; N]>().write_unaligned(self.0) };
     }
     #[inline(always)]

@@ -50,6 +50,8 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         }
     }
 
+    /// # Safety
+    /// Instruction set: the CPU has it. Whole batch: `first` and `end` are no more than the rays.
     #[inline(always)]
     unsafe fn one_by_one<S: Simd>(&mut self, first: usize, end: usize) {
         for k in first..end {
@@ -58,7 +60,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             if QUERY == NEXT {
                 found.after = Some(self.hits[k]);
             }
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: promised to this function.
             unsafe { single::trace::<S, _, QUERY>(self.bvh, ray, filter, IgnoreWork, &mut found) };
             if QUERY == ANY {
                 self.hidden[k] = found.any;
@@ -69,6 +71,9 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     }
 
     /// The rays of these numbers in packets that walk together, as many as fit: at least one ray.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Whole batch: numbers are below the count of rays.
     #[inline(always)]
     unsafe fn packets_of<S: Simd, const N: usize>(
         &mut self,
@@ -84,7 +89,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         let filter = filters.as_mut_ptr().cast::<&RayFilter>();
         let mut counts = [0; N];
         let last = numbers.len() - 1;
-        // SAFETY: numbers are below the length; there are so many packets.
+        // SAFETY: instruction set and whole batch: promised to this function, and there are N packets.
         unsafe {
             let mut k = 0;
             while k < N {
@@ -131,6 +136,9 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     }
 
     /// N packets of sixteen rays from `first` on, which walk together: addresses follow from one.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Whole batch: there are 16 N rays from `first` on.
     #[inline(always)]
     unsafe fn packets_in_order<S: Simd, const N: usize>(
         &mut self,
@@ -142,7 +150,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         let mut packets = MaybeUninit::<[Packet<S>; N]>::uninit();
         let mut filters = MaybeUninit::<[[&RayFilter; 16]; N]>::uninit();
         let filter = filters.as_mut_ptr().cast::<&RayFilter>();
-        // SAFETY: the caller's; there are so many rays, filters and answers, and so many packets.
+        // SAFETY: instruction set and whole batch: promised to this function; filters and answers are as many as rays.
         unsafe {
             let mut k = 0;
             while k < N {
@@ -192,6 +200,9 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     }
 
     /// Traces packets; `each` holds the filters of rays that have their own.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Whole batch: where rays have filters of their own, `each` is written.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "what packets are made of")]
     unsafe fn trace<S: Simd, const N: usize>(
@@ -215,7 +226,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             k += 1;
         }
         if let Filters::Each(_) = self.filters {
-            // SAFETY: rays that have their own filters come with them.
+            // SAFETY: whole batch: where rays have their own filters, `each` is written, as promised to this function.
             let each = unsafe { each.assume_init_ref() };
             k = 0;
             while k < N {
@@ -224,17 +235,20 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             }
             k = 0;
             while k < N {
-                // SAFETY: they have been written.
+                // SAFETY: written places: the loop before has written all.
                 let lanes = unsafe { lanes[k].assume_init_ref() };
                 queries[k] = Query16 { lane_filters: Some(lanes), filters: &each[k], ..query };
                 k += 1;
             }
         }
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: promised to this function.
         unsafe { trace::<S, QUERY, N>(packets, rays, active, &queries, room) };
     }
 
     /// Rays `first .. end` in the given order, in groups.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Whole batch: `end` is no more than the rays.
     #[inline(always)]
     unsafe fn packets<S: Simd>(
         &mut self,
@@ -244,14 +258,14 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         room: &mut Option<Box<Room<S, TOGETHER>>>,
     ) {
         while first + 16 * TOGETHER <= end {
-            // SAFETY: the caller's.
+            // SAFETY: whole batch: the loop's condition says so. Instruction set: promised to this function.
             unsafe { self.packets_in_order::<S, TOGETHER>(first, shared, made::<S>(room)) };
             first += 16 * TOGETHER;
         }
         // The rest.
         let mut room = MaybeUninit::uninit();
         while first + 16 <= end {
-            // SAFETY: the caller's.
+            // SAFETY: whole batch: the loop's condition says so. Instruction set: promised to this function.
             unsafe { self.packets_in_order::<S, 1>(first, shared, &mut room) };
             first += 16;
         }
@@ -261,12 +275,15 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             for (lane, number) in numbers[..count].iter_mut().enumerate() {
                 *number = (first + lane) as u32;
             }
-            // SAFETY: the caller's.
+            // SAFETY: whole batch: the numbers end with `end`. Instruction set: promised to this function.
             unsafe { self.packets_of::<S, 1>(&numbers[..count], ALONE_COHERENT, shared, &mut room) };
         }
     }
 
     /// Rays `first .. end`, at most [`CHUNK`], in the order of the octants that they go into.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Whole batch: `end` is no more than the rays.
     #[inline(always)]
     unsafe fn sorted_packets<S: Simd>(
         &mut self,
@@ -280,7 +297,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         let count = end - first;
         sort::by_octant(&self.rays[first..end], first as u32, &mut order[..count]);
         for group in order[..count].chunks(16 * TOGETHER) {
-            // SAFETY: the caller's.
+            // SAFETY: whole batch: sorting keeps the numbers. Instruction set: promised to this function.
             unsafe {
                 self.packets_of::<S, TOGETHER>(group, alone_sorted::<S>(self.bvh), shared, room);
             }
@@ -288,6 +305,9 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     }
 
     /// Rays `first .. end` in the order of the places where they start and the octants that they go into.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Whole batch: `end` is no more than the rays.
     #[inline(always)]
     unsafe fn packets_by_place<S: Simd>(
         &mut self,
@@ -299,7 +319,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         let room = made::<S>(room);
         let order = sort::by_place(&self.rays[first..end], first as u32);
         for group in order.chunks(16 * TOGETHER) {
-            // SAFETY: the caller's.
+            // SAFETY: whole batch: sorting keeps the numbers. Instruction set: promised to this function.
             unsafe {
                 self.packets_of::<S, TOGETHER>(group, alone_sorted::<S>(self.bvh), shared, room);
             }
@@ -340,7 +360,7 @@ unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
     let (rest, instance) = best.rest_and_instance();
     let mut ids = *rows;
     let mut lane = 0;
-    // SAFETY: the caller's; a hit is six numbers of 32 bits.
+    // SAFETY: whole batch: the rows are hits, as promised to this function; a hit is six numbers of 32 bits.
     unsafe {
         while lane < 16 {
             ids[lane] = ids[lane].add(4);
@@ -373,7 +393,7 @@ impl Kernel for FromOnePoint<'_> {
         let mut room = MaybeUninit::uninit();
         let query =
             Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: &filters, alone: ALONE_COHERENT };
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: a kernel is run below its own.
         unsafe { trace::<S, ANY, 1>(&mut packets, &[rays], [self.active], &[query], &mut room) };
         packets[0].end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
     }
@@ -414,7 +434,7 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
 
     #[inline(always)]
     unsafe fn run<S: Simd>(mut self) {
-        // SAFETY: the caller's.
+        // SAFETY: whole batch: `first` and `end` stay within the rays. Instruction set: a kernel is run below its own.
         unsafe {
             if QUERY == NEXT || self.rays.len() < FEW || !cfg!(feature = "packets") {
                 let count = self.rays.len();

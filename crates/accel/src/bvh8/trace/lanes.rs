@@ -161,7 +161,7 @@ impl<F: Float> Usual<F> {
     pub(super) fn mend_others<S: Simd<F16 = F>>(&self, rays: &RaysV<F>, local: &mut LocalV<F>) {
         let Usual { is_usual, is_plain, everywhere } = *self;
         if is_plain.bits() != 0xffff {
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: this runs below a kernel's.
             unsafe { S::run(Unusual { rays, local, is_usual, everywhere }) };
         }
     }
@@ -201,7 +201,7 @@ impl TriangleBlock {
     /// How many lanes are used.
     #[inline(always)]
     pub(super) fn count<S: Simd>(&self) -> usize {
-        // SAFETY: four numbers of 32 bits are four floats.
+        // SAFETY: lanes: four numbers of 32 bits are four floats.
         let primitives = unsafe { S::F4::load(self.primitive.as_ptr().cast()) };
         let unused = primitives.same_bits(S::F4::splat(f32::from_bits(u32::MAX)));
         4 - unused.bits().count_ones() as usize

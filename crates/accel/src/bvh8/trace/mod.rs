@@ -1,4 +1,18 @@
 //! Traversals of the 8-wide hierarchy: one ray at a time and packets of 16; for each instruction set.
+//!
+//! # Invariants
+//!
+//! Unsafe code here, in [`crate::simd`] and in the builders rests on these; each SAFETY comment names those that it uses.
+//!
+//! - **Instruction set**: code for an instruction set runs only below [`run_at`], with a level that the CPU has: tracers are made
+//!   for no other, and builders ask first. A kernel that runs another one does so for its own set.
+//! - **Closed view**: numbers of nodes, children, blocks, spheres, geometries and instances are numbers of items, and no path is
+//!   longer than [`walk::STACK`] allows. [`Bvh8`] keeps its fields private, and its builders make them so.
+//! - **Stack room**: places of a stack below its count have been written, and those above it have room for whole vectors.
+//! - **Lanes**: a vector is as many numbers of 32 bits as it has lanes, one after the other, and a lane is below their count.
+//! - **Whole batch**: there are as many filters and answers as rays ([`Batch::new`] checks), and numbers of rays are below that.
+//! - **One origin**: what was made for rays of one origin, or for others, is read by code for such rays alone.
+//! - **Written places**: memory that may not have been written is read only where it has been.
 
 mod batch;
 mod choice;
@@ -25,7 +39,7 @@ use eosphor_core::hierarchy::{IgnoreWork, ShadowBatch, Tracer, Work};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use walk::{ANY, CLOSEST, Found, NEXT, Query};
 
-/// Traces rays through a [`Bvh8`].
+/// Traces rays through a [`Bvh8`], one at a time ([`Tracer`]) and many ([`BatchTracer`]). Made by [`Bvh8::tracer`].
 #[derive(Clone, Copy, Debug)]
 pub struct Bvh8Tracer<'a> {
     bvh: Bvh8View<'a>,
@@ -33,7 +47,7 @@ pub struct Bvh8Tracer<'a> {
 }
 
 impl Bvh8 {
-    /// The traversal at the best SIMD level that the CPU has.
+    /// The traversal at the best SIMD level that is available ([`SimdLevel::best`]).
     ///
     /// # Panics
     /// Where it was built over instances alone: such a hierarchy is the top level of another
@@ -43,10 +57,11 @@ impl Bvh8 {
         Bvh8Tracer { bvh: self.view(), level: SimdLevel::best() }
     }
 
-    /// The traversal at a SIMD level; `None` where the CPU does not have it.
+    /// The traversal at a SIMD level; `None` where it is not available ([`SimdLevel::is_available`]).
     ///
     /// # Panics
-    /// As [`Bvh8::tracer`].
+    /// Where it was built over instances alone: such a hierarchy is the top level of another
+    /// ([`Bvh8Tracer::with_instances_of`]).
     pub fn tracer_at(&self, level: SimdLevel) -> Option<Bvh8Tracer<'_>> {
         check_instances(self.named_geometries, self.geometries.len());
         level.is_available().then_some(Bvh8Tracer { bvh: self.view(), level })
@@ -67,14 +82,14 @@ impl<W: Work + Copy, const QUERY: Query> Kernel for OneRay<'_, W, QUERY> {
 
     #[inline(always)]
     unsafe fn run<S: Simd>(self) {
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: a kernel is run below its own.
         unsafe { single::trace::<S, W, QUERY>(self.bvh, self.ray, self.filter, self.work, self.found) };
     }
 }
 
 impl<'a> Bvh8Tracer<'a> {
-    /// With the instances of another hierarchy in place of the own ones: they have been moved. That one may have been built
-    /// over the instances alone.
+    /// The traversal with the instances of another hierarchy, `top`, in place of the own ones: they have been moved. That one may
+    /// have been built over the instances alone ([`SceneGeometry::of_instances`](crate::SceneGeometry::of_instances)).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -100,12 +115,12 @@ impl<'a> Bvh8Tracer<'a> {
         work: W,
         found: &mut Found,
     ) {
-        // SAFETY: tracers are made for levels that the CPU has.
+        // SAFETY: instruction set: tracers are made for levels that the CPU has.
         unsafe { run_at(self.level, OneRay::<W, QUERY> { bvh: &self.bvh, ray, filter, work, found }) }
     }
 
     fn batch<const QUERY: Query>(&self, batch: Batch<QUERY>) {
-        // SAFETY: tracers are made for levels that the CPU has.
+        // SAFETY: instruction set: tracers are made for levels that the CPU has.
         unsafe { run_at(self.level, batch) };
     }
 }
@@ -158,7 +173,7 @@ impl Tracer for Bvh8Tracer<'_> {
             t_max: fill(&batch.t_max),
         };
         let kernel = FromOnePoint { bvh: &self.bvh, batch: &batch, filter, active: bits };
-        // SAFETY: tracers are made for levels that the CPU has.
+        // SAFETY: instruction set: tracers are made for levels that the CPU has.
         let found = unsafe { run_at(self.level, kernel) };
         for lane in 0..W {
             hidden[lane] = !active[lane] || found >> lane & 1 == 1;
@@ -171,19 +186,27 @@ impl Tracer for Bvh8Tracer<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct Bvh8CountingTracer<'a, C> {
     tracer: Bvh8Tracer<'a>,
-    /// Told what is done.
+    /// Who is told what the traversal does.
     pub work: C,
 }
 
 impl Bvh8 {
-    /// The traversal that counts.
+    /// The traversal that tells `work` what it does, at the best SIMD level that is available.
+    ///
+    /// # Panics
+    /// Where it was built over instances alone: such a hierarchy is the top level of another
+    /// ([`Bvh8Tracer::with_instances_of`]).
     pub fn counting_tracer<C: Work>(&self, work: C) -> Bvh8CountingTracer<'_, C> {
         Bvh8CountingTracer { tracer: self.tracer(), work }
     }
 }
 
 impl<'a, C: Work> Bvh8CountingTracer<'a, C> {
-    /// As [`Bvh8Tracer::with_instances_of`].
+    /// The traversal with the instances of another hierarchy, `top`, in place of the own ones: they have been moved. That one may
+    /// have been built over the instances alone ([`SceneGeometry::of_instances`](crate::SceneGeometry::of_instances)).
+    ///
+    /// # Panics
+    /// Where an instance is of a geometry that this hierarchy does not have.
     pub fn with_instances_of(self, top: &'a Bvh8) -> Bvh8CountingTracer<'a, C> {
         Bvh8CountingTracer { tracer: self.tracer.with_instances_of(top), ..self }
     }

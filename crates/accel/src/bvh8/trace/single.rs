@@ -25,7 +25,7 @@ pub(super) fn near_and_far_planes(octant: usize) -> [[usize; 3]; 2] {
 /// The place is one of [`near_and_far_planes`].
 #[inline(always)]
 pub(super) unsafe fn planes<S: Simd>(node: &Node8, place: usize) -> S::F8 {
-    // SAFETY: the caller's.
+    // SAFETY: whole nodes: a node has planes at each of these places.
     unsafe { S::F8::load(node.planes.as_ptr().cast::<u8>().add(place).cast()) }
 }
 
@@ -46,18 +46,18 @@ pub(super) unsafe fn trace<S: Simd, W: Work + Copy, const QUERY: Query>(
         let local = SingleRay::of_world::<S>(ray, bvh.world);
         let search =
             Search::<W, QUERY> { bvh, root, ray: &local, instance: 0, filter, work, found: &mut *found };
-        // SAFETY: the root is the scene's.
+        // SAFETY: instruction set: promised to this function. Closed view: the root is the scene's.
         unsafe { search.run::<S>() };
     } else {
-        // SAFETY: as above.
+        // SAFETY: instruction set: promised to this function. Closed view: the root is the scene's.
         unsafe { S::run(Unusual::<W, QUERY> { bvh, ray, filter, work, found }) };
     }
     if bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
-        // SAFETY: as above.
+        // SAFETY: instruction set: promised to this function. Closed view: the root is that of the instances' tree.
         unsafe { trace_instances::<S, W, QUERY>(bvh, bvh.instance_root, ray, filter, work, found) };
     }
     if QUERY == NEXT {
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: promised to this function.
         unsafe { S::run(Complete { bvh, ray, found }) };
     }
 }
@@ -79,7 +79,7 @@ impl<W: Work + Copy, const QUERY: Query> Kernel for Unusual<'_, W, QUERY> {
         let Unusual { bvh, ray, filter, work, found } = self;
         if let Some(local) = SingleRay::of_any::<S>(ray, bvh.world, &bvh.bounds[0]) {
             local.enter(found);
-            // SAFETY: the caller's; the root is the scene's.
+            // SAFETY: instruction set: a kernel is run below its own. Closed view: the root is the scene's.
             unsafe { search::<S, W, QUERY>(bvh, bvh.world_root, &local, 0, filter, work, found) };
         }
     }
@@ -119,7 +119,7 @@ pub(super) unsafe fn trace_instances<S: Simd, W: Work + Copy, const QUERY: Query
     let slab = Slab::new(ray.origin, ray.direction, 0.0);
     let mut leaves = InstanceLeaves { bvh, ray, from: world_ray.from, slab: &slab, filter, work };
     world_ray.enter(found);
-    // SAFETY: the caller's.
+    // SAFETY: instruction set: promised to this function. Closed view: so is the root.
     unsafe { walk::<S, QUERY>(bvh.instance_nodes, root, &world_ray, work, found, &mut leaves) };
 }
 
@@ -164,7 +164,7 @@ impl<S: Simd, W: Work + Copy> VisitLeaf<S> for InstanceLeaves<'_, W> {
             return false;
         };
         local.enter(found);
-        // SAFETY: the caller's; the root is the geometry's.
+        // SAFETY: instruction set: promised to this function. Closed view: the root is the geometry's.
         let over = unsafe {
             search::<S, W, QUERY>(bvh, bvh.roots[geometry], &local, number, self.filter, self.work, found)
         };
@@ -190,7 +190,7 @@ pub(super) unsafe fn search<S: Simd, W: Work + Copy, const QUERY: Query>(
     found: &mut Found,
 ) -> bool {
     let search = Search::<W, QUERY> { bvh, root, ray, instance, filter, work, found: &mut *found };
-    // SAFETY: the caller's.
+    // SAFETY: instruction set: promised to this function. Closed view: so is the root.
     let over = unsafe { S::run(search) };
     if QUERY == CLOSEST && ray.from.is_some() {
         found.close(bvh, &ray.world);
@@ -216,7 +216,7 @@ impl<W: Work + Copy, const QUERY: Query> Kernel for Search<'_, W, QUERY> {
     unsafe fn run<S: Simd>(self) -> bool {
         let Search { bvh, root, ray, instance, filter, work, found } = self;
         let mut leaves = ToldLeaves { leaves: PrimitiveLeaves { bvh, ray, instance, filter }, work };
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: a kernel is run below its own. Closed view: the root was promised to `search` or `trace`.
         unsafe { walk::<S, QUERY>(bvh.nodes, root, ray, work, found, &mut leaves) }
     }
 }
@@ -234,7 +234,7 @@ unsafe fn pop<const QUERY: Query>(
 ) -> Option<Child> {
     while *count > 0 {
         *count -= 1;
-        // SAFETY: the caller's.
+        // SAFETY: stack room: places below the count have been written, as promised to this function.
         unsafe {
             if QUERY == ANY || *nears.add(*count) <= end {
                 return Some(*children.add(*count));
@@ -278,7 +278,7 @@ pub(super) unsafe fn walk<S: Simd, const QUERY: Query>(
         let [near_planes, far_planes] =
             near_and_far_planes(ray.octant as usize).map(|places| each!(k => first.wrapping_add(places[k])));
         while at & LEAF == 0 {
-            // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
+            // SAFETY: closed view: children are numbers of nodes, and no path is longer than the stack has room for.
             unsafe {
                 let node = nodes.get_unchecked(at as usize);
                 work.nodes(8);
@@ -342,11 +342,11 @@ pub(super) unsafe fn walk<S: Simd, const QUERY: Query>(
             }
         }
         while at & LEAF != 0 {
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: promised to this function. Closed view: the leaf is one of this tree.
             if unsafe { leaves.visit::<QUERY>(at, found) } {
                 return true;
             }
-            // SAFETY: below the count, the stack has been written.
+            // SAFETY: stack room: places below the count have been written.
             let next = unsafe { pop::<QUERY>(children, nears, &mut count, found.end) };
             let Some(next) = next else { return false };
             at = next;

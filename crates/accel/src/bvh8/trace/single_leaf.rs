@@ -54,7 +54,7 @@ impl<S: Simd, W: Work> VisitLeaf<S> for ToldLeaves<'_, W> {
         if W::COUNTS {
             self.work.primitives(held(self.leaves.bvh.blocks, leaf));
         }
-        // SAFETY: the caller's.
+        // SAFETY: instruction set and closed view: promised to this function.
         unsafe { self.leaves.visit::<S, QUERY>(leaf, found) }
     }
 }
@@ -66,7 +66,7 @@ impl PrimitiveLeaves<'_> {
     unsafe fn visit<S: Simd, const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
         if leaf & SPHERE != 0 {
             let (leaves, number) = (*self, (leaf & PLACE) as usize);
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: promised to this function.
             return unsafe { S::run(SphereTest::<QUERY> { leaves, number, found }) };
         }
         debug_assert!(leaf & INSTANCE == 0);
@@ -76,7 +76,7 @@ impl PrimitiveLeaves<'_> {
     /// The first step for all triangles of the block. Few are left, and of these most are hit clearly.
     #[inline(always)]
     fn test_block<S: Simd, const QUERY: Query>(&mut self, number: u32, found: &mut Found) -> bool {
-        // SAFETY: leaves name blocks that the builder made.
+        // SAFETY: closed view: leaves name blocks.
         let block = unsafe { self.bvh.blocks.get_unchecked(number as usize) };
         let ray = self.ray;
         let v0 = load3::<S>(&block.v0);
@@ -141,7 +141,7 @@ impl PrimitiveLeaves<'_> {
                 }
                 return false;
             }
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: this runs below a kernel's.
             return unsafe {
                 S::run(CompareMoved { leaves: *self, number, lanes, certain, bounds, backs, found })
             };
@@ -178,7 +178,7 @@ impl PrimitiveLeaves<'_> {
             u: edges.u.mul(planes.inverse).to_array(),
             v: edges.v.mul(planes.inverse).to_array(),
         };
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: this runs below a kernel's.
         unsafe { S::run(Compare::<QUERY> { leaves: *self, number, lanes, hits: &hits, backs, found }) }
     }
 
@@ -224,7 +224,7 @@ impl PrimitiveLeaves<'_> {
         }
         let lane = lanes.trailing_zeros() as usize & 3;
         if meets >> lane & 1 == 1 {
-            // SAFETY: leaves name blocks that the builder made.
+            // SAFETY: closed view: leaves name blocks.
             let block = unsafe { self.bvh.blocks.get_unchecked(number as usize) };
             let id = PrimitiveId { instance: self.instance, primitive: block.primitive[lane] };
             if !(self.filter.skips(id) | (self.filter.cull_back_faces & (backs >> lane & 1 == 1))) {
@@ -235,7 +235,7 @@ impl PrimitiveLeaves<'_> {
                 return false;
             }
         }
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: this runs below a kernel's.
         unsafe { S::run(Compare::<QUERY> { leaves: *self, number, lanes, hits: &Clear::NONE, backs, found }) }
     }
 

@@ -162,7 +162,7 @@ impl<'a> SingleRay<'a> {
 
     #[inline(always)]
     fn far<S: Simd>(ray: &Ray, to: To<'a>, size: GeometrySize, bounds: &Bounds) -> Option<SingleRay<'a>> {
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: this runs below a kernel's.
         unsafe { S::run(Far { ray, to, size, bounds }) }
     }
 

@@ -28,7 +28,7 @@ impl<'a> SingleRays<'a> {
     ) -> &'r mut [SingleRays<'a>; N] {
         let first = room.as_mut_ptr().cast::<SingleRays>();
         let mut k = 0;
-        // SAFETY: there is room for so many; the rays need not be anything.
+        // SAFETY: written places: there is room for N, and of what is not written here no bit is set, so it is not read.
         unsafe {
             while k < N {
                 (&raw mut (*first.add(k)).made).write(0);
@@ -54,7 +54,7 @@ impl<'a> SingleRays<'a> {
             }
             let (bvh, instance) = (query.bvh, leg.instance);
             let unusual = Unusual { bvh, ray, instance, to: &mut self.rays[lane] };
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: this runs below a kernel's.
             self.gone |= u32::from(!unsafe { S::run(unusual) }) << lane;
         }
     }
@@ -64,7 +64,7 @@ impl<'a> SingleRays<'a> {
     #[inline(always)]
     unsafe fn get(&self, lane: usize) -> &SingleRay<'a> {
         debug_assert!((self.made & !self.gone) >> lane & 1 == 1);
-        // SAFETY: the caller's.
+        // SAFETY: written places: the ray has been made, as promised to this function.
         unsafe { self.rays[lane].assume_init_ref() }
     }
 }
@@ -98,6 +98,9 @@ impl Kernel for Unusual<'_, '_> {
 
 impl<S: Simd> Packet<S> {
     /// Goes on with some lanes one by one, from a node of the leg's tree.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Closed view: `at` is a child of the tree.
     #[inline(always)]
     pub(super) unsafe fn go_on_alone<'a, const QUERY: Query, const INSTANCES: bool>(
         &mut self,
@@ -108,7 +111,7 @@ impl<S: Simd> Packet<S> {
         lanes: u32,
     ) {
         let alone = Alone::<S, QUERY, INSTANCES> { packet: self, query, at, leg, singles, lanes };
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: this runs below a kernel's.
         unsafe { S::run(alone) };
     }
 }
@@ -137,7 +140,8 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool> Kernel for Alone<'_, '_
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & 15;
             lanes &= lanes - 1;
-            // SAFETY: the lane is below 16, and a vector is as many floats; the rest is the caller's.
+            // SAFETY: instruction set: a kernel is run below its own. Lanes: the lane is below 16. Written places: its ray has been
+            // made. Closed view: `at` is a child of the tree, as promised to `go_on_alone`.
             unsafe {
                 let end = &mut *(&raw mut packet.end).cast::<f32>().add(lane);
                 let mut found = packet.best.found(lane, *end);

@@ -25,6 +25,9 @@ pub(super) struct Leaf<'a, 'b, S: Simd, const N: usize> {
 impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
     /// Tests up to four triangles; whether any ray has a new hit. After a first look few rays are left, for which core's
     /// first step is computed.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Closed view: the block is there. One origin: the interval is that of these rays.
     #[inline(always)]
     pub(super) unsafe fn test_block<const QUERY: Query, const ONE_ORIGIN: bool>(
         self,
@@ -32,7 +35,7 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
         interval: &Interval<S, N>,
     ) -> bool {
         let Leaf { packets, queries, legs, live, active, ends } = self;
-        // SAFETY: leaves name blocks that the builder made.
+        // SAFETY: closed view: leaves name blocks.
         let block = unsafe { queries[0].bvh.blocks.get_unchecked(number as usize) };
         let shared = Shared::new::<S, ONE_ORIGIN, N>(block, interval);
         let mut changed = false;
@@ -48,7 +51,7 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
                 let mut left = 0u32;
                 let mut lane = 0;
                 while lane < used {
-                    // SAFETY: as many moments as packets; it was made for these rays.
+                    // SAFETY: one origin: the interval was made for these rays, with as many moments as packets.
                     let look = unsafe {
                         let moment = &*interval.moments.as_ptr().cast::<MaybeUninit<_>>().add(k);
                         shared.look::<S, ONE_ORIGIN>(block, lane, leg, moment, active[k])
@@ -65,7 +68,7 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
                     left &= left - 1;
                     let tested = Tested { number, lane, block, shared: &shared };
                     let (best, query, end) = (&mut packets[k].best, &queries[k], &mut ends[k]);
-                    // SAFETY: the caller's; for this query, that look has been written.
+                    // SAFETY: instruction set and one origin: promised to this function. Written places: for `ANY`, the look is.
                     changed |= unsafe {
                         best.test::<QUERY, ONE_ORIGIN>(query, leg, &tested, lanes[lane], &looks[lane], end)
                     };
@@ -79,6 +82,10 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
 
 impl<S: Simd> Best<S> {
     /// Tests the rays that a first look has left.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. One origin: what is shared was made for these rays. Written places: for [`ANY`], the look
+    /// is.
     #[inline(always)]
     unsafe fn test<const QUERY: Query, const ONE_ORIGIN: bool>(
         &mut self,
@@ -96,7 +103,7 @@ impl<S: Simd> Best<S> {
         }
         let mut changed = false;
         if QUERY == ANY {
-            // SAFETY: the caller's.
+            // SAFETY: one origin and written places: promised to this function.
             let (meets, others) = unsafe {
                 shared.meet::<S, ONE_ORIGIN>(block, lane, leg, look.assume_init_ref(), lanes, *end)
             };
@@ -107,7 +114,7 @@ impl<S: Simd> Best<S> {
                 return changed;
             }
         }
-        // SAFETY: the caller's.
+        // SAFETY: instruction set and one origin: promised to this function.
         unsafe {
             changed |= self.test_part::<QUERY, ONE_ORIGIN, 0>(query, leg, tested, lanes, end);
             if S::PART == 8 {
@@ -117,6 +124,8 @@ impl<S: Simd> Best<S> {
         changed
     }
 
+    /// # Safety
+    /// Instruction set: the CPU has it. One origin: what is shared was made for these rays.
     #[inline(always)]
     unsafe fn test_part<const QUERY: Query, const ONE_ORIGIN: bool, const PART: usize>(
         &mut self,
@@ -132,7 +141,7 @@ impl<S: Simd> Best<S> {
             return false;
         }
         let rays = leg.step_rays(PART);
-        // SAFETY: it was made for these rays.
+        // SAFETY: one origin: promised to this function.
         let triangle = unsafe { shared.triangle::<S, ONE_ORIGIN>(block, lane, leg, PART) };
         let determinant = Determinant::new(&lane3(&shared.normal, lane), &rays.direction);
         let slack = triangle.plane.slack(rays.edge_slack);
@@ -150,11 +159,14 @@ impl<S: Simd> Best<S> {
         let place = number << 2 | lane as u32;
         let clear = lanes.and(planes.is_clear(&rays, &edges, slack, determinant.size));
         let candidates = Candidates { part: PART, planes, edges, place, lanes, clear };
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: promised to this function.
         unsafe { self.offer::<QUERY>(query, &candidates, leg, end) }
     }
 
     /// Takes what the first step says of a triangle; whether any ray has a new hit.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it.
     #[inline(always)]
     unsafe fn offer<const QUERY: Query>(
         &mut self,
@@ -189,7 +201,7 @@ impl<S: Simd> Best<S> {
                     best: self,
                     ends: &mut own_ends,
                 };
-                // SAFETY: the caller's.
+                // SAFETY: instruction set: promised to this function.
                 changed |= unsafe { S::run(decide) };
                 *ends = own_ends;
             }
@@ -237,7 +249,7 @@ impl<S: Simd> Best<S> {
                 best: self,
                 ends: &mut own_ends,
             };
-            // SAFETY: the caller's.
+            // SAFETY: instruction set: promised to this function.
             changed |= unsafe { S::run(decide) };
             *ends = own_ends;
         }

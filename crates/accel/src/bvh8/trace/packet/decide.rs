@@ -12,7 +12,7 @@ use eosphor_core::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 /// A ray of a leg, in the world.
 #[inline(always)]
 pub(super) fn world_ray<S: Simd>(leg: &LocalPacket<S>, lane: usize) -> Ray {
-    // SAFETY: as above.
+    // SAFETY: lanes: a vector is sixteen numbers of 32 bits; the lane is below 16.
     let read = |v: &S::F16| unsafe { *(&raw const *v).cast::<f32>().add(lane) };
     let vector = |v: &Vec3V<S::F16>| -> Vec3 { vec3(read(&v[0]), read(&v[1]), read(&v[2])) };
     Ray {
@@ -27,7 +27,7 @@ impl<S: Simd> Best<S> {
     /// A ray's best hit and where it is.
     #[inline(always)]
     fn of_lane(&mut self, lane: usize) -> (Hit, u32) {
-        // SAFETY: a vector is sixteen numbers of 32 bits; the lane is below 16.
+        // SAFETY: lanes: a vector is sixteen numbers of 32 bits; the lane is below 16.
         let read = |v: &S::F16| unsafe { *(&raw const *v).cast::<f32>().add(lane) };
         let id = PrimitiveId {
             instance: read(&self.instance).to_bits(),
@@ -42,7 +42,7 @@ impl<S: Simd> Best<S> {
     /// Replaces it.
     #[inline(always)]
     fn set_lane(&mut self, lane: usize, found: &Found) {
-        // SAFETY: as above.
+        // SAFETY: lanes: a vector is sixteen numbers of 32 bits; the lane is below 16.
         let write = |v: &mut S::F16, x: f32| unsafe { *(&raw mut *v).cast::<f32>().add(lane) = x };
         let hit = &found.best;
         self.precise = self.precise & !(1 << lane) | u32::from(hit.t_rest != UNKNOWN_REST) << lane;
@@ -130,7 +130,7 @@ impl<S: Simd, const QUERY: Query> Kernel for Decide<'_, '_, S, QUERY> {
             if !hit.meets {
                 continue;
             }
-            // SAFETY: a vector is sixteen floats.
+            // SAFETY: lanes: a vector is sixteen floats; the lane is below 16.
             let end = unsafe { &mut *(&raw mut *ends).cast::<f32>().add(lane) };
             if QUERY == ANY {
                 *end = f32::NEG_INFINITY;

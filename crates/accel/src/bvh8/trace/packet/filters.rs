@@ -51,7 +51,7 @@ impl<S: Simd> LaneFilters<S> {
             cull |= (f.cull_back_faces as u32) << lane;
             lane += 1;
         }
-        // SAFETY: sixteen numbers of 32 bits are sixteen floats.
+        // SAFETY: lanes: sixteen numbers of 32 bits are sixteen floats.
         unsafe {
             LaneFilters {
                 start: [S::F16::load(bits[0].as_ptr().cast()), S::F16::load(bits[1].as_ptr().cast())],

@@ -10,6 +10,9 @@ use std::mem::MaybeUninit;
 
 impl<S: Simd> Packet<S> {
     /// Searches what an instance places; whether any ray may have a new hit.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Closed view: the instance is there.
     #[inline(always)]
     pub(super) unsafe fn visit_instance<const QUERY: Query>(
         &mut self,
@@ -39,7 +42,7 @@ impl<S: Simd> Packet<S> {
         let (mut room, mut singles) = (MaybeUninit::uninit(), MaybeUninit::uninit());
         let singles = SingleRays::none::<1>(&mut singles);
         let far = leg.far_from(&bvh.bounds[geometry]);
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: promised to this function. Closed view: the root is the geometry's.
         unsafe {
             walk_octants::<S, QUERY, false, 1>(
                 std::array::from_mut(self),

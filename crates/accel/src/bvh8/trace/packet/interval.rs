@@ -124,7 +124,7 @@ impl<S: Simd, const N: usize> Interval<S, N> {
             member = 0;
             while member < N {
                 let own = legs[member].own;
-                // SAFETY: there is room for so many.
+                // SAFETY: written places: there is room for N moments, and members are fewer.
                 unsafe { moments.add(member).write(cross(&own.origin, &own.direction)) };
                 member += 1;
             }

@@ -113,7 +113,7 @@ impl Shared {
             let v0 = lane3(&block.v0, lane);
             return (subtract(&lane3(&block.v1, lane), &v0), subtract(&lane3(&block.v2, lane), &v0));
         }
-        // SAFETY: the caller's.
+        // SAFETY: one origin: it was made for others, as promised to this function.
         let [e1, e2] = unsafe { self.edges.assume_init_ref() };
         (lane3(e1, lane), lane3(e2, lane))
     }
@@ -122,7 +122,7 @@ impl Shared {
     /// It was made for rays of one origin.
     #[inline(always)]
     unsafe fn seen(&self) -> &Seen {
-        // SAFETY: the caller's.
+        // SAFETY: one origin: it was made for such rays, as promised to this function.
         unsafe { self.seen.assume_init_ref() }
     }
 
@@ -146,14 +146,14 @@ impl Shared {
         let both_slacks = S::F16::splat(self.both_slacks[lane]);
         let (u, v, outside);
         if ONE_ORIGIN {
-            // SAFETY: the caller's.
+            // SAFETY: one origin: it was made for these rays, as promised to this function.
             let seen = unsafe { self.seen() };
             u = dot(&lane3(&seen.function_u, lane), direction);
             v = dot(&lane3(&seen.function_v, lane), direction);
             outside = leg.local.edge_slack.fma(both_slacks, S::F16::splat(-UNDERFLOW_SLACK));
         } else {
             let v0 = lane3::<S::F16>(&block.v0, lane);
-            // SAFETY: they do not start at one point.
+            // SAFETY: one origin: it was made for others, as promised to this function, and their moments have been written.
             let moment = unsafe { moment.assume_init_ref() };
             // The first vertex cross the direction, less the moment.
             let r = [
@@ -161,7 +161,7 @@ impl Shared {
                 v0[2].fms(direction[0], v0[0].fma(direction[2], moment[1])),
                 v0[0].fms(direction[1], v0[1].fma(direction[0], moment[2])),
             ];
-            // SAFETY: the caller's.
+            // SAFETY: one origin: it was made for others, as promised to this function.
             let (e1, e2) = unsafe { self.edges::<_, false>(block, lane) };
             u = dot(&r, &e2);
             v = dot(&r, &e1);
@@ -189,7 +189,7 @@ impl Shared {
         end: S::F16,
     ) -> (MaskOf<S>, MaskOf<S>) {
         let local = leg.local;
-        // SAFETY: the caller's.
+        // SAFETY: one origin: it was made for these rays, as promised to this function.
         let (_, plane) = unsafe { self.plane::<_, ONE_ORIGIN>(block, lane, &leg.own.origin, local.reach) };
         let slack = plane.slack(local.edge_slack);
         let planes = plane.meet(local.length, &look.determinant, slack);
@@ -213,7 +213,7 @@ impl Shared {
         part: usize,
     ) -> StepTriangles<S::Part> {
         let origin = each!(k => S::part(&leg.own.origin[k], part));
-        // SAFETY: the caller's.
+        // SAFETY: one origin: it was made for these rays, as promised to this function.
         unsafe {
             let (from_origin, plane) =
                 self.plane::<_, ONE_ORIGIN>(block, lane, &origin, S::part(&leg.local.reach, part));
@@ -237,7 +237,7 @@ impl Shared {
         let lengths = F::splat(block.lengths[lane]);
         let (from_origin, distance, distance_with_lengths, numerator);
         if ONE_ORIGIN {
-            // SAFETY: the caller's.
+            // SAFETY: one origin: it was made for these rays, as promised to this function.
             let seen = unsafe { self.seen() };
             from_origin = lane3(&seen.from_origin, lane);
             distance = F::splat(seen.distance[lane]);

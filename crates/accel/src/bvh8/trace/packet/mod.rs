@@ -145,7 +145,7 @@ impl<S: Simd> LocalPacket<'_, S> {
 /// The pointers point to rays, and the CPU has the instruction set.
 #[inline(always)]
 pub(super) unsafe fn load_rays<S: Simd>(rays: &[*const f32; 16]) -> RaysV<S::F16> {
-    // SAFETY: a ray is eight floats.
+    // SAFETY: whole batch: the pointers are to rays, as promised to this function; a ray is eight floats.
     let [ox, oy, oz, t_min, dx, dy, dz, t_max] = unsafe { S::transpose16(rays) };
     RaysV { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max }
 }
@@ -153,7 +153,7 @@ pub(super) unsafe fn load_rays<S: Simd>(rays: &[*const f32; 16]) -> RaysV<S::F16
 /// Rays that start at one point.
 #[inline(always)]
 pub(super) fn rays_from_one_point<S: Simd>(batch: &ShadowBatch<16>) -> RaysV<S::F16> {
-    // SAFETY: sixteen floats each.
+    // SAFETY: lanes: there are sixteen floats of each.
     unsafe {
         let direction =
             [S::F16::load(batch.x.as_ptr()), S::F16::load(batch.y.as_ptr()), S::F16::load(batch.z.as_ptr())];
@@ -192,7 +192,7 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query, const N: usize>(
     let mut k = 0;
     while k < N {
         let (local, usual) = LocalV::of_world(&rays[k], extent);
-        // SAFETY: there is room for so many.
+        // SAFETY: written places: there is room for N.
         let local = unsafe {
             first.add(k).write(local);
             &mut *first.add(k)
@@ -200,7 +200,7 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query, const N: usize>(
         usual.mend_others::<S>(&rays[k], local);
         k += 1;
     }
-    // SAFETY: all have been written.
+    // SAFETY: written places: the loop has written all N.
     let locals = unsafe { locals.assume_init_ref() };
     let mut legs =
         [LocalPacket::<S> { own: &rays[0], local: &locals[0], extent, instance: 0, world: &rays[0] }; N];
@@ -226,7 +226,7 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query, const N: usize>(
     }
     let mut singles = MaybeUninit::uninit();
     let singles = SingleRays::none::<N>(&mut singles);
-    // SAFETY: the caller's.
+    // SAFETY: instruction set: promised to this function. Closed view: the roots are those of the scene.
     unsafe {
         walk_octants::<S, QUERY, false, N>(packets, queries, bvh.world_root, &legs, singles, near, room);
         k = 0;
@@ -254,6 +254,9 @@ pub(super) unsafe fn trace<S: Simd, const QUERY: Query, const N: usize>(
 }
 
 /// Walks for each octant that rays go into.
+///
+/// # Safety
+/// Instruction set: the CPU has it. Closed view: `root` is a child of the tree.
 #[inline(always)]
 unsafe fn walk_octants<'a, S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize>(
     packets: &mut [Packet<S>; N],
@@ -309,7 +312,7 @@ unsafe fn walk_octants<'a, S: Simd, const QUERY: Query, const INSTANCES: bool, c
             octant,
             room: &mut *room,
         };
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: promised to this function. Closed view: so is the root.
         unsafe { S::run(walk) };
     }
 }

@@ -9,6 +9,9 @@ use eosphor_core::ray::PrimitiveId;
 
 impl<S: Simd> Packet<S> {
     /// Tests a sphere; whether any ray has a new hit.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it.
     #[inline(always)]
     pub(super) unsafe fn test_sphere<const QUERY: Query>(
         &mut self,
@@ -17,7 +20,7 @@ impl<S: Simd> Packet<S> {
         leg: &LocalPacket<S>,
         lanes: u32,
     ) -> bool {
-        // SAFETY: the caller's.
+        // SAFETY: instruction set: promised to this function.
         unsafe { S::run(SphereTest::<S, QUERY> { packet: self, query, number, leg, lanes }) }
     }
 }
@@ -53,7 +56,7 @@ impl<S: Simd, const QUERY: Query> Kernel for SphereTest<'_, '_, '_, S, QUERY> {
             if !may_meet_sphere(&local, sphere) {
                 continue;
             }
-            // SAFETY: the lane is below 16, and a vector is as many floats.
+            // SAFETY: lanes: a vector is sixteen floats; the lane is below 16.
             let end = unsafe { &mut *(&raw mut packet.end).cast::<f32>().add(lane) };
             for crossing in intersect_sphere(sphere, &ray, map) {
                 // Roots that are not hits are NaN.

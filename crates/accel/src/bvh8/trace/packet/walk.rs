@@ -67,7 +67,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
     unsafe fn run<X: Simd>(self) {
         // One by one: the compiler would load several at once from where they were just stored one by one, for which the CPU has
         // to wait until the stores are over.
-        // SAFETY: they are live, and these fields are not used again.
+        // SAFETY: written places: the fields are live, and not used again.
         let (packets, queries, legs, singles) = unsafe {
             (
                 std::ptr::read_volatile(&raw const self.packets),
@@ -116,7 +116,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
                     } else if bits != 0 {
                         packets[k].end = ends[k];
                         let (query, leg, singles) = (&queries[k], &legs[k], &mut singles[k]);
-                        // SAFETY: the caller's.
+                        // SAFETY: instruction set: a kernel is run below its own. Closed view: the child is one of this tree.
                         unsafe { packets[k].go_on_alone::<QUERY, INSTANCES>(query, at, leg, singles, bits) };
                         ends[k] = packets[k].end;
                         ends_changed = true;
@@ -131,7 +131,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
                     latest = S::F8::splat(latest_of::<S, N>(&ends, &groups));
                     ends_changed = false;
                 }
-                // SAFETY: inner nodes are numbers that the builder made; the stack has room by its length.
+                // SAFETY: closed view: children are numbers of nodes, and no path is longer than the stack has room for.
                 unsafe {
                     let node = nodes.get_unchecked(at as usize);
                     let (ns, no) = (&interval.near_scale, &interval.near_offset);
@@ -184,7 +184,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
                 let place = at & PLACE;
                 let leaf =
                     Leaf { packets: &mut *packets, queries, legs, live, active: &active, ends: &mut ends };
-                // SAFETY: the caller's.
+                // SAFETY: closed view: leaves name blocks. One origin: the interval says what these rays are.
                 ends_changed |= unsafe {
                     if interval.is_one_origin {
                         leaf.test_block::<QUERY, true>(place, &interval)
@@ -199,7 +199,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
                         let (packet, query, leg, place) =
                             (&mut packets[k], &queries[k], &legs[k], at & PLACE);
                         packet.end = ends[k];
-                        // SAFETY: the caller's.
+                        // SAFETY: instruction set: a kernel is run below its own. Closed view: the leaf is one of this tree.
                         ends_changed |= unsafe {
                             if INSTANCES {
                                 packet.visit_instance::<QUERY>(query, place, leg, active[k])
@@ -216,7 +216,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
                 break;
             }
             count -= 1;
-            // SAFETY: below the count, the stack has been written, for these members.
+            // SAFETY: stack room: places below the count have been written, for these members.
             unsafe {
                 let waiting = *stack.add(count);
                 (at, members) = (waiting as Child, (waiting >> 32) as u32);
