@@ -19,14 +19,17 @@ pub enum Coherence {
 /// What the rays of a batch leave out.
 #[derive(Clone, Copy, Debug)]
 pub enum Filters<'a> {
-    /// All rays the same.
+    /// All rays leave out the same.
     Shared(&'a RayFilter),
-    /// Each ray its own; as many as rays.
+    /// Each ray has a filter of its own, at its place in the slice. There are as many filters as rays.
     Each(&'a [RayFilter]),
 }
 
 impl<'a> Filters<'a> {
-    /// Of one ray.
+    /// The filter of one ray, by its place in the batch.
+    ///
+    /// # Panics
+    /// Where each ray has a filter and there is none at this place.
     #[inline(always)]
     pub fn of(&self, ray: usize) -> &'a RayFilter {
         match self {
@@ -46,20 +49,29 @@ impl<'a> Filters<'a> {
 
 /// Answers queries for many rays at a time, each bit for bit as [`Tracer`] answers it.
 pub trait BatchTracer: Tracer {
-    /// [`Tracer::closest_hit`] for each ray; `hits` are as many as rays, and overwritten.
+    /// Finds the closest hit of each ray, as [`Tracer::closest_hit`] does, and writes it to the same place of `hits`; a miss where
+    /// there is none. What was in `hits` does not matter.
     ///
     /// # Panics
-    /// Where slices differ in length. So do the others.
+    /// Where there are not as many hits, or filters of single rays, as rays.
     fn closest_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]);
 
-    /// [`Tracer::occluded`] for each ray.
+    /// Finds whether anything is in the way of each ray, as [`Tracer::occluded`] does, and writes it to the same place of
+    /// `hidden`.
+    ///
+    /// # Panics
+    /// Where there are not as many answers, or filters of single rays, as rays.
     fn occluded_rays(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hidden: &mut [bool]);
 
-    /// [`Tracer::next_hit`] for each ray: `hits` hold the hits to go on from, and are replaced by those that follow.
+    /// Finds the next hit of each ray, as [`Tracer::next_hit`] does: the same place of `hits` holds the hit to go on from, which is
+    /// replaced by the one that follows, or by a miss.
+    ///
+    /// # Panics
+    /// Where there are not as many hits, or filters of single rays, as rays.
     fn next_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]);
 }
 
-/// Any [`Tracer`], one ray after the other.
+/// Makes a [`BatchTracer`] of any [`Tracer`]: it answers one ray after the other.
 #[derive(Clone, Copy, Debug)]
 pub struct OneByOne<T>(pub T);
 

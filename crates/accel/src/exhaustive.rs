@@ -5,7 +5,7 @@ use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::{Bounds, Geometry, Instance};
 use eosphor_core::hierarchy::{ExhaustiveTracer, PrimitivesView, Work};
 
-/// Primitives in the scene's order; every query tests them all.
+/// No hierarchy: primitives in the scene's order, and every query tests them all. It is the reference for all structures.
 #[derive(Clone, Debug)]
 pub struct Exhaustive {
     /// Primitives and instances.
@@ -13,12 +13,13 @@ pub struct Exhaustive {
 }
 
 impl Exhaustive {
-    /// Packs the primitives.
+    /// Copies the primitives of a scene into the form in which they are tested.
     pub fn new(scene: &SceneGeometry) -> Exhaustive {
         Exhaustive { primitives: PackedPrimitives::new(scene) }
     }
 
-    /// Borrowed, with the instances of another, which may have been made of these alone
+    /// The arrays, borrowed, with the instances of another one, `top`, in place of the own ones. That one may be made of the
+    /// instances alone
     /// ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
@@ -27,12 +28,16 @@ impl Exhaustive {
         self.primitives.view_with_instances_of(&top.primitives)
     }
 
-    /// The traversal.
+    /// The test of everything, one ray at a time. It tells `work` what it does; [`IgnoreWork`](crate::IgnoreWork) costs nothing.
+    ///
+    /// # Panics
+    /// Where this was made of instances alone ([`SceneGeometry::of_instances`]).
     pub fn tracer<C: Work>(&self, work: C) -> ExhaustiveTracer<'_, C> {
         self.tracer_with_instances_of(self, work)
     }
 
-    /// [`Exhaustive::tracer`] with the instances of another, which may be built over these alone
+    /// The test of [`Exhaustive::tracer`], with the instances of another one, `top`, in place of the own ones. That one may be made
+    /// of the instances alone
     /// ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
@@ -51,7 +56,7 @@ impl Exhaustive {
         &self.primitives
     }
 
-    /// Numbers, as far as there are any.
+    /// Its numbers of primitives and bytes, and its expected cost; what only a hierarchy has is 0.
     pub fn statistics(&self) -> HierarchyStatistics {
         let p = &self.primitives;
         let primitives = (p.triangles.len() + p.spheres.len()) as u64;

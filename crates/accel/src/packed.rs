@@ -32,7 +32,7 @@ impl PackedPrimitives {
         }
     }
 
-    /// All primitives, in the scene's order.
+    /// Packs all primitives of a scene, in its order.
     pub fn new(scene: &SceneGeometry) -> PackedPrimitives {
         let mut packed = PackedPrimitives {
             triangles: Vec::with_capacity(scene.triangles().len()),
@@ -80,12 +80,12 @@ impl PackedPrimitives {
         &self.geometries
     }
 
-    /// Placed geometries.
+    /// Placed geometries; number 0 is the world.
     pub fn instances(&self) -> &[Instance] {
         &self.instances
     }
 
-    /// Borrowed, for traversals.
+    /// The arrays, borrowed, for traversals.
     ///
     /// # Panics
     /// Where it was made of instances alone ([`SceneGeometry::of_instances`]).

@@ -78,9 +78,9 @@ impl std::error::Error for GeometryError {}
 const PRIMITIVES_END: u64 = 1 << 31;
 
 impl<'a> SceneGeometry<'a> {
-    /// Of arrays: vertices of the triangles of all geometries, their spheres, the ranges of both (number 0 is the world; each
-    /// begins where the one before ends), and the placed geometries (number 0 is the world itself). Everything is looked at
-    /// once, on the threads of the current rayon pool.
+    /// Checks arrays and borrows them: vertices of the triangles of all geometries, their spheres, the ranges of both (number 0 is
+    /// the world; each begins where the one before ends), and the placed geometries (number 0 is the world itself). Everything is
+    /// looked at once, on the threads of the current rayon pool.
     ///
     /// # Errors
     /// Where the numbers in the arrays do not hold together, or coordinates are out of range.
@@ -134,8 +134,8 @@ impl<'a> SceneGeometry<'a> {
         SceneGeometry { triangles, spheres, geometries, instances, named_geometries }
     }
 
-    /// Instances alone, of geometries that are elsewhere. What is built over them finds instances of a hierarchy that was
-    /// built over everything: where nothing but instances moves, no more than this has to be built for a frame.
+    /// Checks and borrows instances alone, of geometries that are elsewhere. What is built over them finds instances of a hierarchy
+    /// that was built over everything: where nothing but instances moves, no more than this has to be built for a frame.
     ///
     /// # Errors
     /// Where coordinates of an instance are out of range.

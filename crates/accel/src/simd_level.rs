@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Instruction sets that code is compiled for.
+/// An instruction set that traversals are compiled for, and chosen at run time. It changes times, and no hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 pub enum SimdLevel {
@@ -16,7 +16,7 @@ pub enum SimdLevel {
 }
 
 impl SimdLevel {
-    /// All, lowest first.
+    /// All levels, lowest first.
     pub const ALL: [SimdLevel; 3] = [SimdLevel::Baseline, SimdLevel::Avx2, SimdLevel::Avx512];
 
     /// Whether traversals are compiled for this level (features `avx2` and `avx512` of the crate) and this CPU has it.

@@ -14,7 +14,8 @@ const LAST_PLANE: f64 = 255.0;
 /// No box is so large: the one of trees that are a leaf, where the box of that is not known.
 const BEYOND: f64 = (1u64 << 60) as f64;
 
-/// The trees of [`BvhPairs`], eight children together. Primitives stay where they are.
+/// The trees of [`BvhPairs`] with eight children a node and boxes of 8 bits a plane, as GPUs read them. Primitives stay where they
+/// are.
 #[derive(Clone, Debug)]
 pub struct BvhWide {
     nodes: Vec<WideNode>,
@@ -27,7 +28,7 @@ pub struct BvhWide {
 }
 
 impl BvhWide {
-    /// From pairs; `None` where there are more nodes than can be numbered.
+    /// Makes the wide trees of pairs; `None` where there are more nodes than can be numbered.
     pub fn new(pairs: &BvhPairs) -> Option<BvhWide> {
         let mut nodes = Vec::with_capacity(pairs.pairs.len() / 4 + pairs.roots.len() + 1);
         let mut tree = |root| convert(&pairs.pairs, root, 0, &mut nodes);
@@ -42,14 +43,16 @@ impl BvhWide {
         })
     }
 
-    /// With nodes that lead nowhere at the end, for trees over instances that come later; `None` where there are more nodes
-    /// than can be numbered.
+    /// The trees with so many nodes that lead nowhere at the end, for trees over instances that come later; `None` where there are
+    /// more nodes than can be numbered.
     pub fn with_room(mut self, nodes: usize) -> Option<BvhWide> {
         self.nodes.resize(self.nodes.len() + nodes, EMPTY);
         (self.nodes.len() <= WideNode::MOST).then_some(self)
     }
 
-    /// The same as [`BvhPairs::over_instances`], of which it is made with `first` 0. There are no more nodes than instances.
+    /// The tree over the instances of a hierarchy that was built over these alone, for an array in which it begins at number
+    /// `first`, and its root. It is made of the pairs and the root of [`BvhPairs::over_instances`] with `first` 0. There are no
+    /// more nodes than instances.
     pub fn over_instances(pairs: &[BvhPair], root: Link, first: u32) -> (Vec<WideNode>, u32) {
         let mut nodes = Vec::new();
         let root = convert(pairs, root, first, &mut nodes);
@@ -66,10 +69,10 @@ impl BvhWide {
         &self.roots
     }
 
-    /// Borrowed, with the hierarchy that the pairs were made from.
+    /// The arrays of the trees, borrowed, with those of the hierarchy that the pairs were made from.
     ///
     /// # Panics
-    /// Where that is another one, or was built over instances alone.
+    /// Where `bvh` is another one, or was built over instances alone.
     pub fn view<'a>(&'a self, bvh: &'a Bvh) -> WideView<'a> {
         self.counts.check(bvh);
         let &BvhWide { ref nodes, ref roots, instance_root, .. } = self;

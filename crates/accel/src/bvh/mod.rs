@@ -54,14 +54,14 @@ pub struct Bvh {
     /// Primitives, in the order of the leaves. With spatial splits a triangle may stand there several times, and then
     /// the ranges of triangles in `geometries` are those of the scene, not of this array.
     pub(crate) primitives: PackedPrimitives,
-    /// How it was built.
+    /// What chose the splits when it was built.
     pub builder: Builder,
-    /// Wall time of the build.
+    /// Wall time of the build, in seconds.
     pub build_seconds: f64,
 }
 
 impl Bvh {
-    /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
+    /// Builds a hierarchy over a scene, on the threads of the current rayon pool. The result does not depend on their number.
     pub fn build(scene: &SceneGeometry, options: &BuildOptions) -> Bvh {
         let start = Instant::now();
         let mut bvh = Bvh {
@@ -83,10 +83,10 @@ impl Bvh {
         bvh
     }
 
-    /// Borrowed, for devices.
+    /// The arrays of the hierarchy, borrowed, for devices and for tracers of eosphor-core.
     ///
     /// # Panics
-    /// Where it was built over instances alone.
+    /// Where the hierarchy was built over instances alone.
     pub fn view(&self) -> BvhView<'_> {
         self.view_with_instances_of(self)
     }
@@ -96,7 +96,8 @@ impl Bvh {
         InstanceTreeView { nodes: &self.nodes, root: self.instance_root, order: &self.instance_order }
     }
 
-    /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    /// The arrays of the hierarchy, borrowed, with the instances of another one, `top`, in place of its own. That one may be built
+    /// over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -114,7 +115,7 @@ impl Bvh {
         &self.nodes
     }
 
-    /// For each geometry, the number of its root.
+    /// The number of the root node of each geometry, by the geometry's number.
     pub fn roots(&self) -> &[u32] {
         &self.roots
     }
@@ -135,16 +136,16 @@ impl Bvh {
         &self.primitives
     }
 
-    /// The scalar traversal.
+    /// The traversal, one ray at a time. It tells `work` what it does; [`IgnoreWork`](crate::IgnoreWork) costs nothing.
     ///
     /// # Panics
-    /// Where it was built over instances alone.
+    /// Where the hierarchy was built over instances alone.
     pub fn tracer<C: Work>(&self, work: C) -> BvhTracer<'_, C> {
         self.tracer_with_instances_of(self, work)
     }
 
-    /// [`Bvh::tracer`] with the instances of another, which may be built over these alone
-    /// ([`SceneGeometry::of_instances`]).
+    /// The traversal of [`Bvh::tracer`], with the instances of another hierarchy, `top`, in place of the own ones. That one
+    /// may be built over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -162,7 +163,7 @@ impl Bvh {
         HierarchyStatistics { sah_cost: self.sah_cost(), ..self.count_trees(&roots) }
     }
 
-    /// [`HierarchyStatistics::sah_cost`].
+    /// The expected cost of a ray, as [`HierarchyStatistics::sah_cost`] says it, without the rest of the statistics.
     pub fn sah_cost(&self) -> f64 {
         let trees: Vec<TreeCost> =
             self.roots.iter().map(|&root| TreeCost::of_nodes(&self.nodes, root)).collect();

@@ -18,15 +18,15 @@ pub enum Builder {
     /// hierarchies").
     #[default]
     Binned,
-    /// The same, and primitives may be split where boxes overlap (Stich et al. 2009, "Spatial splits in bounding volume
-    /// hierarchies").
+    /// The surface area heuristic between bins, and primitives may be split where boxes overlap (Stich et al. 2009, "Spatial splits
+    /// in bounding volume hierarchies").
     Spatial,
     /// The preset of the EOS ray tracer: spatial median above 3000 primitives, sweep below, no deeper than 20 levels.
     Hybrid,
 }
 
 impl Builder {
-    /// All, in the order of the names in help texts.
+    /// All builders, in the order of the names in help texts.
     pub const ALL: [Builder; 6] = [
         Builder::Morton,
         Builder::Median,
@@ -78,10 +78,10 @@ pub enum Quality {
 }
 
 impl Quality {
-    /// All, lowest first.
+    /// All qualities, lowest first.
     pub const ALL: [Quality; 3] = [Quality::Low, Quality::Medium, Quality::High];
 
-    /// What it means to the builder.
+    /// The settings of the builder that it stands for.
     pub fn options(self) -> BuildOptions {
         let builder = match self {
             Quality::Low => Builder::Morton,

@@ -20,7 +20,8 @@ use emit::Contents;
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use std::time::Instant;
 
-/// Trees over every geometry and one over the instances.
+/// A bounding volume hierarchy with eight children a node, for SIMD on the CPU: the fastest structure of this crate. It has a tree
+/// over every geometry and one over the instances.
 #[derive(Clone, Debug)]
 pub struct Bvh8 {
     /// Nodes of all trees.
@@ -48,14 +49,14 @@ pub struct Bvh8 {
     instance_bounds: Bounds,
     /// How many geometries instances name: one more than the largest number of one.
     named_geometries: usize,
-    /// How it was built.
+    /// What chose the splits when it was built.
     pub builder: Builder,
-    /// Wall time of the build.
+    /// Wall time of the build, in seconds.
     pub build_seconds: f64,
 }
 
 impl Bvh8 {
-    /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
+    /// Builds a hierarchy over a scene, on the threads of the current rayon pool. The result does not depend on their number.
     pub fn build(scene: &SceneGeometry, options: &BuildOptions) -> Bvh8 {
         let start = Instant::now();
         let cuts: Vec<Cut> =
@@ -102,27 +103,27 @@ impl Bvh8 {
         &self.nodes
     }
 
-    /// Leaves of triangles.
+    /// Leaves of triangles, up to four in each.
     pub fn blocks(&self) -> &[TriangleBlock] {
         &self.blocks
     }
 
-    /// Leaves of one sphere each.
+    /// Spheres of all geometries, each a leaf of its own.
     pub fn spheres(&self) -> &[Sphere] {
         &self.spheres
     }
 
-    /// For each sphere, its number in its geometry.
+    /// The number in its geometry of each of [`Bvh8::spheres`].
     pub fn sphere_primitives(&self) -> &[u32] {
         &self.sphere_primitives
     }
 
-    /// For each geometry, its root: a node, a leaf or [`EMPTY`].
+    /// The root of each geometry's tree, by the geometry's number: a node, a leaf or [`EMPTY`].
     pub fn roots(&self) -> &[Child] {
         &self.roots
     }
 
-    /// The root of the tree over the instances but the world.
+    /// The root of the tree over all instances but the world: a node, a leaf or [`EMPTY`].
     pub fn instance_root(&self) -> Child {
         self.instance_root
     }

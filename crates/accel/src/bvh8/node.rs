@@ -9,13 +9,13 @@ use eosphor_core::math::Vec3;
 /// [`INSTANCE`] one place in the order of the instances, with neither one block of triangles.
 pub type Child = u32;
 
-/// Set in leaves.
+/// This bit of a [`Child`] is set in leaves.
 pub const LEAF: Child = 1 << 31;
-/// Set in leaves that are one sphere: the rest is its place in the array.
+/// This bit of a [`Child`] is set in leaves that are one sphere: [`PLACE`] is its place among the spheres.
 pub const SPHERE: Child = 1 << 30;
-/// Set in leaves that are one instance: the rest is its number.
+/// This bit of a [`Child`] is set in leaves that are one instance: [`PLACE`] is its number.
 pub const INSTANCE: Child = 1 << 29;
-/// The bits that are a place.
+/// The bits of a [`Child`] that is a leaf which are a place: in the array of blocks or spheres, or the number of an instance.
 pub const PLACE: Child = INSTANCE - 1;
 /// No child: its box is turned inside out, so no ray enters it.
 pub const EMPTY: Child = u32::MAX;
@@ -35,7 +35,7 @@ pub struct Node8 {
 }
 
 impl Node8 {
-    /// Without children.
+    /// A node without children.
     pub const EMPTY: Node8 = Node8 {
         planes: [
             [f32::INFINITY; 8],
@@ -56,22 +56,22 @@ impl Node8 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
-    /// First vertices.
+    /// First vertices: x, y and z of each lane.
     pub v0: [[f32; 4]; 3],
-    /// Second vertices.
+    /// Second vertices: x, y and z of each lane.
     pub v1: [[f32; 4]; 3],
-    /// Third vertices.
+    /// Third vertices: x, y and z of each lane.
     pub v2: [[f32; 4]; 3],
     /// Lengths of the edges from the first vertices, added up.
     pub lengths: [f32; 4],
-    /// And multiplied.
+    /// Lengths of the edges from the first vertices, multiplied.
     pub product: [f32; 4],
-    /// Numbers in the geometry.
+    /// Numbers of the triangles in their geometry.
     pub primitive: [u32; 4],
 }
 
 impl TriangleBlock {
-    /// Without triangles.
+    /// A block without triangles.
     pub const EMPTY: TriangleBlock = TriangleBlock {
         v0: [[0.0; 4]; 3],
         v1: [[0.0; 4]; 3],
@@ -81,7 +81,7 @@ impl TriangleBlock {
         primitive: [u32::MAX; 4],
     };
 
-    /// Puts a triangle into a lane.
+    /// Puts a triangle into a lane, 0 to 3.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, triangle: &PackedTriangle) {
         for axis in 0..3 {
@@ -94,7 +94,7 @@ impl TriangleBlock {
         self.primitive[lane] = triangle.primitive;
     }
 
-    /// The triangle in a lane.
+    /// The triangle in a lane, 0 to 3. In a lane that is not used, one that is never hit.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> PackedTriangle {
         let pick = |v: &[[f32; 4]; 3]| Vec3 { x: v[0][lane], y: v[1][lane], z: v[2][lane] };

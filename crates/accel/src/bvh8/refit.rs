@@ -9,7 +9,9 @@ use eosphor_core::intersect::{PackedTriangle, sphere_bounds};
 use eosphor_core::math::{Vec3, vec3};
 
 impl Bvh8 {
-    /// As [`crate::Bvh::refit`].
+    /// Takes new vertices, spheres and transforms for the primitives and instances that the hierarchy was built over: boxes are
+    /// made anew from the leaves up, so hits are those of a hierarchy that was built over the new scene. The farther things have
+    /// moved apart, the slower it gets; then build again.
     ///
     /// # Errors
     /// Where the scene has other numbers of primitives or instances than the one that was built over; nothing is

@@ -8,8 +8,8 @@ use eosphor_core::geometry::Bounds;
 use eosphor_core::math::vec3;
 
 impl Bvh8 {
-    /// All trees together. Depths count wide nodes; a leaf holds one block of up to four triangles, one sphere or one
-    /// instance.
+    /// The hierarchy in numbers, all trees together. Depths count wide nodes; a leaf holds one block of up to four triangles, one
+    /// sphere or one instance.
     pub fn statistics(&self) -> HierarchyStatistics {
         let mut s = HierarchyStatistics {
             structure: "bvh8",

@@ -15,7 +15,7 @@ use std::time::Instant;
 /// A grid over every geometry and a tree over the instances, in the arrays that devices read.
 #[derive(Clone, Debug)]
 pub struct Grid {
-    /// For each geometry, its grid.
+    /// The grid of each geometry, by the geometry's number.
     roots: Vec<GridRoot>,
     /// For each cell of all grids, where its references start; one more at the end.
     starts: Vec<u32>,
@@ -23,13 +23,13 @@ pub struct Grid {
     references: Vec<u32>,
     /// Primitives; triangles in the order in which cells name them first.
     primitives: PackedPrimitives,
-    /// Wall time of the build.
+    /// Wall time of the build, in seconds.
     pub build_seconds: f64,
     instances: InstanceTree,
 }
 
 impl Grid {
-    /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
+    /// Builds a hierarchy over a scene, on the threads of the current rayon pool. The result does not depend on their number.
     pub fn build(scene: &SceneGeometry, options: &GridOptions) -> Grid {
         let start = Instant::now();
         let mut grid = Grid {
@@ -50,10 +50,10 @@ impl Grid {
         grid
     }
 
-    /// Borrowed, for devices.
+    /// The arrays of the hierarchy, borrowed, for devices and for tracers of eosphor-core.
     ///
     /// # Panics
-    /// Where it was built over instances alone.
+    /// Where the hierarchy was built over instances alone.
     pub fn view(&self) -> GridView<'_> {
         self.view_with_instances_of(self)
     }
@@ -63,7 +63,8 @@ impl Grid {
         self.instances.view()
     }
 
-    /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    /// The arrays of the hierarchy, borrowed, with the instances of another one, `top`, in place of its own. That one may be built
+    /// over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -77,13 +78,16 @@ impl Grid {
         }
     }
 
-    /// The traversal.
+    /// The traversal, one ray at a time. It tells `work` what it does; [`IgnoreWork`](crate::IgnoreWork) costs nothing.
+    ///
+    /// # Panics
+    /// Where the hierarchy was built over instances alone ([`SceneGeometry::of_instances`]).
     pub fn tracer<C: Work>(&self, work: C) -> GridTracer<'_, C> {
         self.tracer_with_instances_of(self, work)
     }
 
-    /// [`Grid::tracer`] with the instances of another, which may be built over these alone
-    /// ([`SceneGeometry::of_instances`]).
+    /// The traversal of [`Grid::tracer`], with the instances of another hierarchy, `top`, in place of the own ones. That one
+    /// may be built over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -92,7 +96,7 @@ impl Grid {
         unsafe { GridTracer::new(self.view_with_instances_of(top), work) }
     }
 
-    /// For each geometry, its grid.
+    /// The grid of each geometry, by the geometry's number.
     pub fn roots(&self) -> &[GridRoot] {
         &self.roots
     }

@@ -18,19 +18,19 @@ use std::time::Instant;
 pub struct KdTree {
     /// Nodes of all trees.
     nodes: Vec<KdNode>,
-    /// For each geometry, its tree.
+    /// The tree of each geometry, by the geometry's number.
     roots: Vec<KdRoot>,
     /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     references: Vec<u32>,
     /// Primitives; triangles in the order in which leaves name them first.
     primitives: PackedPrimitives,
-    /// Wall time of the build.
+    /// Wall time of the build, in seconds.
     pub build_seconds: f64,
     instances: InstanceTree,
 }
 
 impl KdTree {
-    /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
+    /// Builds a hierarchy over a scene, on the threads of the current rayon pool. The result does not depend on their number.
     pub fn build(scene: &SceneGeometry, options: &KdTreeOptions) -> KdTree {
         let start = Instant::now();
         let mut tree = KdTree {
@@ -55,10 +55,10 @@ impl KdTree {
         tree
     }
 
-    /// Borrowed, for devices.
+    /// The arrays of the hierarchy, borrowed, for devices and for tracers of eosphor-core.
     ///
     /// # Panics
-    /// Where it was built over instances alone.
+    /// Where the hierarchy was built over instances alone.
     pub fn view(&self) -> KdTreeView<'_> {
         self.view_with_instances_of(self)
     }
@@ -68,7 +68,8 @@ impl KdTree {
         self.instances.view()
     }
 
-    /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    /// The arrays of the hierarchy, borrowed, with the instances of another one, `top`, in place of its own. That one may be built
+    /// over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -82,13 +83,16 @@ impl KdTree {
         }
     }
 
-    /// The traversal.
+    /// The traversal, one ray at a time. It tells `work` what it does; [`IgnoreWork`](crate::IgnoreWork) costs nothing.
+    ///
+    /// # Panics
+    /// Where the hierarchy was built over instances alone ([`SceneGeometry::of_instances`]).
     pub fn tracer<C: Work>(&self, work: C) -> KdTreeTracer<'_, C> {
         self.tracer_with_instances_of(self, work)
     }
 
-    /// [`KdTree::tracer`] with the instances of another, which may be built over these alone
-    /// ([`SceneGeometry::of_instances`]).
+    /// The traversal of [`KdTree::tracer`], with the instances of another hierarchy, `top`, in place of the own ones. That one
+    /// may be built over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -102,7 +106,7 @@ impl KdTree {
         &self.nodes
     }
 
-    /// For each geometry, its tree.
+    /// The tree of each geometry, by the geometry's number.
     pub fn roots(&self) -> &[KdRoot] {
         &self.roots
     }

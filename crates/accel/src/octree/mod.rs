@@ -20,19 +20,19 @@ use std::time::Instant;
 pub struct Octree {
     /// Nodes of all trees.
     nodes: Vec<OctreeNode>,
-    /// For each geometry, its tree.
+    /// The tree of each geometry, by the geometry's number.
     roots: Vec<OctreeRoot>,
     /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     references: Vec<u32>,
     /// Primitives; triangles in the order in which leaves name them first.
     primitives: PackedPrimitives,
-    /// Wall time of the build.
+    /// Wall time of the build, in seconds.
     pub build_seconds: f64,
     instances: InstanceTree,
 }
 
 impl Octree {
-    /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their number.
+    /// Builds a hierarchy over a scene, on the threads of the current rayon pool. The result does not depend on their number.
     pub fn build(scene: &SceneGeometry, options: &OctreeOptions) -> Octree {
         let start = Instant::now();
         let mut tree = Octree {
@@ -58,10 +58,10 @@ impl Octree {
         tree
     }
 
-    /// Borrowed, for devices.
+    /// The arrays of the hierarchy, borrowed, for devices and for tracers of eosphor-core.
     ///
     /// # Panics
-    /// Where it was built over instances alone.
+    /// Where the hierarchy was built over instances alone.
     pub fn view(&self) -> OctreeView<'_> {
         self.view_with_instances_of(self)
     }
@@ -71,7 +71,8 @@ impl Octree {
         self.instances.view()
     }
 
-    /// Borrowed, with the instances of another, which may be built over these alone ([`SceneGeometry::of_instances`]).
+    /// The arrays of the hierarchy, borrowed, with the instances of another one, `top`, in place of its own. That one may be built
+    /// over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -85,18 +86,26 @@ impl Octree {
         }
     }
 
-    /// The traversal that visits every octant that a ray hits.
+    /// The traversal that visits every octant that a ray meets, one ray at a time. It tells `work` what it does;
+    /// [`IgnoreWork`](crate::IgnoreWork) costs nothing.
+    ///
+    /// # Panics
+    /// Where the hierarchy was built over instances alone ([`SceneGeometry::of_instances`]).
     pub fn tracer<C: Work>(&self, work: C) -> OctreeTracer<'_, C> {
         self.tracer_with_instances_of(self, work)
     }
 
-    /// The traversal in the parameters of the ray, front to back.
+    /// The traversal that visits octants from front to back (Revelles et al. 2000), one ray at a time. It tells `work` what it
+    /// does; [`IgnoreWork`](crate::IgnoreWork) costs nothing.
+    ///
+    /// # Panics
+    /// Where the hierarchy was built over instances alone ([`SceneGeometry::of_instances`]).
     pub fn parametric_tracer<C: Work>(&self, work: C) -> OctreeParametricTracer<'_, C> {
         self.parametric_tracer_with_instances_of(self, work)
     }
 
-    /// [`Octree::tracer`] with the instances of another, which may be built over these alone
-    /// ([`SceneGeometry::of_instances`]).
+    /// The traversal of [`Octree::tracer`], with the instances of another hierarchy, `top`, in place of the own ones. That one
+    /// may be built over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -105,8 +114,8 @@ impl Octree {
         unsafe { OctreeTracer::new(self.view_with_instances_of(top), work) }
     }
 
-    /// [`Octree::parametric_tracer`] with the instances of another, which may be built over these alone
-    /// ([`SceneGeometry::of_instances`]).
+    /// The traversal of [`Octree::parametric_tracer`], with the instances of another hierarchy, `top`, in place of the own ones.
+    /// That one may be built over the instances alone ([`SceneGeometry::of_instances`]).
     ///
     /// # Panics
     /// Where an instance is of a geometry that this hierarchy does not have.
@@ -124,7 +133,7 @@ impl Octree {
         &self.nodes
     }
 
-    /// For each geometry, its tree.
+    /// The tree of each geometry, by the geometry's number.
     pub fn roots(&self) -> &[OctreeRoot] {
         &self.roots
     }

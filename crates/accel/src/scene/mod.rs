@@ -11,7 +11,7 @@ use eosphor_core::intersect::longest_edge_last;
 use eosphor_core::material::NONE;
 use eosphor_core::math::{Affine, Vec3};
 
-/// Coordinates and radii must not be larger, so that products of them stay finite.
+/// The largest coordinate or radius of a [`Scene`], so that products of them stay finite.
 pub const LARGEST_COORDINATE: f32 = 1e12;
 
 /// What hierarchies are built over, made by hand.
@@ -50,14 +50,14 @@ pub struct Scene {
     masks: Vec<u32>,
 }
 
-/// Names a mesh of a [`Scene`].
+/// The name of a mesh of a [`Scene`]; of no other one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MeshId(u32);
 
-/// The triangles of an indexed mesh.
+/// The corners of the triangles of an indexed mesh, in the order of its faces. A face is the numbers of three vertices.
 ///
 /// # Errors
-/// [`SceneError::Face`].
+/// [`SceneError::Face`] where a face names a vertex that is not there.
 pub fn indexed(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<[Vec3; 3]>, SceneError> {
     let corner = |number: usize, v: u32| vertices.get(v as usize).copied().ok_or(SceneError::Face(number));
     let triangle = |(n, f): (usize, &[u32; 3])| Ok([corner(n, f[0])?, corner(n, f[1])?, corner(n, f[2])?]);
@@ -65,17 +65,17 @@ pub fn indexed(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<[Vec3; 3]>, 
 }
 
 impl Default for Scene {
-    /// A world without anything in it.
+    /// A scene whose world has nothing in it.
     fn default() -> Scene {
         Scene::new(&[], &[]).expect("nothing is not too much")
     }
 }
 
 impl Scene {
-    /// A world of these.
+    /// A scene whose world has these triangles and spheres, and in which nothing is placed.
     ///
     /// # Errors
-    /// Where numbers are out of range.
+    /// Where coordinates or radii are out of range, or there are too many primitives.
     pub fn new(triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Result<Scene, SceneError> {
         let mut scene = Scene {
             triangles: Vec::new(),
@@ -92,10 +92,10 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Adds a mesh. It is nowhere until it is placed.
+    /// Adds a mesh of triangles and spheres in a space of its own. It is nowhere until it is placed ([`Scene::place`]).
     ///
     /// # Errors
-    /// Where numbers are out of range.
+    /// Where coordinates or radii are out of range, or there are too many primitives.
     pub fn mesh(&mut self, triangles: &[[Vec3; 3]], spheres: &[Sphere]) -> Result<MeshId, SceneError> {
         let bounds = checked_bounds(triangles, spheres)?;
         let count = self.triangles.len() + self.spheres.len() + triangles.len() + spheres.len();
@@ -154,10 +154,11 @@ impl Scene {
         Ok(())
     }
 
-    /// The world, where a mesh is asked for.
+    /// The world as a mesh, for [`Scene::reshape`].
     pub const WORLD: MeshId = MeshId(0);
 
-    /// Places a mesh; returns the number of the instance, which its hits have.
+    /// Places a mesh by a transform from its space to the world; returns the number of the instance, which its hits have. The first
+    /// one is 1: instance 0 is the world.
     ///
     /// # Errors
     /// Where the transform cannot be inverted or takes the mesh out of range.
@@ -171,10 +172,11 @@ impl Scene {
         Ok(self.instances.len() as u32 - 1)
     }
 
-    /// Places an instance elsewhere. Hierarchies are to be refitted, or built again, afterwards.
+    /// Gives an instance another transform, from its mesh's space to the world. Hierarchies are to be refitted, or built again,
+    /// afterwards.
     ///
     /// # Errors
-    /// As [`Scene::place`].
+    /// Where there is no such instance, it is the world (0), or the transform cannot be inverted or takes the mesh out of range.
     pub fn replace(&mut self, instance: u32, world_from_object: Affine) -> Result<(), SceneError> {
         let unknown = SceneError::Instance(instance);
         let place = self.instances.get_mut(instance as usize).filter(|_| instance > 0).ok_or(unknown)?;
@@ -214,7 +216,7 @@ impl Scene {
         &self.masks
     }
 
-    /// Borrowed, for building and refitting.
+    /// The arrays of the scene, borrowed, for building and refitting hierarchies.
     pub fn geometry(&self) -> SceneGeometry<'_> {
         SceneGeometry::of_checked(&self.triangles, &self.spheres, &self.geometries, &self.instances)
     }

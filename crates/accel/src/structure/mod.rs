@@ -13,19 +13,21 @@ use eosphor_core::hierarchy::{IgnoreWork, InstanceTreeView, Tracer, Work};
 use std::fmt;
 use std::str::FromStr;
 
-/// What is done with a tracer whose type depends on the structure.
+/// Something to do with a [`Tracer`] whose type depends on the structure: a closure that is generic over it, for
+/// [`Hierarchy::with_counting_tracer`].
 pub trait UseTracer {
-    /// What comes of it.
+    /// What it returns.
     type Output;
-    /// Does it.
+    /// Does it with this tracer.
     fn run<T: Tracer>(self, tracer: T) -> Self::Output;
 }
 
-/// What is done with a tracer of many rays whose type depends on the structure.
+/// Something to do with a [`BatchTracer`] whose type depends on the structure: a closure that is generic over it, for
+/// [`Hierarchy::with_batch_tracer`].
 pub trait UseBatchTracer {
-    /// What comes of it.
+    /// What it returns.
     type Output;
-    /// Does it.
+    /// Does it with this tracer.
     fn run<T: BatchTracer>(self, tracer: &T) -> Self::Output;
 }
 
@@ -41,7 +43,7 @@ macro_rules! structures {
         batches: |$b:ident, $b_top:ident, $simd:ident| $batches:expr,
         instances: |$i:ident| $instances:expr;
     )*) => {
-        /// Acceleration structures.
+        /// The acceleration structures of this crate. All give the same hits; `Bvh8` is the fastest on the CPU.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize))]
         pub enum Accel {
@@ -49,10 +51,10 @@ macro_rules! structures {
         }
 
         impl Accel {
-            /// All, for help texts.
+            /// All structures, in the order of help texts.
             pub const ALL: &'static [Accel] = &[$(Accel::$accel),*];
 
-            /// Its name on the command line.
+            /// The name of the structure, which [`str::parse`] takes.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Accel::$accel => $name,)*
@@ -60,7 +62,7 @@ macro_rules! structures {
             }
         }
 
-        /// A structure, built.
+        /// A structure that was chosen at run time, built.
         #[derive(Clone, Debug)]
         pub enum Hierarchy {
             $(
@@ -70,7 +72,7 @@ macro_rules! structures {
         }
 
         impl Hierarchy {
-            /// Builds over a scene, on the threads of the current rayon pool. The result does not depend on their
+            /// Builds a structure over a scene, on the threads of the current rayon pool. The result does not depend on their
             /// number. Options that the structure does not have change nothing.
             pub fn build(accel: Accel, options: &HierarchyOptions, scene: &SceneGeometry) -> Hierarchy {
                 match accel {
@@ -91,14 +93,14 @@ macro_rules! structures {
                 Ok(Hierarchy::build(accel, &HierarchyOptions::default(), &instances))
             }
 
-            /// What it is.
+            /// Which structure it is.
             pub fn accel(&self) -> Accel {
                 match self {
                     $(Hierarchy::$hierarchy(_) => Accel::$accel,)*
                 }
             }
 
-            /// It in numbers, under the name that it has here: both octrees are one structure for those who build them.
+            /// The hierarchy in numbers. The structure's name is that of [`Accel::name`], which tells the two octrees apart.
             pub fn statistics(&self) -> HierarchyStatistics {
                 match self {
                     $(Hierarchy::$hierarchy(structure) => {
@@ -114,7 +116,9 @@ macro_rules! structures {
                 }
             }
 
-            /// Hands its fast tracer over. `top` has the instances: itself, or one of [`Hierarchy::build_top`].
+            /// Hands the fastest tracer of the structure to `user` and returns what that makes of it; `level` matters to `Bvh8`
+            /// alone.
+            /// `top` has the instances: this hierarchy itself, or one of [`Hierarchy::build_top`].
             ///
             /// # Panics
             /// Where `top` is of another kind, or has instances of geometries that this one lacks.
@@ -128,11 +132,12 @@ macro_rules! structures {
                 }
             }
 
-            /// Hands the tracer over that takes rays one by one and tells `work` what it does; `top` as in
-            /// [`Hierarchy::with_batch_tracer`].
+            /// Hands the tracer that takes rays one by one and tells `work` what it does to `user`, and returns what that makes of
+            /// it.
+            /// `top` has the instances: this hierarchy itself, or one of [`Hierarchy::build_top`].
             ///
             /// # Panics
-            /// As [`Hierarchy::with_batch_tracer`].
+            /// Where `top` is of another kind, or has instances of geometries that this one lacks.
             pub fn with_counting_tracer<W: Work + Copy, U: UseTracer>(&self, top: &Hierarchy, work: W, user: U) -> U::Output {
                 match (self, top) {
                     $((Hierarchy::$hierarchy($s), Hierarchy::$hierarchy($s_top)) => {
@@ -154,28 +159,28 @@ structures! {
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |_s| None;
 
-    /// Bounding volume hierarchy.
+    /// Bounding volume hierarchy with two children a node.
     Bvh, "bvh", Bvh(Bvh),
     build: |scene, options| Bvh::build(scene, &options.bvh()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |s| Some(s.instance_tree());
 
-    /// The same with eight children a node and SIMD traversals: the fastest on the CPU.
+    /// Bounding volume hierarchy with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),
     build: |scene, options| Bvh8::build(scene, &options.bvh()),
     scalar: |s, top, work| s.counting_tracer(work).with_instances_of(top),
     batches: |s, top, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer()).with_instances_of(top),
     instances: |_s| None;
 
-    /// Octree, all octants that a ray meets, as PG1 has it.
+    /// Octree, whose traversal visits all octants that a ray meets, as PG1's does.
     Octree, "octree", Octree(Octree),
     build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::default())),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |s| Some(s.instance_tree());
 
-    /// Octree of smaller leaves, octants in the order of the ray (Revelles et al. 2000).
+    /// Octree of smaller leaves, whose traversal visits octants in the order of the ray (Revelles et al. 2000).
     OctreeParametric, "octree-parametric", OctreeParametric(Octree),
     build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::parametric())),
     scalar: |s, top, work| s.parametric_tracer_with_instances_of(top, work),
@@ -189,7 +194,7 @@ structures! {
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |s| Some(s.instance_tree());
 
-    /// kd-tree, SAH.
+    /// kd-tree, built by the surface area heuristic.
     KdTree, "kdtree", KdTree(KdTree),
     build: |scene, options| KdTree::build(scene, &options.kdtree()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),

@@ -15,16 +15,16 @@ pub struct HierarchyOptions {
     pub leaf_size: Option<u32>,
     /// Depth of the deepest leaves; a root has depth 0. Leaves that lie as deep hold whatever is left.
     pub tree_depth: Option<u32>,
-    /// What the surface area heuristic takes for work.
+    /// The costs by which the surface area heuristic chooses splits.
     pub sah_costs: Option<SahCosts>,
 }
 
-/// What the surface area heuristic takes for work; only the ratio matters.
+/// The costs by which the surface area heuristic chooses splits; only their ratio matters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SahCosts {
-    /// Of visiting a node.
+    /// The cost of visiting a node, 0 or more.
     pub node: f32,
-    /// Of testing a primitive, over 0.
+    /// The cost of testing a primitive, over 0.
     pub primitive: f32,
 }
 
@@ -38,22 +38,22 @@ impl SahCosts {
 /// An option that a structure does not have, or has in another range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OptionMisfit {
-    /// Which one.
+    /// Which option it is.
     pub option: HierarchyOption,
-    /// What is wrong.
+    /// What is wrong with it.
     pub kind: MisfitKind,
 }
 
 /// What is wrong with an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MisfitKind {
-    /// It would do nothing but with these structures.
+    /// The option would do nothing but with the structures named here.
     Structure(&'static str),
-    /// It must be this.
+    /// The value must be what is said here.
     Range(&'static str),
 }
 
-/// Options of [`HierarchyOptions`].
+/// The name of a field of [`HierarchyOptions`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HierarchyOption {
     /// [`HierarchyOptions::builder`]
@@ -74,7 +74,7 @@ const DEPTHS: [(&[Accel], usize, &str); 3] = [
 ];
 
 impl HierarchyOptions {
-    /// With a builder, and defaults for everything else.
+    /// Options with this builder, and the structure's defaults for everything else.
     pub fn with_builder(builder: Builder) -> HierarchyOptions {
         HierarchyOptions { builder: Some(builder), ..HierarchyOptions::default() }
     }
@@ -84,7 +84,7 @@ impl HierarchyOptions {
     ///
     /// # Errors
     ///
-    /// [`OptionMisfit`].
+    /// [`OptionMisfit`] names the option and says what is wrong with it.
     pub fn check(&self, accel: Option<Accel>) -> Result<(), OptionMisfit> {
         use HierarchyOption as O;
         let alone =
