@@ -22,19 +22,17 @@ mod flatten;
 mod hare;
 mod model;
 mod positions;
-mod presets;
 mod snippet;
 mod solids;
 
 pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
     BUILTINS, Builtin, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines,
-    CourseOptions, FramePattern, KeyUse, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, READ_FORMATS,
-    SceneRequests, WrongPattern, broken_picture, config_keys, load, load_from_memory, near_name,
-    scene_reference, scene_requests, scene_schema,
+    CourseOptions, FramePattern, KeyUse, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, Preset, READ_FORMATS,
+    SceneRequests, UnknownPreset, WrongPattern, broken_picture, config_keys, course_settings, load,
+    load_from_memory, near_name, scene_reference, scene_requests, scene_schema,
 };
 pub use flatten::{LeftOut, Moment, Moments, Note, Places, SceneData, View};
 pub use model::*;
-pub use presets::{Preset, UnknownPreset, course_settings};
 pub use snippet::Snippet;
 pub use solids::{Body, BodyLighting, MAX_LIGHTS_PER_EDGE, Solid, UnknownSolid};

@@ -3,7 +3,6 @@
 mod bench;
 mod compare;
 mod completions;
-mod config;
 mod cost;
 mod course;
 mod devices;
@@ -11,6 +10,7 @@ mod frames;
 mod frames_work;
 mod info;
 mod merge;
+mod pg1_config;
 mod render;
 mod scene;
 mod schema;

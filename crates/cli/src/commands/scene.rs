@@ -1,6 +1,6 @@
 //! The scene of a command, with all that its flags change.
 
-use super::config;
+use super::pg1_config;
 use crate::arguments::{CameraFlags, PictureFlags, RenderFlags, SettingsFlags};
 use crate::failure::Failure;
 use crate::outputs::is_stdout;
@@ -25,7 +25,7 @@ pub(super) fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result
     flags.animation.apply(&mut scene);
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
     scene.settle_orbit()?;
-    config::tell(flags, &scene);
+    pg1_config::tell(flags, &scene);
     Ok(scene)
 }
 

@@ -1,12 +1,13 @@
 //! Scenes that are part of the program.
 
 use super::budget::Budget;
+use super::reference_systems::pg1::cornell_pg1;
+use super::reference_systems::pg1_camera;
 use super::source::Source;
 use super::{LoadOptions, LoadedScene, load_from};
 use crate::error::{Place, SceneError};
 use crate::hare::hare;
 use crate::model::{Camera, MaterialKind, MaterialTextures, PixelSampling, RenderSettings, Scene};
-use crate::presets::{Preset, pg1_camera};
 use crate::solids::gallery;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
@@ -61,9 +62,6 @@ pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, Sce
 const CORNELL_OBJ: &[u8] = include_bytes!("../../builtin/cornell/CornellBox-Sphere.obj");
 const CORNELL_MTL: &[u8] = include_bytes!("../../builtin/cornell/CornellBox-Sphere.mtl");
 
-const PG1_OBJ: &[u8] = include_bytes!("../../builtin/cornell-pg1/CornellBox-Sphere.obj");
-const PG1_MTL: &[u8] = include_bytes!("../../builtin/cornell-pg1/CornellBox-Sphere.mtl");
-
 /// The Cornell box with spheres of the McGuire Computer Graphics Archive, from PG1's camera. The files are unchanged;
 /// two materials are set here (see [`dress_cornell`]).
 fn cornell(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
@@ -72,16 +70,7 @@ fn cornell(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     Ok(loaded)
 }
 
-/// The box that PG1 publishes figures of: the files as they are, and the preset.
-fn cornell_pg1(options: &LoadOptions) -> Result<LoadedScene, SceneError> {
-    let mut loaded = load_cornell("builtin:cornell-pg1", PG1_OBJ, PG1_MTL, options)?;
-    // The one that there is, about a stray dot at the end of the file, is for those who can mend it.
-    loaded.warnings.clear();
-    Preset::Pg1.apply(&mut loaded.scene);
-    Ok(loaded)
-}
-
-fn load_cornell(
+pub(super) fn load_cornell(
     folder: &str,
     obj: &'static [u8],
     mtl: &'static [u8],

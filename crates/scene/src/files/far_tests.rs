@@ -2,9 +2,9 @@
 
 use super::{LoadOptions, LoadedScene, load_from_memory};
 use crate::error::SceneError;
+use crate::files::reference_systems::Preset;
 use crate::flatten::{Moments, SceneData};
 use crate::model::{Camera, Light, Scene};
-use crate::presets::Preset;
 use eosphor_core::math::{Vec3, vec3};
 use proptest::prelude::*;
 use std::path::PathBuf;

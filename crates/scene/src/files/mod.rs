@@ -1,17 +1,16 @@
-//! Files in: models (OBJ with MTL, glTF, PLY), our own JSON, and the built-in scenes.
+//! Files in: models (OBJ with MTL, glTF, PLY), our own JSON, the built-in scenes, and what is kept from the reference systems.
 
 mod budget;
 mod builtin;
 mod components;
-mod course;
 mod gltf;
 mod images;
 mod json;
 mod loader;
 mod obj;
-mod pg1;
 mod ply;
 mod polygon;
+mod reference_systems;
 mod requests;
 mod source;
 mod surroundings;
@@ -28,17 +27,19 @@ mod winding_tests;
 use crate::error::{SceneError, Warning};
 use crate::model::{Instance, Scene};
 use loader::Loader;
+use reference_systems::pg1;
 use source::Source;
 use std::path::{Path, PathBuf};
 
 pub use builtin::{BUILTINS, Builtin};
-pub use course::{
+pub use images::broken_picture;
+pub use json::{scene_reference, scene_schema};
+pub use reference_systems::course::{
     CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, FramePattern,
     MAX_COURSE_LIGHTS, WrongPattern,
 };
-pub use images::broken_picture;
-pub use json::{scene_reference, scene_schema};
-pub use pg1::{ConfigKey, KeyUse, config_keys};
+pub use reference_systems::pg1::{ConfigKey, KeyUse, config_keys};
+pub use reference_systems::{Preset, UnknownPreset, course_settings};
 pub use requests::{SceneRequests, scene_requests};
 pub use source::near_name;
 

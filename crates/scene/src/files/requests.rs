@@ -1,6 +1,6 @@
 //! What scene files ask for besides the picture: devices, hierarchies, and the file to write.
 
-use super::pg1;
+use super::reference_systems::pg1;
 use super::source::Source;
 use crate::model::DeviceSettings;
 use serde::Deserialize;

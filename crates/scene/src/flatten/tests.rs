@@ -2,8 +2,8 @@
 
 use super::materials::compose;
 use super::{Moments, Note, SceneData};
+use crate::Preset;
 use crate::model::*;
-use crate::presets::Preset;
 use eosphor_core::geometry::Bounds;
 use eosphor_core::light::Light as CoreLight;
 use eosphor_core::material::{FresnelUse, NONE, Refraction, SurfaceModel};

@@ -1,4 +1,4 @@
-//! Platonic solids as PLATO builds them ("Backward ray tracing with MPI, CUDA and OpenMP", MAI): mirrors that one can see
+//! Platonic solids, built as PLATO builds them (`crates/scene/src/files/reference_systems/README.md`): mirrors that one can see
 //! through, dark ribs along the edges with lights on their inner side, and corners that stay open.
 
 mod body;

@@ -1,22 +1,24 @@
 //! PG1's configuration files ("Raytracer with an acceleration structure and a GPU implementation", CTU FIT 2025): a
 //! model, a camera and settings. What a file leaves open is as in the preset of that name.
 
+mod cornell;
 mod fault;
 mod format;
 mod keys;
 #[cfg(test)]
 mod tests;
 
+pub(in crate::files) use cornell::cornell_pg1;
 pub use keys::{ConfigKey, KeyUse, config_keys};
 
-use super::loader::Loader;
-use super::requests::SceneRequests;
 use crate::error::SceneError;
+use crate::files::loader::Loader;
+use crate::files::reference_systems::presets::{Preset, pg1_camera};
+use crate::files::requests::SceneRequests;
 use crate::model::{
     Camera, DeviceKind, DeviceSettings, Light, NormalMode, PixelSampling, RenderSettings, Scene, Structure,
     double,
 };
-use crate::presets::{Preset, pg1_camera};
 use eosphor_core::settings::LightingModel;
 use fault::{at, problem, wrong};
 use format::{CameraEntry, Config, PointLight, RenderMode, RenderType, Renderer, SceneEntry};
@@ -27,7 +29,7 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 /// Whether a JSON file is such a configuration: it has a renderer and a scene, and is not one of ours.
-pub(super) fn is_config(bytes: &[u8]) -> bool {
+pub(in crate::files) fn is_config(bytes: &[u8]) -> bool {
     #[derive(Deserialize)]
     struct Keys {
         eosphor: Option<IgnoredAny>,
@@ -40,7 +42,7 @@ pub(super) fn is_config(bytes: &[u8]) -> bool {
 }
 
 /// Reads a configuration and its model into the loader.
-pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
+pub(in crate::files) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
     let bytes = loader.read(path)?;
     let text = String::from_utf8_lossy(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes));
     let config: Config = serde_json::from_str(&text).map_err(|e| wrong(path, &e))?;
@@ -50,7 +52,7 @@ pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
     }
 
     let model = find_model(loader, path, &text, &config)?;
-    let instances = super::read_model(loader, &model)?;
+    let instances = crate::files::read_model(loader, &model)?;
     loader.scene.instances.extend(instances);
     let scene = &mut loader.scene;
     scene.settle_origin();
@@ -136,7 +138,7 @@ fn set_film(settings: &mut RenderSettings, camera: &CameraEntry) {
 }
 
 /// What the file asks for besides the picture.
-pub(super) fn requests(bytes: &[u8]) -> SceneRequests {
+pub(in crate::files) fn requests(bytes: &[u8]) -> SceneRequests {
     serde_json::from_slice(bytes).map(|config| requests_of(&config)).unwrap_or_default()
 }
 

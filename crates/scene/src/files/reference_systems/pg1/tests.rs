@@ -1,10 +1,10 @@
 //! Small configurations.
 
 use super::is_config;
+use crate::files::reference_systems::Preset;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene, load_from};
 use crate::model::{DeviceKind, DeviceSettings, Light, NormalMode, PixelSampling, RenderSettings, Structure};
-use crate::presets::Preset;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::LightingModel;
 use std::borrow::Cow;

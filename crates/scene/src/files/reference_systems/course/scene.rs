@@ -3,13 +3,13 @@
 use super::{CourseBody, CourseFloor, CourseInput, CourseOptions};
 use crate::error::SceneError;
 use crate::files::loader::Loader;
+use crate::files::reference_systems::course_settings;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene};
 use crate::model::{
     Animation, Camera, CameraMotion, Light, Material, MaterialKind, MaterialTextures, PixelSampling,
     Quadrilateral, RenderSettings, Texture,
 };
-use crate::presets::course_settings;
 use crate::solids::{Body, BodyLighting, FACE_DIFFUSE, PLATO_POWER, SHININESS, Solid};
 use eosphor_core::math::vec3;
 use eosphor_core::texture::TextureWrap;
