@@ -25,7 +25,7 @@ const RANKS: u32 = 2;
 const LONG_ENOUGH: f64 = 3.0;
 
 /// The most samples a pixel that the program takes.
-const MOST_SAMPLES: u32 = 65_536;
+const MAX_SAMPLES: u32 = 65_536;
 
 /// What a command renders.
 #[derive(Clone, Copy)]
@@ -42,7 +42,7 @@ const STILLS: [Work; 4] = [
     Work {
         flags: &["builtin:cornell", "--light-samples", "1", "-o", "small.png"],
         size: (16, 12),
-        samples: MOST_SAMPLES,
+        samples: MAX_SAMPLES,
     },
     Work {
         flags: &["builtin:cornell", "--layers", "all", "-o", "layers.exr"],
@@ -167,7 +167,7 @@ impl Soak {
         let mut seconds = self.follow(self.command(ranks, still, &[]), f64::INFINITY, ranks)?.seconds;
         while seconds < LONG_ENOUGH {
             // Fast machines get more to do.
-            if still.samples <= MOST_SAMPLES / 4 {
+            if still.samples <= MAX_SAMPLES / 4 {
                 still.samples *= 4;
             } else {
                 still.size = (2 * still.size.0, 2 * still.size.1);

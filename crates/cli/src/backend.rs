@@ -158,12 +158,12 @@ fn cuda_options(
     count_work: bool,
     devices: Vec<usize>,
 ) -> CudaOptions {
-    let usual = CudaOptions::default();
+    let defaults = CudaOptions::default();
     CudaOptions {
         devices,
-        accel: accel.unwrap_or(usual.accel),
+        accel: accel.unwrap_or(defaults.accel),
         hierarchy: hierarchy_options(flags),
-        block_size: flags.block_size.unwrap_or(usual.block_size),
+        block_size: flags.block_size.unwrap_or(defaults.block_size),
         traversal: flags.gpu_traversal,
         count_work,
     }

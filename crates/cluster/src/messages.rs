@@ -13,7 +13,7 @@ use std::ffi::c_int;
 const TAG_HEAD: c_int = 7001;
 const TAG_PIECE: c_int = 7002;
 /// The most bytes that go with the head: every library sends so few at once, whether they are awaited or not.
-const MOST_WITH_HEAD: usize = 1024;
+const MAX_EAGER_BYTES: usize = 1024;
 const HEAD_LENGTH: usize = 40;
 
 /// What a message belongs to, so that a rank that is ahead does not confuse those that are behind.
@@ -88,7 +88,7 @@ impl Mail {
         let bytes = std::mem::take(&mut letter.bytes);
         let mut head = encode(channel, &letter, bytes.len(), self.piece);
         self.bytes_moved += (head.len() + bytes.len()) as u64;
-        let is_whole = bytes.len() <= MOST_WITH_HEAD;
+        let is_whole = bytes.len() <= MAX_EAGER_BYTES;
         if is_whole {
             head.extend_from_slice(&bytes);
         }
@@ -112,7 +112,7 @@ impl Mail {
             self.heard.insert(rank);
             let (channel, mut letter, length, piece) = decode(&mpi.receive(rank, TAG_HEAD, count)?);
             self.bytes_moved += (HEAD_LENGTH + length) as u64;
-            let is_long = length > MOST_WITH_HEAD;
+            let is_long = length > MAX_EAGER_BYTES;
             let pieces = if is_long {
                 let room = zeros(length).ok_or_else(|| ClusterError::Misuse {
                     rank: mpi.rank,

@@ -230,7 +230,7 @@ impl PreparedCuda {
         let fail = |error| device.failure("rendering", error);
         let control = task.control;
         let mut room = scene.take_room(device, largest_band(self.width, self.height)).map_err(fail)?;
-        let parameters = &scene.at(device, control.moment).map_err(fail)?;
+        let parameters = &scene.at(device, control.frame).map_err(fail)?;
         let (block_size, samples) = (self.block_size, task.samples.clone());
         let sharing = sharing(samples.len() as u32);
         let rays_per_pixel = self.rays_per_sample * samples.len() as f64;

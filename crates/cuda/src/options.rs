@@ -95,12 +95,12 @@ mod tests {
 
     #[test]
     fn structures_and_devices_must_be_there() {
-        let usual = CudaOptions::default();
-        assert!(CudaOptions { accel: Accel::Bvh8, ..usual.clone() }.check().is_err());
-        assert!(CudaOptions { accel: Accel::KdTree, ..usual.clone() }.check().is_ok());
-        let vote = CudaOptions { traversal: Traversal::Vote, ..usual.clone() };
+        let defaults = CudaOptions::default();
+        assert!(CudaOptions { accel: Accel::Bvh8, ..defaults.clone() }.check().is_err());
+        assert!(CudaOptions { accel: Accel::KdTree, ..defaults.clone() }.check().is_ok());
+        let vote = CudaOptions { traversal: Traversal::Vote, ..defaults.clone() };
         assert!(vote.check().is_ok());
         assert!(CudaOptions { accel: Accel::Grid, ..vote }.check().is_err());
-        assert!(CudaOptions { devices: Vec::new(), ..usual }.check().is_err());
+        assert!(CudaOptions { devices: Vec::new(), ..defaults }.check().is_err());
     }
 }

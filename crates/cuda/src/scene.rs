@@ -10,7 +10,7 @@ use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
 use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneView, SceneVisitor};
 use eosphor_render::BackendError;
-use eosphor_scene::Moment;
+use eosphor_scene::FrameState;
 use std::sync::{Mutex, PoisonError};
 
 /// A scene on a device: its arrays, and the kernel that renders it.
@@ -79,11 +79,11 @@ impl DeviceScene {
     pub(crate) fn at(
         &self,
         device: &Device,
-        moment: Option<&Moment>,
+        state: Option<&FrameState>,
     ) -> Result<FrameParameters<'_>, DriverError> {
         let (mut values, mut counts) = (self.parameters.clone(), self.counts);
         // Without `..`, so that a new field does not compile before frames have their own of it.
-        let Some(Moment { camera, lights, settings, places }) = moment else {
+        let Some(FrameState { camera, lights, settings, places }) = state else {
             return Ok(FrameParameters { values, counts, _memory: None, _room: None });
         };
         let top = places.as_ref().map(|places| self.top_level.build(&places.instances));

@@ -80,7 +80,7 @@ impl TopLevel {
 
     /// Builds it.
     pub(crate) fn build(&self, instances: &[Instance]) -> Hierarchy {
-        Hierarchy::build_top(self.accel, instances).expect("a moment's instances are in range")
+        Hierarchy::build_top(self.accel, instances).expect("a frame's instances are in range")
     }
 
     /// Adds it to the parameters of a frame. `nodes` is the address of the array that has the rooms. What comes back must be

@@ -6,7 +6,7 @@ mod common;
 use eosphor_core::math::Vec3;
 use eosphor_cuda::{CudaBackend, CudaOptions, Traversal};
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, PreparedScene, RenderControl};
-use eosphor_scene::{Animation, CameraMotion, Moments, Move, MoveKey, Preset, Scene, SceneData};
+use eosphor_scene::{Animation, CameraMotion, FrameStates, Move, MoveKey, Preset, Scene, SceneData};
 use std::fmt::Display;
 use std::io::Write;
 use std::sync::Arc;
@@ -180,21 +180,21 @@ fn every_number_of_samples() {
 fn assert_frames_identical(scene: &Scene, options: CudaOptions) {
     let way = format!("{options:?}");
     let data = Arc::new(SceneData::flatten(scene).unwrap().0);
-    let moments = Moments::new(scene, &data);
+    let states = FrameStates::new(scene, &data);
     let Some(gpu) = backend(options) else { return };
     let cpu = CpuBackend::new(CpuOptions::default()).unwrap();
     let prepared: [Box<dyn PreparedScene>; 2] =
         [gpu.prepare(Arc::clone(&data)).unwrap(), cpu.prepare(Arc::clone(&data)).unwrap()];
     std::thread::scope(|scope| {
         for frame in 0..8 {
-            let (moments, prepared, way) = (&moments, &prepared, &way);
+            let (states, prepared, way) = (&states, &prepared, &way);
             scope.spawn(move || {
-                let moment = moments.at(frame).unwrap();
+                let state = states.at(frame).unwrap();
                 let control = RenderControl {
                     on_progress: &|_| {},
                     cancel: &AtomicBool::new(false),
                     count_work: false,
-                    moment: Some(&moment),
+                    frame: Some(&state),
                 };
                 let [a, b] = prepared.each_ref().map(|scene| scene.render(&control).unwrap());
                 assert_eq!(common::difference(&a.film, &b.film), None, "frame {frame}, {way}");

@@ -21,7 +21,7 @@ pub fn render(scene: &Scene, backend: &dyn Backend) -> Result<Rendered, Error> {
         on_progress: &|_| {},
         cancel: &AtomicBool::new(false),
         count_work: false,
-        moment: None,
+        frame: None,
     };
     Ok(prepared.render(&control)?)
 }

@@ -9,8 +9,8 @@ use eosphor_render::{
     Accel, Backend, Bands, CpuBackend, CpuOptions, FeatureRows, Film, PixelFeatures, RenderControl, SimdLevel,
 };
 use eosphor_scene::{
-    Animation, Camera, CameraMotion, Image, Instance, Interpolation, Lens, Light, LoadOptions, Material,
-    MaterialKind, Mesh, Moments, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Parallelogram, PixelSampling,
+    Animation, Camera, CameraMotion, FrameStates, Image, Instance, Interpolation, Lens, Light, LoadOptions,
+    Material, MaterialKind, Mesh, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Parallelogram, PixelSampling,
     Preset, RenderSettings, Scene, SceneData, Sphere, Texels, Texture, Transform, Triangle, load,
 };
 use std::sync::Arc;
@@ -25,7 +25,7 @@ fn render(scene: &Arc<SceneData>, options: CpuOptions) -> Film {
         on_progress: &|_| {},
         cancel: &cancel,
         count_work: options.tile == Some(5),
-        moment: None,
+        frame: None,
     };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);
@@ -317,7 +317,7 @@ fn textured_floor() {
 fn in_bands(scene: &Arc<SceneData>, options: CpuOptions, rows: u32) -> Vec<[u32; 3]> {
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(scene)).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
     let band = |rows| prepared.render_rows(rows, &control).unwrap().film.pixels;
     Bands::of_rows(prepared.size().1, rows).flat_map(band).map(bits).collect()
 }
@@ -329,17 +329,17 @@ fn frames_over_one_hierarchy() {
     let orbit = CameraMotion::Orbit { turns: 0.3, around: Some(vec3(0.0, 0.5, 0.0)) };
     scene.animation = Some(Animation { camera: Some(orbit), ..Animation::of_frames(5) });
     let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
-    let moments = Moments::new(&scene, &data);
+    let states = FrameStates::new(&scene, &data);
     let options = CpuOptions { threads: Some(2), ..CpuOptions::default() };
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(&data)).unwrap();
     let mut pictures = Vec::new();
     for frame in [3, 0, 4] {
-        let moment = moments.at(frame).unwrap();
+        let state = states.at(frame).unwrap();
         let control = RenderControl {
             on_progress: &|_| {},
             cancel: &AtomicBool::new(false),
             count_work: false,
-            moment: Some(&moment),
+            frame: Some(&state),
         };
         let found = prepared.render(&control).unwrap().film;
         let still = Scene { camera: scene.camera_at(frame), animation: None, ..scene.clone() };
@@ -375,7 +375,7 @@ fn frames_of_moving_instances() {
     // One stands still.
     scene.instances.iter_mut().skip(1).for_each(|instance| instance.moves = motion(&[0.0, 8.0]));
     let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
-    let moments = Moments::new(&scene, &data);
+    let states = FrameStates::new(&scene, &data);
     let base = CpuOptions { threads: Some(2), ..CpuOptions::default() };
     let options: Vec<CpuOptions> = Accel::ALL.iter().map(|&accel| CpuOptions { accel, ..base }).collect();
     let prepared: Vec<_> = options
@@ -387,7 +387,7 @@ fn frames_of_moving_instances() {
         let mut still = scene.clone();
         still.instances.iter_mut().skip(1).for_each(|instance| instance.moves = motion(&[frame as f32]));
         let expected = render(&Arc::new(SceneData::flatten(&still).unwrap().0), options[0]);
-        let moment = moments.at(frame).unwrap();
+        let state = states.at(frame).unwrap();
         for (prepared, options) in prepared.iter().zip(&options) {
             // Without a structure it takes long, and once is enough.
             let is_slow = options.accel == Accel::None;
@@ -396,7 +396,7 @@ fn frames_of_moving_instances() {
             }
             for count_work in [false, true].into_iter().skip(usize::from(is_slow)) {
                 let (on_progress, cancel) = (&|_| {}, &AtomicBool::new(false));
-                let control = RenderControl { on_progress, cancel, count_work, moment: Some(&moment) };
+                let control = RenderControl { on_progress, cancel, count_work, frame: Some(&state) };
                 let found = prepared.render(&control).unwrap().film;
                 assert!(found == expected, "frame {frame}, {}, counting: {count_work}", options.accel);
             }
@@ -420,7 +420,7 @@ fn bands_of_rows() {
         on_progress: &|_| {},
         cancel: &AtomicBool::new(false),
         count_work: false,
-        moment: None,
+        frame: None,
     };
     for rows in [0..38, 37..38, 5..5, std::ops::Range { start: 9, end: 3 }] {
         assert!(prepared.render_rows(rows.clone(), &control).is_err(), "{rows:?}");

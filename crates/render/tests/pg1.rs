@@ -42,7 +42,7 @@ fn the_built_in_box_is_pg1s_own() {
     assert!(notes.is_empty(), "{notes:?}");
     let prepared = CpuBackend::new(CpuOptions::default()).unwrap().prepare(Arc::new(data)).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
     let rays = prepared.render(&control).unwrap().statistics;
     assert_eq!((rays.camera, rays.total_rays() / 10_000), (10_000, 134));
 

@@ -87,7 +87,7 @@ fn a_part_is_the_part_of_the_whole() {
     let never = AtomicBool::new(false);
     for name in ["builtin:cornell", "builtin:solids"] {
         let scene = scene(name);
-        let control = RenderControl { on_progress: &|_| {}, cancel: &never, count_work: false, moment: None };
+        let control = RenderControl { on_progress: &|_| {}, cancel: &never, count_work: false, frame: None };
         let whole = prepare(&scene, CpuOptions::default());
         let film = whole.render(&control).unwrap().film;
         let sums = whole.sample_rows(0..SIZE.1, 1..SAMPLES, &control).unwrap().sums;
@@ -135,7 +135,7 @@ fn progress_is_of_the_part() {
             done.fetch_max(progress.pixels_done, Ordering::Relaxed);
         };
         let control =
-            RenderControl { on_progress: &on_progress, cancel: &never, count_work: false, moment: None };
+            RenderControl { on_progress: &on_progress, cancel: &never, count_work: false, frame: None };
         prepared.sample_region(&region, 0..1, &control).unwrap();
         assert_eq!(done.into_inner(), region.pixels());
     }
@@ -164,7 +164,7 @@ fn layers_of_a_part_are_those_of_the_whole() {
 fn what_the_picture_lacks_is_refused() {
     let never = AtomicBool::new(false);
     let scene = scene("builtin:cornell");
-    let control = RenderControl { on_progress: &|_| {}, cancel: &never, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &never, count_work: false, frame: None };
     for (x, y, width, height) in
         [(0, 0, 38, 1), (37, 0, 1, 1), (0, 28, 1, 2), (0, 0, 0, 1), (u32::MAX, 0, 2, 1)]
     {

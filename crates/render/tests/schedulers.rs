@@ -24,7 +24,7 @@ fn render(scene: &Arc<SceneData>, options: CpuOptions) -> (Bits, RayStatistics) 
         on_progress: &|_| {},
         cancel: &AtomicBool::new(false),
         count_work: false,
-        moment: None,
+        frame: None,
     };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);
@@ -36,7 +36,7 @@ fn render(scene: &Arc<SceneData>, options: CpuOptions) -> (Bits, RayStatistics) 
 fn render_in_pieces(scene: &Arc<SceneData>, options: CpuOptions) -> (Bits, RayStatistics) {
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(scene)).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
     let (height, samples) = (prepared.size().1, prepared.samples());
     let (mut bits, mut rays) = (Bits::new(), RayStatistics::default());
     for rows in [0..height / 3, height / 3..height] {
@@ -278,7 +278,7 @@ fn a_raised_flag_ends_a_tile_soon() {
     let options = CpuOptions { threads: Some(1), tile: Some(64), ..CpuOptions::default() };
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::new(data)).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
     let start = std::time::Instant::now();
     let rendered = std::thread::scope(|scope| {
         let render = scope.spawn(|| prepared.render(&control).unwrap());

@@ -70,7 +70,7 @@ fn asked(scene: &SceneData) -> (Vec<(Ray, RayFilter, Query)>, RayStatistics) {
 fn render(scene: &Arc<SceneData>, options: CpuOptions, count_work: bool) -> (Film, RayStatistics) {
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(scene)).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work, frame: None };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);
     (rendered.film, rendered.statistics)

@@ -32,7 +32,7 @@ pub use files::{
     SceneRequests, UnknownPreset, WrongPattern, broken_picture, config_keys, course_settings, load,
     load_from_memory, near_name, scene_reference, scene_requests, scene_schema,
 };
-pub use flatten::{LeftOut, Moment, Moments, Note, Places, SceneData, View};
+pub use flatten::{FrameState, FrameStates, LeftOut, Note, Places, SceneData, View};
 pub use model::*;
 pub use snippet::Snippet;
 pub use solids::{Body, BodyLighting, MAX_LIGHTS_PER_EDGE, Solid, UnknownSolid};

@@ -16,7 +16,7 @@ pub(crate) struct ClusterFlags {
 }
 
 /// Seconds, where nothing is said.
-const USUAL_TIMEOUT: u32 = 60;
+const DEFAULT_TIMEOUT: u32 = 60;
 
 impl ClusterFlags {
     /// Fails where one of these would do nothing.
@@ -31,7 +31,7 @@ impl ClusterFlags {
 
     /// How long a rank may say nothing.
     pub(crate) fn silence(&self) -> Option<Duration> {
-        let seconds = self.rank_timeout.unwrap_or(USUAL_TIMEOUT);
+        let seconds = self.rank_timeout.unwrap_or(DEFAULT_TIMEOUT);
         (seconds > 0).then(|| Duration::from_secs(seconds.into()))
     }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use std::time::Duration;
 
 /// Seconds between two writings of what is done, where nothing is said.
-const USUAL_INTERVAL: u32 = 60;
+const DEFAULT_INTERVAL: u32 = 60;
 
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Interruption")]
@@ -72,6 +72,6 @@ impl KeepFlags {
 
     /// Between two writings of what is done of a still.
     pub(crate) fn interval(&self) -> Duration {
-        Duration::from_secs(self.checkpoint_every.unwrap_or(USUAL_INTERVAL).into())
+        Duration::from_secs(self.checkpoint_every.unwrap_or(DEFAULT_INTERVAL).into())
     }
 }

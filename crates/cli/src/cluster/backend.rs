@@ -1,10 +1,10 @@
 //! All ranks as one backend: what rank 0's command renders with.
 //!
 //! The command runs on a thread of its own, and knows nothing of ranks. Its calls go to the thread that has MPI
-//! ([`super::lead`]) and come back as pixels.
+//! ([`super::coordinator`]) and come back as pixels.
 
-use super::follow::Prepared;
 use super::wire::{self, Unit};
+use super::worker::Prepared;
 use eosphor::{
     Backend, BackendError, Film, Hierarchy, HierarchyStatistics, PreparedScene, Progress, RayStatistics,
     RenderControl, Rendered, SampleSums, Sampled, SceneData, check_rows, check_samples,
@@ -191,9 +191,9 @@ impl PreparedCluster {
         let all: u64 = units.iter().map(|(rows, _)| pixels(rows)).sum();
         for (rows, samples) in units {
             let first_row = rows.start;
-            let (count_work, moment) = (control.count_work, control.moment.cloned());
-            let unit =
-                wire::encode(&Unit { rows, samples, count_work, moment }).map_err(BackendError::Failed)?;
+            let (count_work, state) = (control.count_work, control.frame.cloned());
+            let unit = wire::encode(&Unit { rows, samples, count_work, frame: state })
+                .map_err(BackendError::Failed)?;
             let submission = Submission { unit, reply: reply.clone(), first_row };
             let submit = self.submit.lock().unwrap_or_else(PoisonError::into_inner);
             submit.send(submission).map_err(|_| gone())?;

@@ -2,10 +2,10 @@
 //! and the others render for it. Pixels do not depend on who renders them.
 
 mod backend;
-mod follow;
-mod lead;
+mod coordinator;
 mod processors;
 mod wire;
+mod worker;
 
 use crate::arguments::{ClusterFlags, CourseFlags, DeviceFlags, RenderFlags};
 use crate::failure::Failure;
@@ -61,8 +61,8 @@ pub(crate) fn run(
     world.abort_handle().on_panic();
     let done = match (world.rank(), world.size()) {
         (_, 1) => command(None),
-        (0, _) => lead::lead(&world, options, command),
-        _ => follow::follow(&world, options),
+        (0, _) => coordinator::run(&world, options, command),
+        _ => worker::run(&world, options),
     };
     world.finish().map_err(Failure::because)?;
     done

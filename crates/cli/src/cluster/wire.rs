@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use eosphor::math::Vec3;
-use eosphor::{ExactSum, Film, Moment, RayStatistics, Rendered, SampleSums, Sampled, SceneData};
+use eosphor::{ExactSum, Film, FrameState, RayStatistics, Rendered, SampleSums, Sampled, SceneData};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::ops::Range;
 
@@ -69,7 +69,7 @@ pub(super) struct Unit {
     /// The samples whose sums are wanted; where there are none, colours are.
     pub(super) samples: Option<Range<u32>>,
     pub(super) count_work: bool,
-    pub(super) moment: Option<Moment>,
+    pub(super) frame: Option<FrameState>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -150,7 +150,7 @@ fn decode_head(bytes: &[u8], pixel_bytes: u64) -> Result<(ResultHead, &[u8]), St
 #[cfg(test)]
 mod tests {
     use super::*;
-    use eosphor::{LoadOptions, Moments, load, scene_hash};
+    use eosphor::{FrameStates, LoadOptions, load, scene_hash};
 
     /// All that pixels depend on arrives.
     #[test]
@@ -160,12 +160,12 @@ mod tests {
         let Ok(Order::Prepare(read)) = Order::from_bytes(&Order::prepare(&data).unwrap()) else { panic!() };
         let develop = eosphor::DevelopSettings::default();
         assert_eq!(scene_hash(&read, &develop), scene_hash(&data, &develop));
-        let moment = Moments::new(&scene, &data).at(7).unwrap();
-        let (rows, samples, moment) = (3..9, Some(2..5), Some(moment));
-        let unit = Unit { rows, samples, count_work: true, moment: moment.clone() };
+        let state = FrameStates::new(&scene, &data).at(7).unwrap();
+        let (rows, samples, state) = (3..9, Some(2..5), Some(state));
+        let unit = Unit { rows, samples, count_work: true, frame: state.clone() };
         let read: Unit = decode(&encode(&unit).unwrap()).unwrap();
         assert_eq!((read.rows, read.samples), (3..9, Some(2..5)));
-        assert_eq!((read.count_work, read.moment), (true, moment));
+        assert_eq!((read.count_work, read.frame), (true, state));
         for order in [Order::Work, Order::Wait, Order::Leave] {
             let bytes = order.to_bytes();
             assert_eq!(Order::from_bytes(&bytes).unwrap().to_bytes(), bytes);

@@ -20,7 +20,7 @@ use std::path::Path;
 const INPUT: &str = "standard input";
 
 /// No input is longer.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_INPUT_BYTES: u64 = 1 << 20;
 
 /// `ranks` is the backend where there are several.
 pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result<(), Failure> {
@@ -40,12 +40,12 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
         let path = output.to_str().ok_or_else(|| Failure::Usage(not_unicode()))?;
         input.output = path.parse().map_err(Failure::usage)?;
     }
-    let usual = CourseOptions::default();
+    let defaults = CourseOptions::default();
     let options = CourseOptions {
-        shapes: flags.bodies.map_or(usual.shapes, |bodies| bodies.0),
+        shapes: flags.bodies.map_or(defaults.shapes, |bodies| bodies.0),
         diodes: flags.edge_lights,
         texture_memory_bytes: flags.textures.memory_bytes(),
-        ..usual
+        ..defaults
     };
     interrupt::watch(Verbosity::Normal)?;
     let loaded = input.scene(&options).map_err(|error| match of_texture(&error, &input) {
@@ -96,12 +96,12 @@ fn write(
     match flags.output.as_deref().filter(|output| is_video(output)) {
         #[cfg(feature = "video")]
         Some(output) => {
-            let usual = Video::new(output);
+            let defaults = Video::new(output);
             let video = Video {
                 frame_rate: Some(flags.fps.unwrap_or(24.0)),
-                quality: flags.video_quality.unwrap_or(usual.quality),
+                quality: flags.video_quality.unwrap_or(defaults.quality),
                 by_ffmpeg: flags.ffmpeg,
-                ..usual
+                ..defaults
             };
             sequence.write_video(&video, control)
         }
@@ -160,9 +160,9 @@ fn of_texture(error: &SceneError, input: &CourseInput) -> bool {
 /// Standard input, which must end somewhere.
 fn read_input() -> Result<(CourseInput, CourseLines), Failure> {
     let mut bytes = Vec::new();
-    let read = stdin().lock().take(MOST_BYTES + 1).read_to_end(&mut bytes);
+    let read = stdin().lock().take(MAX_INPUT_BYTES + 1).read_to_end(&mut bytes);
     read.map_err(|error| Failure::Failed(format!("cannot read the input: standard input: {error}")))?;
-    if bytes.len() as u64 > MOST_BYTES {
+    if bytes.len() as u64 > MAX_INPUT_BYTES {
         return Err(Failure::Failed("the input is too long: it must end within 1 MB".into()));
     }
     Ok(CourseInput::parse_with_lines(&bytes, Path::new(INPUT))?)

@@ -95,9 +95,10 @@ fn write(
 ) -> Result<SequenceOutcome, JobError> {
     #[cfg(feature = "video")]
     if is_video(flags.output()) {
-        let usual = Video::new(flags.output());
-        let quality = flags.animation.video_quality.unwrap_or(usual.quality);
-        return sequence.write_video(&Video { quality, by_ffmpeg: flags.animation.ffmpeg, ..usual }, control);
+        let defaults = Video::new(flags.output());
+        let quality = flags.animation.video_quality.unwrap_or(defaults.quality);
+        return sequence
+            .write_video(&Video { quality, by_ffmpeg: flags.animation.ffmpeg, ..defaults }, control);
     }
     sequence.write_frames(&FrameNames::pattern(flags.output())?, control)
 }

@@ -97,12 +97,12 @@ impl RenderFlags {
 
     /// What the files are like.
     pub(super) fn file_options(&self) -> FileOptions {
-        let usual = FileOptions::default();
+        let defaults = FileOptions::default();
         FileOptions {
             layers: self.file.layers().to_vec(),
             alpha: self.file.alpha,
             exr_half: self.file.exr_half,
-            jpeg_quality: self.file.jpeg_quality.unwrap_or(usual.jpeg_quality),
+            jpeg_quality: self.file.jpeg_quality.unwrap_or(defaults.jpeg_quality),
             metadata: !self.file.no_metadata,
             // Frames are to be the same bytes however often it took to render them all.
             command_line: (!frames::are_asked_for(self)).then(command_line),

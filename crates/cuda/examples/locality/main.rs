@@ -80,7 +80,7 @@ fn explicit(scene: &Scene) -> Result<Scene, Box<dyn Error>> {
 fn render(backend: &dyn Backend, data: &Arc<SceneData>) -> Result<Film, Box<dyn Error>> {
     let prepared = backend.prepare(Arc::clone(data))?;
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
     Ok(prepared.render(&control)?.film)
 }
 

@@ -131,7 +131,7 @@ pub(crate) fn render_counted(
     scene: &Arc<SceneData>,
 ) -> Result<Rendered, BackendError> {
     let cancel = &AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel, count_work: true, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel, count_work: true, frame: None };
     backend.prepare(scene.clone())?.render(&control)
 }
 
@@ -148,7 +148,7 @@ pub(crate) fn render(
         on_progress: &|_| {},
         cancel: &AtomicBool::new(false),
         count_work: false,
-        moment: None,
+        frame: None,
     };
     let rendered = prepared.render(&control)?;
     assert!(rendered.complete, "nobody cancelled");

@@ -42,7 +42,7 @@ pub struct CostOutcome {
 }
 
 impl<'a> CostPicture<'a> {
-    /// Of a scene, with the usual hierarchy. It goes nowhere yet.
+    /// Of a scene, with the default hierarchy. It goes nowhere yet.
     pub fn new(scene: &'a Scene) -> CostPicture<'a> {
         CostPicture {
             scene,

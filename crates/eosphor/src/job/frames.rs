@@ -3,7 +3,7 @@
 
 use super::{Event, JobControl, JobError};
 use eosphor_render::{Film, PreparedScene, Progress, RayStatistics, RenderControl};
-use eosphor_scene::Moments;
+use eosphor_scene::FrameStates;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -33,7 +33,7 @@ pub struct FrameDone {
 /// Frames to be rendered.
 pub(super) struct Frames<'a> {
     pub(super) prepared: &'a dyn PreparedScene,
-    pub(super) moments: &'a Moments<'a>,
+    pub(super) states: &'a FrameStates<'a>,
     /// Which ones, in order.
     pub(super) frames: &'a [u32],
     /// How many are in work at the same time.
@@ -127,7 +127,7 @@ impl Frames<'_> {
         (pixels, rays): (&AtomicU64, &AtomicU64),
         turn: &Mutex<()>,
     ) -> Result<Option<FrameDone>, JobError> {
-        let moment = self.moments.at(frame)?;
+        let state = self.states.at(frame)?;
         let (width, height) = self.prepared.size();
         let pixels_total = u64::from(width) * u64::from(height) * self.frames.len() as u64;
         let before = Mutex::new((0, 0));
@@ -144,8 +144,8 @@ impl Frames<'_> {
             });
         };
         let cancel = self.control.cancel.asked();
-        let (count_work, moment) = (self.count_work, Some(&moment));
-        let control = RenderControl { on_progress: &on_progress, cancel, count_work, moment };
+        let (count_work, state) = (self.count_work, Some(&state));
+        let control = RenderControl { on_progress: &on_progress, cancel, count_work, frame: state };
         let (rendered, milliseconds) = {
             let _mine = self.one_at_a_time.then(|| turn.lock().unwrap_or_else(PoisonError::into_inner));
             let start = Instant::now();

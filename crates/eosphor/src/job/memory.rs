@@ -15,7 +15,7 @@ const SUM_BYTES_A_PIXEL: u64 = 24 + 24;
 const BYTES_A_FRAME_PIXEL: u64 = BYTES_A_PIXEL + 12 + 12;
 
 /// Pixels of a band without layers.
-const MOST_PIXELS: u64 = 1 << 22;
+const MAX_BAND_PIXELS: u64 = 1 << 22;
 
 /// What layers add to that.
 const LAYER_BYTES_A_PIXEL: u64 = (size_of::<PixelFeatures>() + size_of::<CameraWork>()) as u64;
@@ -25,7 +25,7 @@ const LAYER_BYTES_A_PIXEL: u64 = (size_of::<PixelFeatures>() + size_of::<CameraW
 pub(super) fn bands((width, height): (u32, u32), layers: bool, rows: Option<u32>) -> Result<Bands, JobError> {
     let without_layers = BYTES_A_PIXEL + SUM_BYTES_A_PIXEL;
     let bytes_a_pixel = without_layers + if layers { LAYER_BYTES_A_PIXEL } else { 0 };
-    let pixels = MOST_PIXELS * without_layers / bytes_a_pixel;
+    let pixels = MAX_BAND_PIXELS * without_layers / bytes_a_pixel;
     let bands = match rows {
         Some(rows) => Bands::of_rows(height, rows),
         None => Bands::of_pixels(width, height, pixels as u32),

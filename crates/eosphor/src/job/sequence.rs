@@ -6,7 +6,7 @@ use super::{Event, FileOptions, JobControl, JobError, memory};
 use eosphor_render::frames::FramesIdentity;
 use eosphor_render::output::{Format, SaveOptions};
 use eosphor_render::{Backend, HierarchyStatistics, RayStatistics, scene_hash};
-use eosphor_scene::{Moments, Move, Note, Scene, SceneData};
+use eosphor_scene::{FrameStates, Move, Note, Scene, SceneData};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
@@ -176,7 +176,7 @@ impl<'a> FlatSequence<'a> {
         let in_flight = in_flight.or(self.sequence.in_flight).unwrap_or_else(|| backend.frames_in_flight());
         let frames = Frames {
             prepared: &*prepared,
-            moments: &Moments::new(scene, &self.data),
+            states: &FrameStates::new(scene, &self.data),
             frames: missing,
             in_flight: memory::frames(prepared.size(), in_flight)?,
             count_work,

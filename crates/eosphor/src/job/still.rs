@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// More shares of rows than this are of no use.
-const MOST_SHARES: u32 = 500;
+const MAX_SHARES: u32 = 500;
 
 /// A still to be rendered, with where it goes and how. [`Still::run`] renders it.
 ///
@@ -191,7 +191,7 @@ impl<'a> Still<'a> {
         }
         match share {
             Share::Samples(_) if self.file.needs_features() => Err(JobError::SampleLayers),
-            &Share::Rows { number, count } if number < 1 || number > count || count > MOST_SHARES => {
+            &Share::Rows { number, count } if number < 1 || number > count || count > MAX_SHARES => {
                 Err(JobError::ShareNumber { number, count })
             }
             Share::Samples(_) | Share::Rows { .. } => Ok(()),

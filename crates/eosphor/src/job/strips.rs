@@ -280,7 +280,7 @@ impl Strips<'_> {
             },
             cancel: self.control.cancel.overdue(),
             count_work: self.count_work,
-            moment: None,
+            frame: None,
         };
         let cpu_before = process_cpu_seconds();
         let sampled = timed(&mut seconds.render, || self.prepared.sample_rows(rows, samples, &control))?;

@@ -24,14 +24,14 @@ pub struct Video {
     pub path: PathBuf,
     /// Frames a second; `None`: the animation's.
     pub frame_rate: Option<f32>,
-    /// 1 to 100; losses are hard to see at 90, which is usual.
+    /// 1 to 100; losses are hard to see at 90, the default.
     pub quality: u8,
     /// Let the program ffmpeg encode it, which must be installed. Nothing is kept then of a video that is not whole.
     pub by_ffmpeg: bool,
 }
 
 impl Video {
-    /// A video of the usual quality, at the animation's rate.
+    /// A video of the default quality, at the animation's rate.
     pub fn new(path: &Path) -> Video {
         let VideoOptions { quality, .. } = VideoOptions::default();
         Video { path: path.to_owned(), frame_rate: None, quality, by_ffmpeg: false }

@@ -254,7 +254,7 @@ mod tests {
             let prepared = backend.prepare(Arc::clone(&data)).unwrap();
             let cancel = AtomicBool::new(false);
             let control =
-                RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+                RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
             for rows in [0..4, 4..8, 8..12, 12..16] {
                 let got = prepared.render_rows(rows.clone(), &control).unwrap();
                 let want = expected.render_rows(rows.clone(), &control).unwrap();

@@ -10,7 +10,7 @@ pub(crate) use region::check_region;
 pub use region::{PreparedRegion, Region};
 
 use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
-use eosphor_scene::{Moment, SceneData};
+use eosphor_scene::{FrameState, SceneData};
 use region::sample_whole_rows;
 use std::ops::Range;
 use std::sync::Arc;
@@ -138,8 +138,8 @@ pub struct RenderControl<'a> {
     /// Count what queries do and time it ([`RayStatistics`]). Rays are then traced one by one and clocks are read often, which
     /// takes a few times as long and changes no pixel. A GPU has kernels of their own for that: its backend is made for it.
     pub count_work: bool,
-    /// The frame to render, where it is not the scene as it was prepared.
-    pub moment: Option<&'a Moment>,
+    /// State of the frame to render; `None`: the scene as it was prepared.
+    pub frame: Option<&'a FrameState>,
 }
 
 /// What a render gives back.

@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Where a device knows whole rows only, about so many pixels of them are taken at a time.
-const MOST_PIXELS: u32 = 1 << 22;
+const MAX_PIXELS_AT_ONCE: u32 = 1 << 22;
 
 /// A rectangle of pixels of a picture; (0, 0) is the upper left one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -81,7 +81,7 @@ pub(crate) fn sample_whole_rows<P: PreparedScene + ?Sized>(
         complete: true,
         statistics: Default::default(),
     };
-    let at_once = (MOST_PIXELS / width).max(1);
+    let at_once = (MAX_PIXELS_AT_ONCE / width).max(1);
     let columns = region.x as usize..(region.x + region.width) as usize;
     let mut done = 0;
     while done < region.height && all.complete {

@@ -10,7 +10,7 @@ use crate::backend::check_region;
 use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics, Region};
 use eosphor_core::integrator::{PixelFeatures, pixel_features};
 use eosphor_core::view::SceneView;
-use eosphor_scene::{Moment, SceneData};
+use eosphor_scene::{FrameState, SceneData};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,7 +42,7 @@ impl FeaturePass {
         Ok(FeaturePass { region, ..self })
     }
 
-    /// Features of some rows of the picture, at a moment or as the scene was prepared. All but the work is the same bits
+    /// Features of some rows of the picture, of a frame, or of the scene as it was prepared. All but the work is the same bits
     /// whatever the threads, tiles, SIMD level and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not
     /// reached show nothing.
     ///
@@ -52,13 +52,13 @@ impl FeaturePass {
     pub fn rows(
         &self,
         rows: Range<u32>,
-        moment: Option<&Moment>,
+        state: Option<&FrameState>,
         cancel: &AtomicBool,
     ) -> Result<FeatureRows, BackendError> {
         check_rows(&rows, self.region.height)?;
         let region = self.region.rows(&rows);
-        let view = self.scene.view_at(moment);
-        let top = top_of(&self.hierarchy, moment, &self.pool);
+        let view = self.scene.view_at(state);
+        let top = top_of(&self.hierarchy, state, &self.pool);
         let top = top.as_ref().unwrap_or(&self.hierarchy);
         let tiling = Tiling::for_threads(region, self.tile, self.pool.current_num_threads());
         let features = Mutex::new(FeatureRows::new(region.width, region.height));

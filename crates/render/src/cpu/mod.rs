@@ -28,7 +28,7 @@ use batched::Workspace;
 use dispatch::TileJob;
 use eosphor_core::integrator::pixel_color;
 use eosphor_core::sums::ExactSum;
-use eosphor_scene::{Moment, SceneData};
+use eosphor_scene::{FrameState, SceneData};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -122,12 +122,12 @@ impl Backend for CpuBackend {
     }
 }
 
-/// The top level of a moment's own, where instances are elsewhere then.
-fn top_of(hierarchy: &Hierarchy, moment: Option<&Moment>, pool: &rayon::ThreadPool) -> Option<Hierarchy> {
-    let places = moment?.places.as_ref()?;
+/// The tree over the instances of a frame, where they are elsewhere than in the prepared scene.
+fn top_of(hierarchy: &Hierarchy, state: Option<&FrameState>, pool: &rayon::ThreadPool) -> Option<Hierarchy> {
+    let places = state?.places.as_ref()?;
     // It is built again for each frame, and most have few instances.
     let build = || Hierarchy::build_top(hierarchy.accel(), &places.instances);
-    Some(pool.install(build).expect("a moment's instances are in range"))
+    Some(pool.install(build).expect("a frame's instances are in range"))
 }
 
 struct PreparedCpu {
@@ -167,7 +167,7 @@ impl PreparedScene for PreparedCpu {
         let region = Region::whole((width, height)).rows(&rows);
         let film = Mutex::new(Film::new(width, region.height));
         let samples = 0..self.samples();
-        let view = self.scene.view_at(control.moment);
+        let view = self.scene.view_at(control.frame);
         let color = |sum: &ExactSum| pixel_color(&view, sum);
         let (complete, statistics) = self.trace_tiles(region, samples, control, &|tile, sums| {
             // A tile is done or not: nothing panics between here and the end.
@@ -215,8 +215,8 @@ impl PreparedCpu {
         control: &RenderControl,
         store: &(dyn Fn(Tile, &[ExactSum]) + Sync),
     ) -> (bool, RayStatistics) {
-        let view = self.scene.view_at(control.moment);
-        let top = top_of(&self.hierarchy, control.moment, &self.pool);
+        let view = self.scene.view_at(control.frame);
+        let top = top_of(&self.hierarchy, control.frame, &self.pool);
         let hierarchies = (&*self.hierarchy, top.as_ref().unwrap_or(&self.hierarchy));
         let pixels_total = region.pixels();
         let tiling = Tiling::for_threads(region, self.tile, self.pool.current_num_threads());

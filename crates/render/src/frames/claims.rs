@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 const FILE: &str = "claims";
 
 /// No such file is longer: two numbers a frame that one process has in work.
-const MOST_BYTES: u64 = 1 << 16;
+const MAX_CLAIMS_BYTES: u64 = 1 << 16;
 
 /// Frames that this process has in work.
 pub(super) struct Claims {
@@ -74,7 +74,7 @@ pub(super) fn others(stem: &Path) -> io::Result<Vec<Other>> {
 fn read(file: &mut File) -> Other {
     let mut text = String::new();
     // What cannot be read has no frames; it is at work all the same.
-    let _ = file.take(MOST_BYTES).read_to_string(&mut text);
+    let _ = file.take(MAX_CLAIMS_BYTES).read_to_string(&mut text);
     let mut lines = text.lines();
     let owner = lines.next().unwrap_or("another process").to_owned();
     let range = |line: &str| {

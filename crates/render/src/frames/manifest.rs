@@ -17,7 +17,7 @@ use std::sync::{Mutex, PoisonError};
 const TITLE: &str = "eosphor frames 1";
 
 /// Larger ones are not ours: so many bytes are a line for each of the most frames.
-const MOST_BYTES: u64 = 1 << 30;
+const MAX_MANIFEST_BYTES: u64 = 1 << 30;
 
 /// What frames are made of. Frames of different ones must not be mixed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -212,7 +212,7 @@ impl Manifest {
         let mut manifest = lock(&self.path).map_err(failed)?;
         let mut text = Vec::new();
         manifest.seek(SeekFrom::Start(0)).map_err(failed)?;
-        (&mut manifest).take(MOST_BYTES).read_to_end(&mut text).map_err(failed)?;
+        (&mut manifest).take(MAX_MANIFEST_BYTES).read_to_end(&mut text).map_err(failed)?;
         if is_done(&parse(&String::from_utf8_lossy(&text)), frame, file) {
             return Ok(false);
         }
@@ -323,7 +323,7 @@ fn append(file: &mut File, line: &str) -> io::Result<()> {
 fn in_order(file: &mut File, path: &Path, header: &str) -> io::Result<()> {
     let mut text = Vec::new();
     file.seek(SeekFrom::Start(0))?;
-    file.take(MOST_BYTES).read_to_end(&mut text)?;
+    file.take(MAX_MANIFEST_BYTES).read_to_end(&mut text)?;
     let text = String::from_utf8_lossy(&text);
     let ordered = header.to_owned() + &lines(&parse(&text));
     match ordered == text {
@@ -350,7 +350,7 @@ fn read(file: &mut File, path: &Path, identity: &FramesIdentity) -> Result<Optio
     let failed = |source| ManifestError::File { path: path.to_owned(), source };
     let mut bytes = Vec::new();
     file.seek(SeekFrom::Start(0)).map_err(failed)?;
-    file.take(MOST_BYTES).read_to_end(&mut bytes).map_err(failed)?;
+    file.take(MAX_MANIFEST_BYTES).read_to_end(&mut bytes).map_err(failed)?;
     let text = String::from_utf8_lossy(&bytes);
     let mut lines = text.split('\n');
     // Killed before the header was whole: nothing is done.

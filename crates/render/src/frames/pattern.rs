@@ -21,7 +21,7 @@ pub struct PatternError {
 }
 
 /// The most digits that a number is filled up to.
-const MOST_DIGITS: usize = 12;
+const MAX_DIGITS: usize = 12;
 
 impl FramePattern {
     /// From a path.
@@ -37,7 +37,7 @@ impl FramePattern {
         let width = width.to_str().ok_or_else(problem)?;
         let digits = if width.is_empty() { 1 } else { width.parse().map_err(|_| problem())? };
         let is_number = width.bytes().all(|byte| byte.is_ascii_digit());
-        if !is_number || !(1..=MOST_DIGITS).contains(&digits) || split_at(&after, b'%').is_some() {
+        if !is_number || !(1..=MAX_DIGITS).contains(&digits) || split_at(&after, b'%').is_some() {
             return Err(problem());
         }
         Ok(FramePattern {

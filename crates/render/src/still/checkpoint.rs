@@ -12,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Sums of strips that are done but not in the file yet take at most so much memory.
-const MOST_WAITING: usize = 128 << 20;
+const MAX_WAITING_BYTES: usize = 128 << 20;
 
 /// The file of what is done of the picture at `path`: `out.png.part`.
 pub fn checkpoint_path(path: &Path) -> PathBuf {
@@ -48,7 +48,7 @@ pub struct Checkpoint {
     header: OnceLock<SumsHeader>,
     interval: Duration,
     /// Bytes of sums that may wait.
-    most_waiting: usize,
+    max_waiting_bytes: usize,
     /// When all was written last, or it began: what was done since then may be lost where the program is killed.
     written: Instant,
     file: Option<SumsFile>,
@@ -104,7 +104,7 @@ impl Checkpoint {
             share: None,
             header: OnceLock::new(),
             interval: Duration::MAX,
-            most_waiting: MOST_WAITING,
+            max_waiting_bytes: MAX_WAITING_BYTES,
             written: Instant::now(),
             file: None,
             has_other: false,
@@ -191,11 +191,11 @@ impl Checkpoint {
             return;
         }
         self.waiting.push_back(strip);
-        if self.bytes_waiting() > self.most_waiting {
+        if self.bytes_waiting() > self.max_waiting_bytes {
             // Whoever kills the program does not take it from the system, so it need not be on the disk before the next strip.
             let written = self.write_waiting();
             self.note(written);
-            if self.bytes_waiting() > self.most_waiting {
+            if self.bytes_waiting() > self.max_waiting_bytes {
                 self.waiting.clear();
             }
         }
@@ -373,7 +373,7 @@ mod tests {
         let mut checkpoint =
             Checkpoint::open(&path, (scene(2, 1), Part::default()), None, long, false).unwrap();
         // Three rows.
-        checkpoint.most_waiting = 3 * WIDTH as usize * SUM_BYTES as usize;
+        checkpoint.max_waiting_bytes = 3 * WIDTH as usize * SUM_BYTES as usize;
         checkpoint.take(strip(0..2, 2));
         checkpoint.take(strip(2..3, 2));
         assert!(!checkpoint.is_due(Duration::ZERO) && !path.exists(), "there is room");

@@ -36,7 +36,7 @@ const RECORD_REST: u64 = 8;
 pub(super) const SUM_BYTES: u64 = 24;
 
 /// No header is longer.
-const MOST_HEADER: u32 = 1 << 20;
+const MAX_HEADER_BYTES: u32 = 1 << 20;
 
 /// Why sums cannot be read or kept.
 #[derive(Debug, thiserror::Error)]
@@ -317,7 +317,7 @@ fn read_header(from: &mut impl Read) -> io::Result<Option<SumsHeader>> {
     let mut owner = [0; OWNER_BYTES];
     from.read_exact(&mut owner)?;
     let length = read_number(from)?;
-    if length > MOST_HEADER {
+    if length > MAX_HEADER_BYTES {
         return Ok(None);
     }
     let mut json = vec![0; length as usize];

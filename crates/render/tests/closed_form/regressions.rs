@@ -140,8 +140,7 @@ fn finite_and_equal(scene: &Scene) -> Vec<Vec3> {
     let picture = |accel| {
         let backend = CpuBackend::new(CpuOptions { accel, ..CpuOptions::default() }).unwrap();
         let cancel = AtomicBool::new(false);
-        let control =
-            RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+        let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
         backend.prepare(Arc::clone(&data)).unwrap().render(&control).unwrap().film.pixels
     };
     let [none, bvh] = [Accel::None, Accel::Bvh].map(picture);

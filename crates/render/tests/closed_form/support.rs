@@ -77,7 +77,7 @@ pub(crate) fn render(scene: &Scene) -> Film {
         on_progress: &|_| {},
         cancel: &AtomicBool::new(false),
         count_work: false,
-        moment: None,
+        frame: None,
     };
     let rendered = prepared.render(&control).unwrap();
     assert!(rendered.complete);

@@ -14,7 +14,7 @@ pub(crate) fn render(data: &SceneData, accel: Accel) -> Vec<Vec3> {
     let options = CpuOptions { accel, threads: Some(2), ..CpuOptions::default() };
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::new(data.clone())).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
     prepared.render(&control).unwrap().film.pixels
 }
 

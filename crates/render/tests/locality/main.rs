@@ -21,7 +21,7 @@ use std::sync::atomic::AtomicBool;
 fn render(data: &Arc<SceneData>, options: CpuOptions) -> Film {
     let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(data)).unwrap();
     let cancel = AtomicBool::new(false);
-    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: None };
     prepared.render(&control).unwrap().film
 }
 

@@ -3,7 +3,7 @@
 use super::{LoadOptions, LoadedScene, load_from_memory};
 use crate::error::SceneError;
 use crate::files::reference_systems::Preset;
-use crate::flatten::{Moments, SceneData};
+use crate::flatten::{FrameStates, SceneData};
 use crate::model::{Camera, Light, Scene};
 use eosphor_core::math::{Vec3, vec3};
 use proptest::prelude::*;
@@ -129,10 +129,10 @@ fn one(name: &str, bytes: Vec<u8>) -> Scene {
 /// All that reaches a pixel, as text; -0 is not 0 there.
 fn arrays(scene: &Scene) -> String {
     let (data, _) = SceneData::flatten(scene).unwrap();
-    let moments = Moments::new(scene, &data);
+    let states = FrameStates::new(scene, &data);
     let frames = scene.animation.as_ref().map_or(1, |animation| animation.frames);
-    let moments: Vec<_> = (0..frames).map(|frame| moments.at(frame).unwrap()).collect();
-    format!("{data:?}\n{moments:?}").replace("-0.0,", "0.0,").replace("-0.0 ", "0.0 ")
+    let states: Vec<_> = (0..frames).map(|frame| states.at(frame).unwrap()).collect();
+    format!("{data:?}\n{states:?}").replace("-0.0,", "0.0,").replace("-0.0 ", "0.0 ")
 }
 
 fn assert_same(near: &Scene, far: &Scene, name: &str) {

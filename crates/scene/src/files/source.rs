@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Of a folder, no more names are looked at.
-const MOST_NAMES: usize = 10_000;
+const MAX_FOLDER_NAMES: usize = 10_000;
 
 /// The disk, or files held in memory (built-in scenes, tests).
 pub(crate) enum Source {
@@ -75,7 +75,7 @@ impl Source {
 pub fn near_name(path: &Path) -> Option<String> {
     let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     let file = |entry: std::fs::DirEntry| entry.file_name().into_string().ok();
-    let entries = std::fs::read_dir(folder).ok()?.take(MOST_NAMES);
+    let entries = std::fs::read_dir(folder).ok()?.take(MAX_FOLDER_NAMES);
     let names: Vec<String> = entries.filter_map(|entry| file(entry.ok()?)).collect();
     let name = path.file_name()?.to_string_lossy();
     nearest(&name, names.iter().map(String::as_str)).map(str::to_owned)

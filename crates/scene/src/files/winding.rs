@@ -15,8 +15,8 @@ use std::collections::HashMap;
 /// Faces that a thread takes at once.
 pub(super) const BLOCK: usize = 1 << 13;
 
-/// While there are fewer than one face in this many to go by, only those around them are looked at.
-const FEW: usize = 16;
+/// The region around opposed faces is judged by itself only while it holds less than one in so many of all faces.
+const MIN_FACES_PER_REGION_FACE: usize = 16;
 
 /// How many times those around them are added.
 const RINGS: u32 = 4;
@@ -69,7 +69,7 @@ pub(super) fn follow_normals(
     // Mostly few faces are in question, and some around them tell enough.
     let mut centre = opposed;
     for _ in 0..RINGS {
-        if centre.len() >= faces.len() / FEW {
+        if centre.len() >= faces.len() / MIN_FACES_PER_REGION_FACE {
             break;
         }
         let region = Region::around(mesh, &faces, &centre);

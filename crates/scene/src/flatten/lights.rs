@@ -10,7 +10,7 @@ use eosphor_core::material::{Material, NONE};
 use eosphor_core::math::{Vec3, elementary64, vec3};
 
 /// More emissive triangles than this are worth a note.
-const MANY: u32 = 256;
+const MAX_LIGHTS_WITHOUT_NOTE: u32 = 256;
 
 /// The scene's own lights in a frame, in its order.
 pub(super) fn explicit(scene: &Scene, frame: u32) -> Vec<Light> {
@@ -152,7 +152,7 @@ impl Emitters {
 /// What is worth saying of the lights that shine by themselves.
 pub(super) fn notes(shining: &[Light], samples: u32, data: &SceneData, notes: &mut Vec<Note>) {
     let count = shining.len() as u32;
-    if count > MANY {
+    if count > MAX_LIGHTS_WITHOUT_NOTE {
         notes.push(Note::ManyLights { count, rays: u64::from(count) * u64::from(samples) });
     }
     let is_emitter = |m: &&u32| shines(&data.materials[**m as usize]);

@@ -5,11 +5,11 @@
 
 mod camera;
 mod check;
+mod frame_state;
 mod framing;
 mod geometry;
 mod lights;
 mod materials;
-mod moment;
 mod normals;
 mod note;
 mod places;
@@ -29,8 +29,8 @@ use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3,
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
+pub use frame_state::{FrameState, FrameStates, Places};
 pub use framing::{LeftOut, View};
-pub use moment::{Moment, Moments, Places};
 pub use note::Note;
 
 /// What machines read: plain arrays with indices instead of pointers. Hierarchies are built over it (`eosphor-accel`)

@@ -1,7 +1,7 @@
 //! Known answers of flattening.
 
 use super::materials::compose;
-use super::{Moments, Note, SceneData};
+use super::{FrameStates, Note, SceneData};
 use crate::Preset;
 use crate::model::*;
 use eosphor_core::geometry::Bounds;
@@ -435,7 +435,7 @@ fn physical_light_is_divided_by_pi_once_and_plain_light_and_headlights_are_not()
     assert_eq!(flatten(&scene).0.materials[0].emission, color);
     // Animations have it from the same place.
     let (data, _) = flatten(&scene);
-    assert_eq!(Moments::new(&scene, &data).at(0).unwrap().lights, data.lights);
+    assert_eq!(FrameStates::new(&scene, &data).at(0).unwrap().lights, data.lights);
     scene.settings.light_units = LightUnits::Plain;
     assert_eq!(of(&scene), [color; 3 + 12]);
     for preset in Preset::ALL {

@@ -1,6 +1,6 @@
 //! What moves: frames are numbered from 0, and each is a scene of its own.
 
-use super::stand_ins::{Color, Vector};
+use super::schema_types::{Color, Vector};
 use super::transform::{double, single};
 use super::{Camera, Interpolation, Light, LightParts, Move, Scene};
 use eosphor_core::math::{Affine, Vec3, elementary64};

@@ -1,6 +1,6 @@
 //! The camera, as people describe it.
 
-use super::stand_ins::Vector;
+use super::schema_types::Vector;
 use eosphor_core::math::{Vec3, vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! Lights, as people describe them. Triangles of an emissive material are lights too and need no entry here.
 
-use super::stand_ins::{Color, Vector};
+use super::schema_types::{Color, Vector};
 use eosphor_core::math::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

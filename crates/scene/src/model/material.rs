@@ -1,7 +1,7 @@
 //! Materials, as people and files describe them.
 
 use super::Pbr;
-use super::stand_ins::{Color, IndexOfRefraction};
+use super::schema_types::{Color, IndexOfRefraction};
 use eosphor_core::math::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

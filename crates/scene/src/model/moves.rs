@@ -2,7 +2,7 @@
 
 use super::interpolation::Interpolation;
 use super::matrix::{Matrix, about};
-use super::stand_ins::{Quaternion, Scale, Vector};
+use super::schema_types::{Quaternion, Scale, Vector};
 use super::transform::{Transform, add, double, one_or_three, single};
 use eosphor_core::math::Vec3;
 use schemars::JsonSchema;

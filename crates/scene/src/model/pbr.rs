@@ -1,6 +1,6 @@
 //! The metallic-roughness material of glTF 2.0.
 
-use super::stand_ins::{Color, IndexOfRefraction, Share};
+use super::schema_types::{Color, IndexOfRefraction, Share};
 use eosphor_core::math::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! How to render a scene.
 
-use super::stand_ins::Color;
+use super::schema_types::Color;
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
 use schemars::JsonSchema;

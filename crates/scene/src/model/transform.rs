@@ -1,7 +1,7 @@
 //! How objects are placed.
 
 use super::matrix::{Matrix, about};
-use super::stand_ins::{Scale, Vector};
+use super::schema_types::{Scale, Vector};
 use eosphor_core::math::{Affine, Vec3, elementary64, vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};

@@ -41,7 +41,7 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     let prepared = backend.prepare(data)?;
     let prepare_milliseconds = start.elapsed().as_secs_f64() * 1e3;
     let (cancel, watch) = (AtomicBool::new(false), |_| ());
-    let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false, moment: None };
+    let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false, frame: None };
     let mut rays = 0;
     let mut times = Vec::with_capacity(flags.repeats);
     // Once to warm up.

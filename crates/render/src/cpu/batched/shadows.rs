@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A light with at least this many samples fills packets from each point by itself; of others, one sample of all points
 /// is traced together.
-const MANY_SAMPLES: u32 = 12;
+const MIN_SAMPLES_FOR_OWN_PACKETS: u32 = 12;
 
 /// What a block's points may get of a light.
 #[derive(Clone, Copy)]
@@ -106,7 +106,7 @@ impl Shadows {
         for (number, light) in view.lights.iter().enumerate() {
             for side in 0..sides {
                 let lamp = Lamp { light, number: number as u32, side };
-                if light.samples() >= MANY_SAMPLES {
+                if light.samples() >= MIN_SAMPLES_FOR_OWN_PACKETS {
                     self.point_by_point(view, tracer, &lamp, points, shadow_rays, cancel)?;
                 } else {
                     self.sample_by_sample(view, tracer, &lamp, points, shadow_rays);

@@ -6,7 +6,7 @@ use super::fault::quoted;
 use super::format::{ParallelogramEntry, SceneFile, SphereEntry};
 use super::material::{Entries, MaterialEntry, TextureSlots};
 use super::nearest::hint;
-use super::sense;
+use super::semantics;
 use super::texture::{ChannelTextureEntry, TextureEntry};
 use super::tree::{Step, way};
 use crate::error::{Problem, SceneError};
@@ -42,7 +42,7 @@ impl Builder<'_> {
         if let Some(camera) = &file.camera {
             let motion = file.animation.as_ref().and_then(|animation| animation.camera.as_ref());
             let is_moved = motion.is_some_and(CameraMotion::sets_view);
-            sense::check_camera(self.document, &self.first_camera(camera, motion), is_moved)?;
+            semantics::check_camera(self.document, &self.first_camera(camera, motion), is_moved)?;
         }
         self.loader.scene.camera = file.camera;
         let RenderSettings { headlight, .. } = self.loader.scene.settings;
@@ -70,7 +70,7 @@ impl Builder<'_> {
             let material = self.material(material, &materials, &way!["parallelograms", i, "material"])?;
             let material = material.unwrap_or_else(|| self.loader.default_material());
             let parallelogram = Parallelogram { corner, edge_u, edge_v, material };
-            sense::check_edges(self.document, i, &parallelogram)?;
+            semantics::check_edges(self.document, i, &parallelogram)?;
             self.loader.scene.parallelograms.push(parallelogram);
         }
         self.add_quadrilaterals(file.quadrilaterals, &materials)?;

@@ -8,7 +8,7 @@ use super::tree::{Entry, Node, Value};
 use crate::model::MAX_COORDINATE;
 
 /// Longer lists of words are not shown where something else than a word stands.
-const MANY_WORDS: usize = 6;
+const MAX_LISTED_WORDS: usize = 6;
 
 /// Checks a whole file.
 pub(super) fn check(rule: &Rule, root: &Node) -> Result<(), Fault> {
@@ -245,7 +245,7 @@ fn expected(rule: &Rule) -> String {
         Kind::List { .. } => "a list".into(),
         Kind::Object(_) => "an object".into(),
         Kind::Names(_) => "an object of names".into(),
-        Kind::Choice { words, keys } if words.len() + keys.len() > MANY_WORDS => {
+        Kind::Choice { words, keys } if words.len() + keys.len() > MAX_LISTED_WORDS => {
             format!("a name such as {}", listed(words.first().map(String::as_str), ""))
         }
         Kind::Choice { words, keys } => {

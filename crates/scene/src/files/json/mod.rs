@@ -19,7 +19,7 @@ mod rules;
 mod schema;
 #[cfg(test)]
 mod schema_tests;
-mod sense;
+mod semantics;
 mod solids;
 #[cfg(test)]
 mod solids_tests;
@@ -39,7 +39,7 @@ pub(super) use fault::quoted;
 pub use reference::scene_reference;
 pub use schema::scene_schema;
 
-/// The version of the format. The one before, [`OLD_VERSION`], differs by the usual units of light.
+/// The version of the format. The one before, [`OLD_VERSION`], differs by the default units of light.
 const VERSION: f64 = 2.0;
 
 /// Read too: its lights were not physical.

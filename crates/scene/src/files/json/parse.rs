@@ -10,7 +10,7 @@ use std::collections::HashSet;
 const MAX_DEPTH: u32 = 100;
 
 /// Objects of more keys look for repeated ones by hashing.
-const FEW_KEYS: usize = 16;
+const MIN_HASHED_KEYS: usize = 16;
 
 /// The tree of a whole file.
 pub(super) fn parse(text: &str) -> Result<Node<'_>, Fault> {
@@ -182,7 +182,7 @@ impl<'a> Parser<'a> {
                 return Err(self.no_key(start));
             }
             let key = self.string()?;
-            let twice = if entries.len() < FEW_KEYS {
+            let twice = if entries.len() < MIN_HASHED_KEYS {
                 entries.iter().any(|entry| entry.key == key)
             } else {
                 if many.is_empty() {

@@ -2,7 +2,7 @@
 
 use super::build::{Builder, MaterialNames};
 use super::format::QuadrilateralEntry;
-use super::sense;
+use super::semantics;
 use super::tree::way;
 use crate::double::sub;
 use crate::error::SceneError;
@@ -22,7 +22,7 @@ impl Builder<'_> {
                 of_file.unwrap_or(double(corners[k]))
             });
             let about_first = exact.map(|corner| single(sub(corner, exact[0])));
-            sense::check_corners(self.document, i, &about_first)?;
+            semantics::check_corners(self.document, i, &about_first)?;
             let size = about_first.iter().fold(0.0, |most: f32, p| most.max(p.abs().max_component()));
             let is_apart = self.is_beyond(exact[0], f64::from(size));
             let scene = &mut self.loader.scene;

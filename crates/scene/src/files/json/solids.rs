@@ -9,7 +9,7 @@ use crate::solids::{Body, BodyLighting};
 use eosphor_core::math::Vec3;
 
 /// Of all solids of a file. A few bytes of text make tens of thousands: this is less than a GB in all.
-const MOST_TRIANGLES: usize = 2_000_000;
+const MAX_SOLID_TRIANGLES: usize = 2_000_000;
 
 /// The lights in the middle of solids, each with the number of its solid.
 pub(super) type MiddleLights = Vec<(usize, Light)>;
@@ -26,9 +26,10 @@ impl Builder<'_> {
                 return wrong("lit-by", message.into());
             }
             triangles += entry.shape.triangle_count(entry.lights_per_edge);
-            if triangles > MOST_TRIANGLES {
-                let message =
-                    format!("up to here solids have {triangles} triangles; they may have {MOST_TRIANGLES}");
+            if triangles > MAX_SOLID_TRIANGLES {
+                let message = format!(
+                    "up to here solids have {triangles} triangles; they may have {MAX_SOLID_TRIANGLES}"
+                );
                 return wrong("lights-per-edge", message);
             }
             let center = self.exact(&way!["solids", i, "center"]).unwrap_or(double(entry.center));

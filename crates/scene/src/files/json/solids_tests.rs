@@ -2,7 +2,7 @@
 
 use crate::files::source::Source;
 use crate::files::{LoadOptions, load_from};
-use crate::flatten::{Moments, SceneData};
+use crate::flatten::{FrameStates, SceneData};
 use crate::model::{Light, Scene};
 use crate::{CourseInput, CourseOptions, Solid};
 use eosphor_core::material::{Material, NONE};
@@ -72,14 +72,14 @@ fn they_are_those_of_the_course() {
     let mut crooked = CourseInput::colourful();
     crooked.floor.corners[2] = vec3(6.0, 6.0, -1.5);
     crooked.bodies[1].lights_per_edge = 0;
-    let usual = CourseOptions::default();
-    let diodes = CourseOptions { diodes: true, ..usual.clone() };
+    let defaults = CourseOptions::default();
+    let diodes = CourseOptions { diodes: true, ..defaults.clone() };
     let others =
-        CourseOptions { shapes: [Some(Solid::Cube), None, Some(Solid::Icosahedron)], ..usual.clone() };
+        CourseOptions { shapes: [Some(Solid::Cube), None, Some(Solid::Icosahedron)], ..defaults.clone() };
     for (input, options) in [
-        (CourseInput::colourful(), &usual),
+        (CourseInput::colourful(), &defaults),
         (CourseInput::colourful(), &diodes),
-        (crooked.clone(), &usual),
+        (crooked.clone(), &defaults),
         (crooked, &others),
     ] {
         let expected = input.scene(options).unwrap().scene;
@@ -91,7 +91,7 @@ fn they_are_those_of_the_course() {
         assert_eq!(format!("{:?}", looks(&found)), format!("{:?}", looks(&wanted)));
         assert_eq!(found.lights, wanted.lights);
         assert_eq!((found.camera, found.settings), (wanted.camera, wanted.settings));
-        let at = |scene, data| Moments::new(scene, data).at(17).unwrap();
+        let at = |scene, data| FrameStates::new(scene, data).at(17).unwrap();
         assert_eq!(at(&scene, &found), at(&expected, &wanted));
     }
 }

@@ -3,7 +3,7 @@
 use crate::error::SceneError;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene, load_from};
-use crate::flatten::{Moments, SceneData};
+use crate::flatten::{FrameStates, SceneData};
 use crate::model::{AlphaMode, Channel, Light, LightUnits, MaterialKind, PixelSampling, TextureContent};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::texture::{TextureFilter, TextureWrap};
@@ -542,7 +542,7 @@ fn moves_are_applied_in_order() {
     .scene;
     let origin_in = |frame| {
         let (data, _) = SceneData::flatten(&scene).unwrap();
-        let places = Moments::new(&scene, &data).at(frame).unwrap().places.unwrap();
+        let places = FrameStates::new(&scene, &data).at(frame).unwrap().places.unwrap();
         places.instances[1].world_from_object.translation
     };
     assert!((origin_in(0) - vec3(0.0, 6.0, 0.0)).length() < 1e-5, "{:?}", origin_in(0));

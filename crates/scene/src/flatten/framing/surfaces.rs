@@ -5,7 +5,7 @@ use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use eosphor_core::math::{Affine, Vec3};
 
 /// Instances of a scene with more placed triangles than this count as their boxes.
-const MANY: u64 = 1 << 22;
+const MAX_FRAMED_TRIANGLES: u64 = 1 << 22;
 
 /// The sides of a box by its corners' numbers (bit k says whether coordinate k is the upper one), seen from outside.
 const BOX_SIDES: [[usize; 3]; 12] = [
@@ -73,7 +73,7 @@ impl Surfaces<'_> {
     /// Takes every triangle that is placed, in the world; of scenes with very many, the boxes of instances instead.
     pub(super) fn each_triangle(&self, mut take: impl FnMut(&[Vec3d; 3])) {
         let count = |i: &Instance| u64::from(self.geometries[i.geometry as usize].triangle_count);
-        let are_many = self.instances.iter().map(count).sum::<u64>() > MANY;
+        let are_many = self.instances.iter().map(count).sum::<u64>() > MAX_FRAMED_TRIANGLES;
         for instance in self.instances {
             let map = &instance.world_from_object;
             let geometry = &self.geometries[instance.geometry as usize];

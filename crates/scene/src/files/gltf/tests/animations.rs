@@ -3,7 +3,7 @@
 use super::{CORNERS, F32, File, bytes, read, read_with, triangle};
 use crate::files::{LoadOptions, LoadedScene};
 use crate::model::{CameraMotion, Light, Scene};
-use crate::{Moments, SceneData};
+use crate::{FrameStates, SceneData};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use serde_json::{Value, json};
 use std::f32::consts::FRAC_1_SQRT_2;
@@ -38,8 +38,8 @@ impl File {
 /// Where the instances are in a frame.
 pub(super) fn places(scene: &Scene, frame: u32) -> Vec<Affine> {
     let (data, _) = SceneData::flatten(scene).unwrap_or_else(|e| panic!("{e}"));
-    let moment = Moments::new(scene, &data).at(frame).unwrap_or_else(|e| panic!("{e}"));
-    moment.places.unwrap().instances[1..].iter().map(|instance| instance.world_from_object).collect()
+    let state = FrameStates::new(scene, &data).at(frame).unwrap_or_else(|e| panic!("{e}"));
+    state.places.unwrap().instances[1..].iter().map(|instance| instance.world_from_object).collect()
 }
 
 pub(super) fn near(a: Vec3, b: Vec3) {
@@ -158,7 +158,7 @@ fn cameras_are_carried() {
     near(end.direction, vec3(-1.0, 0.0, 0.0));
     near(end.up, vec3(0.0, 1.0, 0.0));
     let (data, _) = SceneData::flatten(&scene).unwrap();
-    assert_eq!(Moments::new(&scene, &data).at(12).unwrap().camera.eye, half.position);
+    assert_eq!(FrameStates::new(&scene, &data).at(12).unwrap().camera.eye, half.position);
 
     // One that is not chosen, and stays.
     let mut file = carrying(json!({"camera": 0}), json!({"cameras": perspective}));

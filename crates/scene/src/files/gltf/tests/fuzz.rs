@@ -1,7 +1,7 @@
 //! No bytes make the reader panic; what loads also passes flattening or fails with an error.
 
 use super::{CORNERS, F32, File, U16, bytes, read};
-use crate::{Moments, SceneData};
+use crate::{FrameStates, SceneData};
 use proptest::prelude::*;
 use proptest::sample::Index;
 use serde_json::json;
@@ -88,8 +88,8 @@ fn run(bytes: &[u8]) -> bool {
             let scene = &loaded.scene;
             let frames = scene.animation.as_ref().map_or(1, |animation| animation.frames);
             SceneData::flatten(scene).is_ok_and(|(data, _)| {
-                let moments = Moments::new(scene, &data);
-                [0, frames / 2, frames - 1].into_iter().all(|frame| moments.at(frame).is_ok())
+                let states = FrameStates::new(scene, &data);
+                [0, frames / 2, frames - 1].into_iter().all(|frame| states.at(frame).is_ok())
             })
         }
         Err(error) => {

@@ -10,7 +10,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 
 /// Defines types that stand for others in schemas.
-macro_rules! stand_ins {
+macro_rules! schema_types {
     ($($(#[$doc:meta])* $name:ident = { $($schema:tt)* })+) => {$(
         $(#[$doc])*
         pub(crate) enum $name {}
@@ -27,7 +27,7 @@ macro_rules! stand_ins {
     )+};
 }
 
-stand_ins! {
+schema_types! {
     /// For [`eosphor_core::math::Vec3`].
     Vector = {
         "description": "A point or a direction: x, y and z, right-handed.",

@@ -1,4 +1,4 @@
-//! What other ranks than 0 do: render for it.
+//! A worker, which is every rank but 0: renders what rank 0 asks for.
 
 use super::RankOptions;
 use super::processors;
@@ -19,8 +19,8 @@ use std::time::Duration;
 /// Between two looks for signs of life while there is nothing else to do.
 pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Works until rank 0's command has ended.
-pub(super) fn follow(world: &World, options: &RankOptions) -> Result<(), Failure> {
+/// Renders for rank 0 until its command has ended.
+pub(super) fn run(world: &World, options: &RankOptions) -> Result<(), Failure> {
     interrupt::watch(Verbosity::Quiet)?;
     let sharers = meet(world)?;
     // An error of this rank alone would leave the others waiting.
@@ -205,9 +205,9 @@ fn gpus() -> Vec<usize> {
 
 /// Renders a unit.
 pub(super) fn render(scene: &dyn PreparedScene, unit: &[u8]) -> Result<Vec<u8>, String> {
-    let Unit { rows, samples, count_work, moment } = wire::decode(unit)?;
+    let Unit { rows, samples, count_work, frame: state } = wire::decode(unit)?;
     let (on_progress, cancel) = (&|_| {}, interrupt::cancel().overdue());
-    let control = RenderControl { on_progress, cancel, count_work, moment: moment.as_ref() };
+    let control = RenderControl { on_progress, cancel, count_work, frame: state.as_ref() };
     let fail = |error: BackendError| error.to_string();
     match samples {
         None => wire::encode_film(&scene.render_rows(rows, &control).map_err(fail)?),

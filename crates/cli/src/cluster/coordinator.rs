@@ -1,9 +1,9 @@
-//! What rank 0 does: a thread runs the command, and this one has MPI.
+//! The coordinator, which is rank 0: a thread runs the command, and this one has MPI.
 
 use super::RankOptions;
 use super::backend::{ClusterBackend, Crew, Request, Submission};
-use super::follow::{LOOK_INTERVAL, Local, Prepared, meanwhile, meet, together};
 use super::wire::{self, Order, Ready};
+use super::worker::{LOOK_INTERVAL, Local, Prepared, meanwhile, meet, together};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::streams::Verbosity;
@@ -20,7 +20,7 @@ use std::time::Duration;
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Runs a command with all ranks as its backend.
-pub(super) fn lead(
+pub(super) fn run(
     world: &World,
     options: &RankOptions,
     command: impl FnOnce(Option<&dyn Backend>) -> Result<(), Failure> + Send,

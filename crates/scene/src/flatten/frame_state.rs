@@ -12,33 +12,33 @@ use eosphor_core::settings::Settings;
 use eosphor_core::view::SceneView;
 use serde::{Deserialize, Serialize};
 
-/// What a frame has of its own. The rest of the [`SceneData`] is the same for all of them.
+/// The state of a frame of an animation: all that may differ between frames. The rest of the [`SceneData`] is the same for all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Moment {
+pub struct FrameState {
     /// The camera.
     pub camera: Camera,
-    /// Lights, in the order of the scene's.
+    /// Lights, in the order of [`SceneData::lights`].
     pub lights: Vec<Light>,
     /// Settings that reach a pixel; the size is the scene's.
     pub settings: Settings,
-    /// Instances, as many and in the order of the scene's; `None` where they stand still.
+    /// Where instances are; `None` where they stand still.
     pub places: Option<Places>,
 }
 
 /// Where instances are in a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Places {
-    /// Placed geometries; number 0 is the world itself.
+    /// As many as [`SceneData::instances`], in the same order; number 0 is the world itself.
     pub instances: Vec<Instance>,
 }
 
-/// The frames of a scene.
-pub struct Moments<'a> {
+/// Makes the state of any frame of a scene.
+pub struct FrameStates<'a> {
     scene: &'a Scene,
     data: &'a SceneData,
-    /// Of each geometry, not padded.
+    /// Bounds of each geometry, not padded.
     bounds: Vec<Bounds>,
-    /// Around everything, where it stands still.
+    /// Bounds of the whole scene, where nothing moves.
     world: Bounds,
     /// Triangles that shine, where they may move.
     emitters: Option<Emitters>,
@@ -46,9 +46,9 @@ pub struct Moments<'a> {
     has_headlight: bool,
 }
 
-impl<'a> Moments<'a> {
-    /// Of a scene and what [`SceneData::flatten`] made of it.
-    pub fn new(scene: &'a Scene, data: &'a SceneData) -> Moments<'a> {
+impl<'a> FrameStates<'a> {
+    /// `data` is what [`SceneData::flatten`] made of `scene`.
+    pub fn new(scene: &'a Scene, data: &'a SceneData) -> FrameStates<'a> {
         let is_own = |light: &Light| matches!(light, Light::Triangle { .. });
         let has_headlight = scene.lights.is_empty() && data.lights.len() == 1 && !is_own(&data.lights[0]);
         let part = |first: u32, count: u32| first as usize..first as usize + count as usize;
@@ -59,14 +59,14 @@ impl<'a> Moments<'a> {
         let bounds: Vec<Bounds> = data.geometries.iter().map(bounds_of).collect();
         let world = places::world_bounds(&bounds, &data.instances);
         let emitters = data.instances_move.then(|| data.emitters());
-        Moments { scene, data, bounds, world, emitters, has_headlight }
+        FrameStates { scene, data, bounds, world, emitters, has_headlight }
     }
 
-    /// A frame, as [`SceneData::flatten`] would make it.
+    /// The state of a frame (0 is the first): what [`SceneData::flatten`] would make of the scene at that frame.
     ///
     /// # Errors
     /// Where the camera of this frame spans no view, or an instance leaves the range of coordinates.
-    pub fn at(&self, frame: u32) -> Result<Moment, SceneError> {
+    pub fn at(&self, frame: u32) -> Result<FrameState, SceneError> {
         let places = self.data.instances_move.then(|| self.places(frame)).transpose()?;
         let world = match &places {
             Some(places) => places::world_bounds(&self.bounds, &places.instances),
@@ -83,7 +83,7 @@ impl<'a> Moments<'a> {
             true => vec![camera::headlight(&camera)],
             false => self.lights(frame, places.as_ref()),
         };
-        Ok(Moment { camera, lights, settings, places })
+        Ok(FrameState { camera, lights, settings, places })
     }
 
     fn lights(&self, frame: u32, places: Option<&Places>) -> Vec<Light> {
@@ -115,10 +115,10 @@ impl<'a> Moments<'a> {
 }
 
 impl SceneData {
-    /// Borrowed, for shading a frame; without a moment as it is.
-    pub fn view_at<'a>(&'a self, moment: Option<&'a Moment>) -> SceneView<'a> {
+    /// The arrays that shading a frame reads, borrowed; without a state those of the scene as it was flattened.
+    pub fn view_at<'a>(&'a self, state: Option<&'a FrameState>) -> SceneView<'a> {
         let view = self.view();
-        let Some(Moment { camera, lights, settings, places }) = moment else { return view };
+        let Some(FrameState { camera, lights, settings, places }) = state else { return view };
         let view = SceneView { camera, lights, settings, ..view };
         match places {
             Some(Places { instances }) => SceneView { instances, ..view },
@@ -135,7 +135,7 @@ mod tests {
     use eosphor_core::math::vec3;
     use std::sync::Arc;
 
-    /// A moment is what flattening the scene with the frame's camera makes.
+    /// A frame's state is what flattening the scene with the frame's camera makes.
     #[test]
     fn moments_are_what_flattening_makes() {
         let mut scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
@@ -149,23 +149,23 @@ mod tests {
                 scene.materials.iter_mut().for_each(|m| *m = crate::Material::default_material());
             }
             let (data, _) = SceneData::flatten(&scene).unwrap();
-            let moments = Moments::new(&scene, &data);
-            assert_eq!(moments.has_headlight, is_dark);
+            let states = FrameStates::new(&scene, &data);
+            assert_eq!(states.has_headlight, is_dark);
             for frame in 0..7 {
                 let mut still = Scene { lights: scene.lights_at(frame), ..scene.clone() };
                 still.camera = scene.camera_at(frame);
                 still.animation = None;
                 let (expected, _) = SceneData::flatten(&still).unwrap();
                 let SceneData { camera, lights, settings, .. } = expected;
-                let expected = Moment { camera, lights, settings, places: None };
-                assert_eq!(moments.at(frame).unwrap(), expected, "{frame}");
+                let expected = FrameState { camera, lights, settings, places: None };
+                assert_eq!(states.at(frame).unwrap(), expected, "{frame}");
             }
         }
         scene.camera = Some(ModelCamera { up: vec3(0.0, 0.0, 1.0), ..ModelCamera::default() });
         scene.animation = None;
         let (data, _) =
             SceneData::flatten(&load("builtin:cornell", &LoadOptions::default()).unwrap().scene).unwrap();
-        assert!(Moments::new(&scene, &data).at(0).is_err());
+        assert!(FrameStates::new(&scene, &data).at(0).is_err());
     }
 
     /// The same where an object moves: here to places that single precision can name.
@@ -188,7 +188,7 @@ mod tests {
         }
         let (data, _) = SceneData::flatten(&scene).unwrap();
         assert!(data.instances_move && data.lights.len() > 1 && data.instances.len() > 1);
-        let moments = Moments::new(&scene, &data);
+        let states = FrameStates::new(&scene, &data);
         for frame in 0..5 {
             let mut still = scene.clone();
             for instance in &mut still.instances {
@@ -197,8 +197,8 @@ mod tests {
             let (expected, _) = SceneData::flatten(&still).unwrap();
             let SceneData { camera, lights, settings, instances, .. } = expected;
             let places = Some(Places { instances });
-            assert_eq!(moments.at(frame).unwrap(), Moment { camera, lights, settings, places }, "{frame}");
+            assert_eq!(states.at(frame).unwrap(), FrameState { camera, lights, settings, places }, "{frame}");
         }
-        assert!(moments.at(1).unwrap().lights != moments.at(2).unwrap().lights);
+        assert!(states.at(1).unwrap().lights != states.at(2).unwrap().lights);
     }
 }
