@@ -1,6 +1,6 @@
 //! Why a command ended without success, and what the shell is told.
 
-use crate::first_signal;
+use crate::{first_signal, flag_hints};
 use eosphor::compare::CompareError;
 use eosphor::job::JobError;
 use eosphor::{BackendError, OutputError, SceneError, Snippet};
@@ -27,7 +27,7 @@ impl Failure {
     pub(crate) fn line(&self) -> Option<String> {
         match self {
             Failure::Failed(text) | Failure::Usage(text) | Failure::Interrupted(text) => Some(one_line(text)),
-            Failure::Scene(error) => Some(one_line(&error.to_string())),
+            Failure::Scene(error) => Some(one_line(&flag_hints::scene(error))),
             Failure::Different => None,
         }
     }
@@ -104,12 +104,12 @@ impl From<JobError> for Failure {
             JobError::NoAnimation { .. }
             | JobError::Pattern(_)
             | JobError::FrameRate { .. }
-            | JobError::MixedShares => Failure::usage(error),
+            | JobError::MixedShares => Failure::usage(flag_hints::job(&error)),
             JobError::NoSuchSamples { samples, all } => {
                 let (first, end) = (samples.start, samples.end);
                 Failure::Usage(format!("--sample-range {first}..{end}: a pixel has {all} samples"))
             }
-            error => Failure::because(error),
+            error => Failure::because(flag_hints::job(&error)),
         }
     }
 }

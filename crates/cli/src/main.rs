@@ -11,6 +11,7 @@ mod command_line;
 mod commands;
 mod failure;
 mod first_signal;
+mod flag_hints;
 mod interrupt;
 mod outputs;
 mod progress;

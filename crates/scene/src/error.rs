@@ -45,8 +45,8 @@ pub enum SceneError {
     },
     /// Textures beyond [`crate::LoadOptions::texture_memory_bytes`].
     #[error(
-        "{}: all textures together need {} of memory, their budget is {}: give them more (--texture-memory), or use \
-         smaller pictures",
+        "{}: all textures together need {} of memory, their budget is {}: give them more, or use smaller \
+         pictures",
         one_line(picture),
         size(*needed_bytes),
         size(*budget_bytes)
@@ -149,7 +149,7 @@ pub(crate) fn system_words(reason: &io::Error) -> String {
     }
 }
 
-/// Bytes in the units of `--texture-memory`.
+/// A number of bytes in words: binary units, and the exact number.
 fn size(bytes: u64) -> String {
     const UNITS: [&str; 4] = ["KiB", "MiB", "GiB", "TiB"];
     let (mut value, mut unit) = (bytes as f64, None);

@@ -4,6 +4,7 @@ use super::frames::{check_output, interruption, is_video};
 use crate::arguments::CourseFlags;
 use crate::backend::ranks_or_own;
 use crate::failure::Failure;
+use crate::flag_hints::RESUME;
 use crate::interrupt;
 use crate::streams::{self, Verbosity};
 use crate::watcher::Watcher;
@@ -118,9 +119,7 @@ fn still_there(failure: Failure, outcome: Option<SequenceOutcome>) -> Failure {
     match (failure, outcome) {
         (Failure::Failed(line), Some(outcome)) if outcome.kept + outcome.done > 0 => {
             let (count, all) = (outcome.kept + outcome.done, outcome.wanted);
-            Failure::Failed(format!(
-                "{line}; {count} of {all} frames are done: the same with --resume goes on"
-            ))
+            Failure::Failed(format!("{line}; {count} of {all} frames are done: {RESUME}"))
         }
         (failure, _) => failure,
     }
@@ -165,5 +164,19 @@ fn read_input() -> Result<(CourseInput, CourseLines), Failure> {
     if bytes.len() as u64 > MAX_INPUT_BYTES {
         return Err(Failure::Failed("the input is too long: it must end within 1 MB".into()));
     }
-    Ok(CourseInput::parse_with_lines(&bytes, Path::new(INPUT))?)
+    CourseInput::parse_with_lines(&bytes, Path::new(INPUT)).map_err(|error| {
+        match names_video(&bytes, &error) {
+            true => Failure::Failed(format!("{error} (a video is written by --output)")),
+            false => error.into(),
+        }
+    })
+}
+
+/// Whether an error is about an output path, the second word of the input, that is meant for a video.
+fn names_video(input: &[u8], error: &SceneError) -> bool {
+    if !error.to_string().contains("output path") {
+        return false;
+    }
+    let path = input.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).nth(1);
+    path.is_some_and(|path| path.to_ascii_lowercase().ends_with(b".mp4"))
 }

@@ -3,6 +3,7 @@
 use super::frames_work::FramesWork;
 use crate::arguments::{OutputKind, RenderFlags};
 use crate::failure::Failure;
+use crate::flag_hints::{RESUME, SHARED};
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use crate::watcher::Watcher;
@@ -130,8 +131,8 @@ pub(super) fn interruption(outcome: &SequenceOutcome, is_piped: bool, is_shared:
         (true, _) => {
             format!("{count} of {all} frames were done, and none is kept: ffmpeg makes whole videos only")
         }
-        (false, true) => format!("{count} of {all} frames are done: the same command goes on"),
-        (false, false) => format!("{count} of {all} frames are done: the same with --resume goes on"),
+        (false, true) => format!("{count} of {all} frames are done: {SHARED}"),
+        (false, false) => format!("{count} of {all} frames are done: {RESUME}"),
     }
 }
 

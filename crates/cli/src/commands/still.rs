@@ -3,6 +3,7 @@
 use crate::arguments::{RenderFlags, SampleRange, Share as RowShare};
 use crate::backend::cpu_options;
 use crate::failure::Failure;
+use crate::flag_hints::RESUME;
 use crate::outputs::names;
 use crate::report::{Report, Seconds, Speed, Work};
 use crate::streams::{self, Verbosity};
@@ -80,7 +81,7 @@ impl StillJob<'_> {
             return Err(Failure::Interrupted(match outcome.kept {
                 None => format!("interrupted: {name}: nothing was written"),
                 Some(_) => format!(
-                    "interrupted: {name} was not written: {percent:.0} % of its samples are done; the same with --resume goes on"
+                    "interrupted: {name} was not written: {percent:.0} % of its samples are done; {RESUME}"
                 ),
             }));
         }
@@ -101,13 +102,11 @@ impl StillJob<'_> {
         let percent = (outcome.done * 100.0).floor();
         let written = names(outcome.written.iter().map(|path| path.display()));
         if self.flags.file.sample_range.is_some() {
-            return format!(
-                "interrupted: {written} has {percent:.0} % of its samples: the same with --resume goes on"
-            );
+            return format!("interrupted: {written} has {percent:.0} % of its samples: {RESUME}");
         }
         let goes_on = match &outcome.kept {
-            Some(_) => "; the same with --resume goes on",
-            None => "",
+            Some(_) => format!("; {RESUME}"),
+            None => String::new(),
         };
         let were = if self.flags.outputs.len() > 1 { "were" } else { "was" };
         let partial = match outcome.written.len() {

@@ -51,7 +51,7 @@ pub enum JobError {
     },
     /// What is rendered at a time does not fit.
     #[error(
-        "not enough memory: what is rendered at a time needs {}, and {} are free: end other programs, or choose a smaller --size",
+        "not enough memory: what is rendered at a time needs {}, and {} are free: end other programs, or choose a smaller size",
         bytes_in_words(*needed),
         bytes_in_words(*free)
     )]
@@ -118,7 +118,7 @@ pub enum JobError {
     #[error("samples of a picture have neither layers nor alpha: leave these out, or share out rows")]
     SampleLayers,
     /// A still ended early by an error, and what was done is kept.
-    #[error("{error}; {} has what was done: the same with --resume goes on", checkpoint.display())]
+    #[error("{error}; {} has what was done: resuming goes on with it", checkpoint.display())]
     StillKept {
         /// Why it ended.
         error: Box<JobError>,
@@ -127,7 +127,7 @@ pub enum JobError {
     },
     /// Frames are asked for, and the scene has no animation.
     #[error(
-        "nothing moves in this scene: {} needs an animation: give the scene one, or --orbit with a number of frames",
+        "nothing moves in this scene: {} needs an animation: give the scene one, or a turntable",
         output.display()
     )]
     NoAnimation {
@@ -143,7 +143,7 @@ pub enum JobError {
         all: u32,
     },
     /// A video cannot have so many frames a second.
-    #[error("{fps} frames a second: {reason}: give --fps a simpler number, as 24 or 29.97")]
+    #[error("{fps} frames a second: {reason}: choose a simpler number, as 24 or 29.97")]
     FrameRate {
         /// Frames a second.
         fps: f32,
@@ -151,7 +151,7 @@ pub enum JobError {
         reason: String,
     },
     /// A sequence ended early by an error, and there are numbered files of the frames that were done.
-    #[error("{error}; {done} of {all} frames are done: {}", goes_on(*is_shared))]
+    #[error("{error}; {done} of {all} frames are done: {}", how_to_go_on(*is_shared))]
     FramesKept {
         /// Why it ended.
         error: Box<JobError>,
@@ -163,7 +163,7 @@ pub enum JobError {
         is_shared: bool,
     },
     /// A video ended early by an error, and the frames that were done are kept.
-    #[error("{error}; {} has {done} of {all} frames: the same with --resume goes on", folder.display())]
+    #[error("{error}; {} has {done} of {all} frames: resuming goes on with them", folder.display())]
     VideoKept {
         /// Why it ended.
         error: Box<JobError>,
@@ -182,7 +182,7 @@ pub enum JobError {
     },
     /// Nobody named shares, and none lie beside the output.
     #[error(
-        "there are no shares of {}: render them with --tiles 1/N to --tiles N/N, or with --sample-range, or name their files",
+        "there are no shares of {}: render them, or name their files",
         output.display()
     )]
     NoShares {
@@ -202,9 +202,9 @@ pub enum JobError {
     MixedShares,
 }
 
-/// How frames are gone on with.
-fn goes_on(is_shared: bool) -> &'static str {
-    if is_shared { "the same command goes on" } else { "the same with --resume goes on" }
+/// What renders the frames that are left: a job that shares its frames keeps those that are there without being told to.
+fn how_to_go_on(is_shared: bool) -> &'static str {
+    if is_shared { "the same job goes on with them" } else { "resuming goes on with them" }
 }
 
 /// What to do about a share that is not there.

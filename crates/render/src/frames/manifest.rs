@@ -44,7 +44,7 @@ impl FramesIdentity {
 #[non_exhaustive]
 pub enum ManifestError {
     /// They were made of something else.
-    #[error("cannot resume: {}: the frames there were made {what}: render into another folder, or without --resume", path.display())]
+    #[error("cannot resume: {}: the frames there were made {what}: render into another folder, or without resuming", path.display())]
     Stale {
         /// The manifest.
         path: PathBuf,
@@ -52,7 +52,7 @@ pub enum ManifestError {
         what: String,
     },
     /// The file is not a manifest.
-    #[error("cannot resume: {}: this is no manifest of frames: delete it, or render without --resume", path.display())]
+    #[error("cannot resume: {}: this is no manifest of frames: delete it, or render without resuming", path.display())]
     Malformed {
         /// The manifest.
         path: PathBuf,

@@ -21,6 +21,18 @@ pub enum MergeError {
         /// What it is, and what to do.
         what: &'static str,
     },
+    /// A share is not whole, as its render was ended early.
+    #[error("cannot merge: {}: it is not whole: resume its render", path.display())]
+    NotWhole {
+        /// The file of the share.
+        path: PathBuf,
+    },
+    /// The file keeps what is done of a still, which is no share.
+    #[error("cannot merge: {}: this is what is kept of a still: resume the render of the still", path.display())]
+    KeptStill {
+        /// The file.
+        path: PathBuf,
+    },
     /// Two are not of one picture.
     #[error("{} and {} are shares of different pictures: they differ in scene or settings", first.display(), second.display())]
     Differ {
@@ -38,9 +50,7 @@ pub enum MergeError {
         second: PathBuf,
     },
     /// Some are not there.
-    #[error(
-        "samples are missing: {first} to {end} of {all}; render them, with --sample-range {first}..{end}"
-    )]
+    #[error("samples are missing: {first} to {end} of {all}; render them")]
     Missing {
         /// The first of them.
         first: u32,
@@ -128,18 +138,18 @@ fn open(path: &Path) -> Result<Reader, MergeError> {
     let wrong = |what| Err(MergeError::NoShare { path: path.to_owned(), what });
     let file = match SumsFile::open(path)? {
         Found::Nothing => return wrong("no such file"),
-        Found::Begun => return wrong("it is not whole: the same command with --resume goes on"),
+        Found::Begun => return Err(MergeError::NotWhole { path: path.to_owned() }),
         Found::Sums(file) => *file,
     };
     let Some(share) = file.header().share.clone() else {
-        return wrong("this is what is kept of a still: render with --resume goes on with it");
+        return Err(MergeError::KeptStill { path: path.to_owned() });
     };
     let samples = share.samples.clone();
     if samples.is_empty() || samples.end > share.all {
         return wrong("its numbers are out of range; render it again");
     }
     if !file.has(&(0..file.header().size.1), samples.len() as u32) {
-        return wrong("it is not whole: the same command with --resume goes on");
+        return Err(MergeError::NotWhole { path: path.to_owned() });
     }
     Ok(Reader { file, share })
 }

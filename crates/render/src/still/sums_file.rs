@@ -43,7 +43,7 @@ const MAX_HEADER_BYTES: u32 = 1 << 20;
 #[non_exhaustive]
 pub enum SumsError {
     /// It is of something else.
-    #[error("cannot resume: {}: what is done there is {what}: render to another file, or without --resume", path.display())]
+    #[error("cannot resume: {}: what is done there is {what}: render to another file, or without resuming", path.display())]
     Stale {
         /// The file.
         path: PathBuf,
@@ -51,7 +51,7 @@ pub enum SumsError {
         what: String,
     },
     /// The file is something else.
-    #[error("cannot resume: {}: this is not what the program keeps of a picture: delete it, or render without --resume", path.display())]
+    #[error("cannot resume: {}: this is not what the program keeps of a picture: delete it, or render without resuming", path.display())]
     Malformed {
         /// The file.
         path: PathBuf,

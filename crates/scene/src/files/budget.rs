@@ -140,8 +140,8 @@ mod tests {
         let error = budget.check().unwrap_err();
         assert_eq!(
             error.to_string(),
-            "b: all textures together need 102 bytes of memory, their budget is 100 bytes: give them more \
-             (--texture-memory), or use smaller pictures"
+            "b: all textures together need 102 bytes of memory, their budget is 100 bytes: give them more, \
+             or use smaller pictures"
         );
     }
 

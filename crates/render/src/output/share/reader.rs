@@ -43,7 +43,7 @@ pub enum ShareError {
         second: PathBuf,
     },
     /// Some are not there.
-    #[error("shares are missing: {missing} of {count}; render them, with --tiles {missing}/{count}")]
+    #[error("shares are missing: {missing} of {count}; render them")]
     Missing {
         /// The number of the first one that is.
         missing: u32,

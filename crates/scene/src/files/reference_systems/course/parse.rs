@@ -53,13 +53,7 @@ fn output(w: &mut Words, lines: &mut CourseLines) -> Result<FramePattern, SceneE
     let field = "output path";
     let word = w.word(field)?;
     lines.output = w.line();
-    word.parse().map_err(|e: super::pattern::WrongPattern| {
-        let is_video = word.to_ascii_lowercase().ends_with(".mp4");
-        w.error(
-            field,
-            if is_video { format!("{e}; a video is asked for by --output") } else { e.to_string() },
-        )
-    })
+    word.parse().map_err(|e: super::pattern::WrongPattern| w.error(field, e.to_string()))
 }
 
 fn law(w: &mut Words, of: &str) -> Result<Law, SceneError> {
