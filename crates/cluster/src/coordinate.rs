@@ -2,7 +2,7 @@
 
 use crate::error::ClusterError;
 use crate::idle::Idle;
-use crate::job::{Coordinator, Job, Progress, RankProgress, Report};
+use crate::job::{Coordinator, Job, JobProgress, RankProgress, Report};
 use crate::messages::{Channel, Letter};
 use crate::thread_pool::{Crew, run_or_abort};
 use crate::work::{Kind, or_abort};
@@ -71,7 +71,7 @@ pub(crate) fn coordinate(world: &World, job: &Job, coordinator: Coordinator) -> 
             waiting: BTreeMap::new(),
             passed_on: 0,
             handed_out: 0,
-            progress: Progress { units_total: job.units, ranks, ..Progress::default() },
+            progress: JobProgress { units_total: job.units, ranks, ..JobProgress::default() },
             start: now,
             bytes_before: world.mail.borrow().bytes_moved,
         };
@@ -112,7 +112,7 @@ struct Farm<'f, 'j, 'c> {
     /// Results that were given to the collecting thread.
     passed_on: u64,
     handed_out: u64,
-    progress: Progress,
+    progress: JobProgress,
     start: Instant,
     bytes_before: u64,
 }
@@ -208,7 +208,7 @@ impl Farm<'_, '_, '_> {
         or_abort(self.world, mail.send(&self.world.mpi, Channel::Job, rank, letter));
     }
 
-    fn progress_now(&mut self) -> &Progress {
+    fn progress_now(&mut self) -> &JobProgress {
         self.progress.units_collected = self.collected.load(Ordering::Acquire);
         self.progress.elapsed = self.start.elapsed();
         self.progress.bytes_moved = self.world.mail.borrow().bytes_moved - self.bytes_before;
@@ -240,7 +240,7 @@ impl Farm<'_, '_, '_> {
     }
 }
 
-fn take_result(progress: &mut Progress, rank: u32, bytes: usize, seconds: f64) {
+fn take_result(progress: &mut JobProgress, rank: u32, bytes: usize, seconds: f64) {
     let rank = &mut progress.ranks[rank as usize];
     rank.units_done += 1;
     rank.seconds_computing += seconds;

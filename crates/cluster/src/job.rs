@@ -33,14 +33,14 @@ pub struct Coordinator<'a> {
     /// Whether results are collected in the order of units, and not as they come.
     pub in_order: bool,
     /// Now and then, at most ten times a second, and at the end.
-    pub progress: &'a mut dyn FnMut(&Progress),
+    pub progress: &'a mut dyn FnMut(&JobProgress),
     /// When raised, nothing more is handed out; what was is computed and collected, and [`Report::complete`] is false.
     pub cancel: &'a AtomicBool,
 }
 
 /// How far a job is.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Progress {
+pub struct JobProgress {
     /// Units whose results have come.
     pub units_done: u64,
     /// Units whose results were collected.
@@ -88,8 +88,8 @@ pub struct Report {
 }
 
 impl Report {
-    pub(crate) fn new(progress: Progress) -> Report {
-        let Progress { units_collected, units_total, bytes_moved, elapsed, ranks, .. } = progress;
+    pub(crate) fn new(progress: JobProgress) -> Report {
+        let JobProgress { units_collected, units_total, bytes_moved, elapsed, ranks, .. } = progress;
         let complete = units_collected == units_total;
         Report { complete, units_done: units_collected, units_total, bytes_moved, elapsed, ranks }
     }

@@ -61,6 +61,6 @@ mod world;
 
 pub use abort::Abort;
 pub use error::ClusterError;
-pub use job::{Compute, Coordinator, Job, Progress, RankProgress, Report};
+pub use job::{Compute, Coordinator, Job, JobProgress, RankProgress, Report};
 pub use launcher::{launched_local_rank, launched_rank};
 pub use world::World;

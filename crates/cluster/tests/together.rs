@@ -137,7 +137,7 @@ fn farm(world: &World, job: (u64, u32, u32), cancel_at: Option<u64>) -> Result<(
         cancel.fetch_or(cancel_at == Some(unit), Ordering::Relaxed);
         Ok(())
     };
-    let mut progress = |progress: &eosphor_cluster::Progress| {
+    let mut progress = |progress: &eosphor_cluster::JobProgress| {
         assert!(progress.units_done >= progress.units_collected && progress.units_total == units);
         assert_eq!(progress.ranks.iter().map(|rank| rank.units_done).sum::<u64>(), progress.units_done);
         shown += 1;

@@ -27,10 +27,10 @@ pub use backend::{
 };
 pub use bands::Bands;
 pub use cost::CostMap;
-pub use cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler, SimdLevel};
+pub use cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler};
 pub use eosphor_accel::{
     Accel, Builder, Hierarchy, HierarchyOption, HierarchyOptions, HierarchyStatistics, MisfitKind,
-    OptionMisfit, Quality, SahCosts,
+    OptionMisfit, Quality, SahCosts, SimdLevel,
 };
 pub use eosphor_core::integrator::PixelFeatures;
 pub use features::{CameraWork, FeatureRows};

@@ -2,8 +2,11 @@
 
 mod circles;
 mod crates;
+mod formats;
+mod lengths;
 mod pages;
 mod sources;
+mod type_names;
 
 use anyhow::{Context, Result, bail};
 use std::fs;
@@ -28,20 +31,23 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
 fn check(root: &Path) -> Result<()> {
     let paths = tracked(root)?;
     let mut found = crates::check(root)?;
-    let mut sources_of_crates = Vec::new();
+    let mut texts = Vec::new();
     for path in paths.iter().filter(|path| path.ends_with(".rs") || path.ends_with(".md")) {
         let content = fs::read_to_string(root.join(path)).with_context(|| format!("cannot read {path}"))?;
-        let text = Text { path: path.clone(), content };
-        if path.ends_with(".md") {
-            pages::check(&text, &paths, &mut found);
-        } else {
-            sources::check(&text, &mut found);
-            sources_of_crates.push(text);
+        texts.push(Text { path: path.clone(), content });
+    }
+    for text in &texts {
+        match text.path.ends_with(".md") {
+            true => pages::check(text, &paths, &mut found),
+            false => sources::check(text, &mut found),
         }
     }
     for name in crates::ORDER {
-        circles::check(name, &sources_of_crates, &mut found);
+        circles::check(name, &texts, &mut found);
     }
+    type_names::check(&texts, &mut found);
+    formats::check(&texts, &mut found);
+    lengths::check(&texts, &mut found);
     if !found.is_empty() {
         bail!("{} things are not tidy:\n{}", found.len(), found.join("\n"));
     }

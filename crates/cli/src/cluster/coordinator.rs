@@ -9,7 +9,7 @@ use crate::interrupt;
 use crate::streams::Verbosity;
 use crate::text::{bytes, duration};
 use eosphor::{Backend, BackendError};
-use eosphor_cluster::{Coordinator, Progress, RankProgress, Report, World};
+use eosphor_cluster::{Coordinator, JobProgress, RankProgress, Report, World};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -108,10 +108,10 @@ fn serve(
         Ok(())
     };
     let (mut shown, verbosity) = (Duration::ZERO, options.verbosity);
-    let mut progress = |progress: &Progress| {
+    let mut progress = |progress: &JobProgress| {
         if progress.elapsed >= shown + LINE_INTERVAL {
             shown = progress.elapsed;
-            let &Progress { units_done, bytes_moved, elapsed, ref ranks, .. } = progress;
+            let &JobProgress { units_done, bytes_moved, elapsed, ref ranks, .. } = progress;
             verbosity.say(Verbosity::Normal, &summary(units_done, bytes_moved, elapsed, ranks));
         }
     };

@@ -11,7 +11,7 @@ mod rays;
 mod tile;
 mod watch;
 
-pub use eosphor_accel::SimdLevel;
+use eosphor_accel::SimdLevel;
 pub use features::FeaturePass;
 pub use measure::CameraSpeed;
 pub use options::{CpuOptions, Scheduler};

@@ -35,8 +35,8 @@ pub use builtin::{BUILTINS, Builtin};
 pub use images::broken_picture;
 pub use json::{scene_reference, scene_schema};
 pub use reference_systems::course::{
-    CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, FramePattern,
-    MAX_COURSE_LIGHTS, WrongPattern,
+    CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, CoursePattern,
+    MAX_COURSE_LIGHTS, WrongCoursePattern,
 };
 pub use reference_systems::pg1::{ConfigKey, KeyUse, config_keys};
 pub use reference_systems::{Preset, UnknownPreset, course_settings};

@@ -1,6 +1,6 @@
 //! PLATO's own most colourful configuration.
 
-use super::{CourseBody, CourseFloor, CourseInput, CourseLight, FramePattern};
+use super::{CourseBody, CourseFloor, CourseInput, CourseLight, CoursePattern};
 use crate::model::Law;
 use crate::solids::PARQUET;
 use eosphor_core::math::{Vec3, vec3};
@@ -19,7 +19,7 @@ impl CourseInput {
         };
         CourseInput {
             frames: 104,
-            output: FramePattern::numbered("img_", ".data"),
+            output: CoursePattern::numbered("img_", ".data"),
             size: [720, 480],
             fov_x_degrees: 120.0,
             position: Law {

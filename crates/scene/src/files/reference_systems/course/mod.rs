@@ -21,7 +21,7 @@ use crate::solids::Solid;
 use eosphor_core::math::Vec3;
 use std::path::PathBuf;
 
-pub use pattern::{FramePattern, WrongPattern};
+pub use pattern::{CoursePattern, WrongCoursePattern};
 
 /// The most lights besides those of the bodies.
 pub const MAX_COURSE_LIGHTS: usize = 4;
@@ -42,7 +42,7 @@ pub struct CourseInput {
     /// How many frames there are.
     pub frames: u32,
     /// Where they go.
-    pub output: FramePattern,
+    pub output: CoursePattern,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Horizontal angle of view in degrees.

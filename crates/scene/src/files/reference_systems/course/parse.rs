@@ -2,7 +2,7 @@
 
 use super::words::Words;
 use super::{
-    CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, FramePattern, MAX_COURSE_LIGHTS,
+    CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CoursePattern, MAX_COURSE_LIGHTS,
 };
 use crate::error::SceneError;
 use crate::model::{Law, MAX_FRAMES};
@@ -49,11 +49,11 @@ impl CourseInput {
     }
 }
 
-fn output(w: &mut Words, lines: &mut CourseLines) -> Result<FramePattern, SceneError> {
+fn output(w: &mut Words, lines: &mut CourseLines) -> Result<CoursePattern, SceneError> {
     let field = "output path";
     let word = w.word(field)?;
     lines.output = w.line();
-    word.parse().map_err(|e: super::pattern::WrongPattern| w.error(field, e.to_string()))
+    word.parse().map_err(|e: super::pattern::WrongCoursePattern| w.error(field, e.to_string()))
 }
 
 fn law(w: &mut Words, of: &str) -> Result<Law, SceneError> {
