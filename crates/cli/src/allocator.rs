@@ -25,25 +25,27 @@ fn checked(pointer: *mut u8, bytes: usize) -> *mut u8 {
     if pointer.is_null() { out_of_memory(bytes) } else { pointer }
 }
 
-// SAFETY: every call is the system allocator's own.
+// SAFETY: every call is passed to the system's allocator with the same arguments; memory that it does not give ends the process.
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's contract is that of the system's allocator.
+        // SAFETY: `layout` is not of size zero: the condition of `GlobalAlloc::alloc`, which `System` has too.
         checked(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: as above.
+        // SAFETY: `layout` is not of size zero: the condition of `GlobalAlloc::alloc_zeroed`, which `System` has too.
         checked(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
-        // SAFETY: as above.
+        // SAFETY: `pointer` came from `System` with this layout, and `new_size` is neither zero nor too large: the conditions of
+        // `GlobalAlloc::realloc`; all memory of this allocator is that of `System`.
         checked(unsafe { System.realloc(pointer, layout, new_size) }, new_size)
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as above.
+        // SAFETY: `pointer` came from `System` with this layout: the condition of `GlobalAlloc::dealloc`; all memory of this
+        // allocator is that of `System`.
         unsafe { System.dealloc(pointer, layout) }
     }
 }

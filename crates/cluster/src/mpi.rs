@@ -30,7 +30,7 @@ macro_rules! functions {
             fn load(library: &Library, path: &Path) -> Result<Functions, ClusterError> {
                 Ok(Functions {
                     $($field: {
-                        // SAFETY: the function has this type in MPI 3 and later, with handles as said above.
+                        // SAFETY: the function has this type in MPI 3 and later, with handles that are integers or pointers of 64 bits.
                         let symbol = unsafe {
                             library.get::<unsafe extern "C" fn($($argument),*) -> c_int>($name.to_bytes_with_nul())
                         };
@@ -212,7 +212,7 @@ impl Mpi {
         let (mut bytes, mut status) = (vec![0; count], Status::default());
         let Constants { world, byte, .. } = self.constants;
         let (to, count, source) = (bytes.as_mut_ptr(), count as c_int, source as c_int);
-        // SAFETY: the buffer has as many bytes as the call is told.
+        // SAFETY: `to` points to `count` writable bytes, and `recv` returns when it has written them.
         let code = unsafe { (self.functions.recv)(to, count, byte, source, tag, world, &mut status) };
         self.check("MPI_Recv", code).map(|()| bytes)
     }
@@ -221,7 +221,7 @@ impl Mpi {
     pub(crate) fn broadcast(&self, bytes: &mut [u8]) -> Result<(), ClusterError> {
         let Constants { world, byte, .. } = self.constants;
         let (at, count) = (bytes.as_mut_ptr(), bytes.len() as c_int);
-        // SAFETY: the buffer has as many bytes as the call is told.
+        // SAFETY: `at` points to `count` writable bytes, and `bcast` returns when it is done with them.
         let code = unsafe { (self.functions.bcast)(at, count, byte, 0, world) };
         self.check("MPI_Bcast", code)
     }
@@ -239,7 +239,8 @@ impl Mpi {
     ) -> Result<Handle, ClusterError> {
         let Constants { world, byte, .. } = self.constants;
         let (from, count, to, mut request) = (bytes.as_ptr(), bytes.len() as c_int, to as c_int, 0);
-        // SAFETY: the buffer has as many bytes as the call is told, and stays, as the caller promises.
+        // SAFETY: `from` points to `count` bytes, which stay there unchanged until the request is complete: the condition of
+        // `begin_sending`.
         let code = unsafe { (self.functions.isend)(from, count, byte, to, tag, world, &mut request) };
         self.check("MPI_Isend", code).map(|()| request)
     }
@@ -248,7 +249,7 @@ impl Mpi {
     ///
     /// # Safety
     ///
-    /// They stay where they are, and nobody looks at them, until [`Mpi::is_done`] says so of the request.
+    /// The bytes stay where they are, and nobody looks at them, until [`Mpi::is_done`] says so of the request.
     pub(crate) unsafe fn begin_receiving(
         &self,
         bytes: &mut [u8],
@@ -257,7 +258,8 @@ impl Mpi {
     ) -> Result<Handle, ClusterError> {
         let Constants { world, byte, .. } = self.constants;
         let (to, count, from, mut request) = (bytes.as_mut_ptr(), bytes.len() as c_int, from as c_int, 0);
-        // SAFETY: the buffer has as many bytes as the call is told, and stays, as the caller promises.
+        // SAFETY: `to` points to `count` bytes, which stay there and which nobody looks at until the request is complete: the
+        // condition of `begin_receiving`.
         let code = unsafe { (self.functions.irecv)(to, count, byte, from, tag, world, &mut request) };
         self.check("MPI_Irecv", code).map(|()| request)
     }
@@ -285,7 +287,7 @@ impl Mpi {
             )
         };
         self.check("MPI_Comm_split_type", code)?;
-        // SAFETY: as above; the communicator was just made.
+        // SAFETY: `here` is the communicator just made, which only this function knows, and the pointers are to live integers.
         let codes = unsafe {
             let codes =
                 [(self.functions.comm_rank)(here, &mut rank), (self.functions.comm_size)(here, &mut size)];
@@ -298,7 +300,7 @@ impl Mpi {
 
     /// Ends MPI. All ranks do, and wait for each other.
     pub(crate) fn finalize(&self) -> Result<(), ClusterError> {
-        // SAFETY: nothing is under way: the caller has flushed its messages.
+        // SAFETY: MPI has started and not ended, and no message is under way: `World::finish` flushes them before.
         let code = unsafe { (self.functions.finalize)() };
         if code != 0 {
             // MPI has ended, so its words for errors are gone too.

@@ -100,7 +100,7 @@ pub(crate) fn zeros(count: usize) -> Option<Vec<u8>> {
         return Some(Vec::new());
     }
     let layout = Layout::array::<u8>(count).ok()?;
-    // SAFETY: the layout is not empty.
+    // SAFETY: `layout` is not of size zero, the condition of `alloc_zeroed`.
     let memory = unsafe { std::alloc::alloc_zeroed(layout) };
     if memory.is_null() {
         return None;

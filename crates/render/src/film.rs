@@ -28,7 +28,8 @@ fn black(pixels: usize) -> Vec<Vec3> {
     const { assert!(size_of::<Vec3>() == 3 * size_of::<f32>() && align_of::<Vec3>() == align_of::<f32>()) };
     let mut floats = std::mem::ManuallyDrop::new(vec![0f32; 3 * pixels]);
     assert_eq!(floats.capacity(), 3 * pixels, "a vector of zeros has no room to spare");
-    // SAFETY: the same allocation: as many bytes, aligned the same; zeros are black.
+    // SAFETY: `floats` is not dropped and gives its allocation away: `Vec3` has the size of three floats and their alignment
+    // (checked at compile time), length and capacity are 3 × `pixels` floats (checked above), and three zeros are a valid `Vec3`.
     unsafe { Vec::from_raw_parts(floats.as_mut_ptr().cast(), pixels, pixels) }
 }
 

@@ -11,7 +11,7 @@ pub(crate) fn this_process() -> String {
 #[cfg(unix)]
 fn host() -> Option<String> {
     let mut name = [0u8; 80];
-    // SAFETY: at most so many bytes are written.
+    // SAFETY: gethostname writes at most `name.len()` bytes, and `name` has as many.
     let failed = unsafe { libc::gethostname(name.as_mut_ptr().cast(), name.len()) } != 0;
     let text = name.split(|byte| *byte == 0).next().unwrap_or_default();
     let text = String::from_utf8_lossy(text).into_owned();

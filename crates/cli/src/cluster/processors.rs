@@ -7,7 +7,7 @@ use std::thread::available_parallelism;
 pub(super) fn processors() -> (u32, u32) {
     let mine = available_parallelism().map_or(1, |number| number.get() as u32);
     #[cfg(unix)]
-    // SAFETY: it asks for a number.
+    // SAFETY: sysconf takes a number and returns one; it touches no memory of this program.
     let all = unsafe { libc::sysconf(libc::_SC_NPROCESSORS_ONLN) };
     #[cfg(not(unix))]
     let all = 0;
@@ -23,7 +23,7 @@ pub(super) fn mask() -> [u8; MASK_BYTES] {
     #[allow(unused_mut, reason = "only Linux says it")]
     let mut bits = [0; MASK_BYTES];
     #[cfg(target_os = "linux")]
-    // SAFETY: it writes at most as many bytes as it is told; where it fails, no bit is set in anybody's.
+    // SAFETY: sched_getaffinity writes at most MASK_BYTES bytes, and `bits` has as many; where it fails, it writes none.
     unsafe {
         libc::sched_getaffinity(0, MASK_BYTES, bits.as_mut_ptr().cast());
     }

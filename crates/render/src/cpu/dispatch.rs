@@ -69,10 +69,10 @@ fn at_level(
 ) -> Traced {
     match simd {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: CpuBackend::new has made sure that the CPU has the level.
+        // SAFETY: the CPU has AVX-512, as `CpuBackend::new` accepts only levels that are available.
         SimdLevel::Avx512 => unsafe { render_tile_avx512(view, queries, job, work) },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
+        // SAFETY: the CPU has AVX2 and FMA, as `CpuBackend::new` accepts only levels that are available.
         SimdLevel::Avx2 => unsafe { render_tile_avx2(view, queries, job, work) },
         _ => render_tile_with(view, queries, job, work),
     }

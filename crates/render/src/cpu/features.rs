@@ -93,10 +93,10 @@ fn trace(
     let work = Watch::default();
     with_counting(hierarchy, top, &work, simd, |queries| match simd {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: CpuBackend::new has made sure that the CPU has the level.
+        // SAFETY: the CPU has AVX-512, as `CpuBackend::new` accepts only levels that are available.
         SimdLevel::Avx512 => unsafe { render_tile_avx512_features(view, queries, &work, tile, cancel) },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
+        // SAFETY: the CPU has AVX2 and FMA, as `CpuBackend::new` accepts only levels that are available.
         SimdLevel::Avx2 => unsafe { render_tile_avx2_features(view, queries, &work, tile, cancel) },
         _ => trace_tile(view, queries, &work, tile, cancel),
     })

@@ -68,7 +68,7 @@ impl Developed {
 fn develop_row(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
     match SimdLevel::best() {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: the CPU has AVX2 and FMA.
+        // SAFETY: `SimdLevel::best` returns only levels that the CPU has, and both of these have AVX2 and FMA.
         SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe {
             develop_row_avx2(bytes, colours, gain, transfer);
         },
