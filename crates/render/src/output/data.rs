@@ -1,8 +1,8 @@
 //! `.data`: little-endian `i32` width and height, then R, G, B, A bytes, top row first.
 
+use super::Developed;
 use super::destination::Destination;
 use super::encoder::ByteEncoder;
-use super::{ByteImage, Developed};
 use std::io::{Error, Write};
 
 /// Writes pixels as they come.
@@ -32,15 +32,4 @@ impl ByteEncoder for DataEncoder {
     fn finish(self: Box<Self>, _complete: bool) -> Result<(), Error> {
         Ok(())
     }
-}
-
-pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
-    let (header, body) = bytes.split_at_checked(8).ok_or("the file is cut off; get it again")?;
-    let side = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
-    let (width, height) = (side(0), side(4));
-    ByteImage::check_size(width, height)?;
-    if body.len() != width as usize * height as usize * 4 {
-        return Err(format!("{} bytes do not make {width} x {height} pixels; get it again", body.len()));
-    }
-    Ok(ByteImage { width, height, rgba: body.as_chunks::<4>().0.to_vec() })
 }

@@ -1,15 +1,13 @@
 //! Radiance HDR: linear colours with a shared exponent (RGBE, Ward 1991), in run lengths.
 
-use super::MAX_SIDE;
 use super::destination::Destination;
 use super::encoder::LinearEncoder;
 use super::metadata::{SOFTWARE, completeness};
 use crate::{FeatureRows, Film};
 use eosphor_core::math::{Vec3, vec3};
-use eosphor_scene::broken_picture;
-use image::ImageDecoder;
+use eosphor_scene::read_hdr;
 use rayon::prelude::*;
-use std::io::{Cursor, Error, Write};
+use std::io::{Error, Write};
 
 /// The header up to the word that says whether the picture is complete.
 const BEGIN: &str = "#?RADIANCE\n# ";
@@ -22,9 +20,6 @@ const SHORTEST_RUN: usize = 4;
 
 /// Rows that are encoded before any is written.
 const ROWS_AT_ONCE: usize = 64;
-
-/// A run of the old kind can, in theory, be this long for 4 bytes; ours is 127 for 2.
-const MAX_RATIO: u64 = 1 << 16;
 
 /// Encodes rows as they come.
 pub(super) struct HdrEncoder {
@@ -121,26 +116,35 @@ fn rgbe(colour: Vec3) -> [u8; 4] {
     [r, g, b, (exponent + 2) as u8]
 }
 
-/// Any HDR picture in RGBE that the library reads.
+/// The pixels of an HDR file as a film.
 pub(super) fn read(bytes: &[u8]) -> Result<Film, String> {
-    let text = |error: image::ImageError| broken_picture("HDR", error);
-    let decoder = image::codecs::hdr::HdrDecoder::new(Cursor::new(bytes)).map_err(text)?;
-    let (width, height) = decoder.dimensions();
-    let sane = 1..=MAX_SIDE;
-    if !sane.contains(&width) || !sane.contains(&height) {
-        return Err(format!("its size is {width} x {height}; sides must be 1 to {MAX_SIDE}"));
-    }
-    if width as u64 * height as u64 > (bytes.len() as u64).saturating_mul(MAX_RATIO) {
-        return Err("the file is cut off; get it again".into());
-    }
-    let image = image::DynamicImage::from_decoder(decoder).map_err(text)?.into_rgb32f();
-    let pixels = image.into_raw().as_chunks::<3>().0.iter().map(|&[r, g, b]| vec3(r, g, b)).collect();
-    Ok(Film { width, height, pixels })
+    let picture = read_hdr(bytes)?;
+    let pixels = picture.pixels.into_iter().map(colour).collect();
+    Ok(Film { width: picture.width, height: picture.height, pixels })
+}
+
+/// m · 2^(e − 136) of each mantissa, exactly.
+fn colour([r, g, b, e]: [u8; 4]) -> Vec3 {
+    // A power of two of double precision: none of an f32 is so small.
+    let scale = if e == 0 { 0.0 } else { f64::from_bits((1023 - 136 + u64::from(e)) << 52) };
+    let channel = |m: u8| (f64::from(m) * scale) as f32;
+    vec3(channel(r), channel(g), channel(b))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn mantissas_become_the_numbers_that_they_mean() {
+        for e in 0..=255 {
+            for m in [0, 1, 127, 128, 255] {
+                let read = <[f32; 3]>::from(colour([m, 0, m, e]));
+                let [expected, ..] = decoded([m, 0, m, e]);
+                assert_eq!(read.map(f64::from), [expected, 0.0, expected], "{m} {e}");
+            }
+        }
+    }
 
     fn decoded([r, g, b, e]: [u8; 4]) -> [f64; 3] {
         [r, g, b].map(|m| if e == 0 { 0.0 } else { m as f64 * 2f64.powi(e as i32 - 136) })

@@ -4,21 +4,16 @@
 //! joined by restart markers, which are for just this. So the picture need not be in memory, rows of blocks are encoded
 //! in parallel, and all of it is ordinary baseline JPEG.
 
+use super::Developed;
 use super::destination::Destination;
 use super::encoder::ByteEncoder;
 use super::metadata::{SOFTWARE, completeness};
-use super::{ByteImage, Developed};
-use eosphor_scene::broken_picture;
-use image::ImageDecoder;
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use rayon::prelude::*;
-use std::io::{Cursor, Error, Write};
+use std::io::{Error, Write};
 
 /// From this quality on colours keep their full resolution; below, 2 × 2 pixels share theirs.
 const FULL_COLOUR_QUALITY: u8 = 90;
-
-/// A block of 64 pixels takes at least a bit, and pixels of the rarest kinds of files are 16 to a sample.
-const MAX_RATIO: u64 = 64 * 8 * 3 * 16;
 
 /// Encodes rows of blocks as they become whole.
 pub(super) struct JpegEncoder {
@@ -147,22 +142,4 @@ impl Parts<'_> {
             at = end;
         }
     }
-}
-
-/// Any JPEG file that the library reads; grey ones too.
-pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
-    // The decoder takes what is missing for grey. Within a scan FF is never followed by these.
-    let last = |mark: u8| bytes.windows(2).rposition(|pair| pair == [0xff, mark]);
-    if last(0xd9) < last(0xda) {
-        return Err("the file is cut short: the mark of its end is missing; get it again".into());
-    }
-    let text = |error: image::ImageError| broken_picture("JPEG", error);
-    let decoder = image::codecs::jpeg::JpegDecoder::new(Cursor::new(bytes)).map_err(text)?;
-    let (width, height) = decoder.dimensions();
-    ByteImage::check_size(width, height)?;
-    if decoder.total_bytes() > (bytes.len() as u64).saturating_mul(MAX_RATIO) {
-        return Err("the file is cut off; get it again".into());
-    }
-    let image = image::DynamicImage::from_decoder(decoder).map_err(text)?.into_rgba8();
-    Ok(ByteImage { width, height, rgba: image.into_raw().as_chunks::<4>().0.to_vec() })
 }

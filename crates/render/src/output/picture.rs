@@ -1,7 +1,8 @@
 //! A picture read from a file.
 
-use super::{Format, MAX_SIDE, OutputError, data, exr, hdr, jpeg, png, ppm};
+use super::{Format, OutputError, exr, hdr};
 use crate::Film;
+use eosphor_scene::{PicturePixels, read_data, read_jpeg, read_png, read_ppm};
 use std::path::Path;
 
 /// A picture in bytes.
@@ -15,13 +16,9 @@ pub struct ByteImage {
     pub rgba: Vec<[u8; 4]>,
 }
 
-impl ByteImage {
-    pub(super) fn check_size(width: u32, height: u32) -> Result<(), String> {
-        let sane = 1..=MAX_SIDE;
-        match sane.contains(&width) && sane.contains(&height) {
-            true => Ok(()),
-            false => Err(format!("its size is {width} x {height}; sides must be 1 to {MAX_SIDE}")),
-        }
+impl From<PicturePixels> for ByteImage {
+    fn from(picture: PicturePixels) -> ByteImage {
+        ByteImage { width: picture.width, height: picture.height, rgba: picture.pixels }
     }
 }
 
@@ -51,11 +48,12 @@ impl Picture {
 
     /// The picture in the contents of a file of this format; the error says what is wrong with them.
     pub fn from_bytes(bytes: &[u8], format: Format) -> Result<Picture, String> {
+        let of_bytes = |pixels: Result<PicturePixels, String>| Ok(Picture::Bytes(pixels?.into()));
         match format {
-            Format::Png => png::read(bytes).map(Picture::Bytes),
-            Format::Ppm => ppm::read(bytes).map(Picture::Bytes),
-            Format::Jpeg => jpeg::read(bytes).map(Picture::Bytes),
-            Format::Data => data::read(bytes).map(Picture::Bytes),
+            Format::Png => of_bytes(read_png(bytes)),
+            Format::Ppm => of_bytes(read_ppm(bytes)),
+            Format::Jpeg => of_bytes(read_jpeg(bytes)),
+            Format::Data => of_bytes(read_data(bytes)),
             Format::Hdr => hdr::read(bytes).map(Picture::Linear),
             Format::Exr => exr::read(bytes).map(Picture::Linear),
         }

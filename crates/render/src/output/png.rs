@@ -3,12 +3,8 @@
 use super::destination::Destination;
 use super::encoder::ByteEncoder;
 use super::metadata::SOFTWARE;
-use super::{ByteImage, Developed, Metadata, PICTURE_VERSION};
-use eosphor_scene::broken_picture;
-use std::io::{Cursor, Error, Seek, SeekFrom, Write};
-
-/// Deflate cannot shrink more than this: a picture that claims to be larger is cut off or a trap.
-const MAX_DEFLATE_RATIO: u64 = 1032;
+use super::{Developed, Metadata, PICTURE_VERSION};
+use std::io::{Error, Seek, SeekFrom, Write};
 
 /// The chunk that ends every file.
 const IEND: [u8; 12] = [0, 0, 0, 0, b'I', b'E', b'N', b'D', 0xae, 0x42, 0x60, 0x82];
@@ -74,34 +70,4 @@ fn text_chunk(text: &[u8]) -> Vec<u8> {
     let body = [b"tEXt", text].concat();
     let sum = crc32fast::hash(&body);
     [&(text.len() as u32).to_be_bytes()[..], &body, &sum.to_be_bytes()].concat()
-}
-
-/// Any PNG of up to 8 bits a channel.
-pub(super) fn read(bytes: &[u8]) -> Result<ByteImage, String> {
-    let text = |error: png::DecodingError| broken_picture("PNG", error);
-    let mut decoder = png::Decoder::new(Cursor::new(bytes));
-    // Palettes and 1 to 4 bits become 8 bits; 16 bits are refused below, not cut.
-    decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(text)?;
-    let (width, height) = reader.info().size();
-    ByteImage::check_size(width, height)?;
-    let (colour, depth) = reader.output_color_type();
-    if depth != png::BitDepth::Eight {
-        return Err("16 bits a channel are not supported; convert it to 8 bits".into());
-    }
-    let length = reader.output_buffer_size().ok_or("it is too large")?;
-    if length as u64 > (bytes.len() as u64 + 1024).saturating_mul(MAX_DEFLATE_RATIO) {
-        return Err("the file is cut off; get it again".into());
-    }
-    let mut raw = vec![0; length];
-    reader.next_frame(&mut raw).map_err(text)?;
-    let pixels = raw.chunks_exact(colour.samples());
-    let rgba = pixels.map(|p| match *p {
-        [grey] => [grey, grey, grey, 255],
-        [grey, alpha] => [grey, grey, grey, alpha],
-        [r, g, b] => [r, g, b, 255],
-        [r, g, b, alpha] => [r, g, b, alpha],
-        _ => [0; 4],
-    });
-    Ok(ByteImage { width, height, rgba: rgba.collect() })
 }

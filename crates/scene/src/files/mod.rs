@@ -32,7 +32,7 @@ use source::Source;
 use std::path::{Path, PathBuf};
 
 pub use builtin::{BUILTINS, Builtin};
-pub use images::broken_picture;
+pub use images::{PicturePixels, broken_picture, read_data, read_hdr, read_jpeg, read_png, read_ppm};
 pub use json::{scene_reference, scene_schema};
 pub use reference_systems::course::{
     CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, CoursePattern,

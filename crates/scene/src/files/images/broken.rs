@@ -24,17 +24,28 @@ pub fn broken_picture(kind: &str, reason: impl Display) -> String {
     let reason = reason.to_string().to_lowercase();
     let says = |words: &[&str]| words.iter().any(|word| reason.contains(word));
     match () {
-        () if says(&CUT_SHORT) => format!("this {kind} file is cut short; get it again"),
-        () if says(&UNREAD) => {
-            format!("{kind} files of this sort are not read; save it as a plain PNG, or EXR")
-        }
+        () if says(&CUT_SHORT) => cut_short(kind),
+        () if says(&UNREAD) => unread(kind),
         () if says(&["crc", "checksum"]) => {
             format!("this {kind} file is damaged: a checksum does not fit its data; get it again")
         }
-        () => {
-            format!("this {kind} file is damaged: its data cannot be decoded; get it again, or save it anew")
-        }
+        () => damaged(kind),
     }
+}
+
+/// Of a file that ends too early.
+pub(super) fn cut_short(kind: &str) -> String {
+    format!("this {kind} file is cut short; get it again")
+}
+
+/// Of a variant of the format that is not read.
+pub(super) fn unread(kind: &str) -> String {
+    format!("{kind} files of this sort are not read; save it as a plain PNG, or EXR")
+}
+
+/// Of a file that contradicts its format.
+pub(super) fn damaged(kind: &str) -> String {
+    format!("this {kind} file is damaged: its data cannot be decoded; get it again, or save it anew")
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::{Header, Picture, limits};
 use crate::model::TexelLayout;
 
-pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
+pub(super) fn header(bytes: &[u8], most_bytes: u64) -> Result<Header, String> {
     let Some(([w0, w1, w2, w3, h0, h1, h2, h3], body)) = bytes.split_first_chunk::<8>() else {
         return Err("a .data picture begins with its width and height, 8 bytes; the file is shorter".into());
     };
@@ -12,7 +12,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
         u64::try_from(side).map_err(|_| format!("{side} is no width or height"))
     };
     let (width, height) = (side([*w0, *w1, *w2, *w3])?, side([*h0, *h1, *h2, *h3])?);
-    let header = limits::size(width, height, TexelLayout::Bytes(4))?;
+    let header = limits::size(width, height, TexelLayout::Bytes(4), most_bytes)?;
     let needed = width * height * 4;
     if body.len() as u64 != needed {
         let have = body.len();
@@ -23,8 +23,8 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
     Ok(header)
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let header = header(bytes)?;
+pub(super) fn decode(bytes: &[u8], most_bytes: u64) -> Result<Picture, String> {
+    let header = header(bytes, most_bytes)?;
     let words = bytes[8..].chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]]));
     Ok(Picture::new(&header, words.collect()))
 }

@@ -5,7 +5,8 @@
 
 use super::Header as PictureHeader;
 use super::float::usable;
-use super::{Picture, broken_picture, limits};
+use super::limits::{self, MAX_TEXTURE_BYTES};
+use super::{Picture, broken_picture};
 use crate::model::TexelLayout;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
@@ -131,7 +132,7 @@ fn check(
         return Err("subsampled channels are not read; save it as plain RGB".into());
     }
     let Vec2(columns, rows) = header.layer_size;
-    let size = limits::size(columns as u64, rows as u64, layout)?;
+    let size = limits::size(columns as u64, rows as u64, layout, MAX_TEXTURE_BYTES)?;
     let raw = columns as u64 * rows as u64 * header.channels.bytes_per_pixel as u64;
     limits::holds(raw, BYTES_A_BYTE, file_bytes)?;
     Ok(size)

@@ -11,12 +11,12 @@ const TEXELS_A_BYTE: u64 = 1024;
 
 const CUT_SHORT: &str = "the file is cut short; get it again";
 
-pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
-    Ok(open(bytes)?.0)
+pub(super) fn header(bytes: &[u8], most_bytes: u64) -> Result<Header, String> {
+    Ok(open(bytes, most_bytes)?.0)
 }
 
 /// What the head says, and the rows.
-fn open(bytes: &[u8]) -> Result<(Header, Size, &[u8]), String> {
+fn open(bytes: &[u8], most_bytes: u64) -> Result<(Header, Size, &[u8]), String> {
     let mut lines = Lines { rest: &bytes[..bytes.len().min(MAX_HEADER)], taken: 0 };
     loop {
         match lines.next().ok_or("the header does not end")? {
@@ -27,13 +27,13 @@ fn open(bytes: &[u8]) -> Result<(Header, Size, &[u8]), String> {
     }
     let size = lines.next().ok_or("the header does not end")?;
     let size = Size::parse(size)?;
-    let header = limits::size(size.width, size.height, TexelLayout::Rgbe)?;
+    let header = limits::size(size.width, size.height, TexelLayout::Rgbe, most_bytes)?;
     limits::holds(size.width * size.height, TEXELS_A_BYTE, bytes.len())?;
     Ok((header, size, &bytes[lines.taken..]))
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let (header, Size { from_bottom, from_right, .. }, mut rest) = open(bytes)?;
+pub(super) fn decode(bytes: &[u8], most_bytes: u64) -> Result<Picture, String> {
+    let (header, Size { from_bottom, from_right, .. }, mut rest) = open(bytes, most_bytes)?;
     let (columns, rows) = (header.width as usize, header.height as usize);
     let mut words = vec![0; columns * rows];
     let mut row = vec![[0; 4]; columns];

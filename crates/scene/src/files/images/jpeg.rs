@@ -21,14 +21,14 @@ fn say(error: DecodeErrors) -> String {
     broken_picture("JPEG", error)
 }
 
-pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
-    Ok(open(bytes)?.1)
+pub(super) fn header(bytes: &[u8], most_bytes: u64) -> Result<Header, String> {
+    Ok(open(bytes, most_bytes)?.1)
 }
 
 /// Over the bytes of a file.
 type Decoder<'a> = JpegDecoder<ZCursor<&'a [u8]>>;
 
-fn open(bytes: &[u8]) -> Result<(Decoder<'_>, Header), String> {
+fn open(bytes: &[u8], most_bytes: u64) -> Result<(Decoder<'_>, Header), String> {
     if !is_whole(bytes) {
         return Err("the file is cut short: the mark of its end is missing; get it again".into());
     }
@@ -47,13 +47,13 @@ fn open(bytes: &[u8]) -> Result<(Decoder<'_>, Header), String> {
         decoder.set_options(options.jpeg_set_out_colorspace(ColorSpace::Luma));
     }
     let layout = TexelLayout::Bytes(if is_grey { 1 } else { 3 });
-    let header = limits::size(info.width.into(), info.height.into(), layout)?;
+    let header = limits::size(info.width.into(), info.height.into(), layout, most_bytes)?;
     limits::holds(u64::from(header.width) * u64::from(header.height), TEXELS_A_BYTE, bytes.len())?;
     Ok((decoder, header))
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let (mut decoder, header) = open(bytes)?;
+pub(super) fn decode(bytes: &[u8], most_bytes: u64) -> Result<Picture, String> {
+    let (mut decoder, header) = open(bytes, most_bytes)?;
     Picture::of_bytes(&header, |samples| {
         if decoder.output_buffer_size() != Some(samples.len()) {
             return Err("a JPEG of unusual colours; convert it to RGB".into());

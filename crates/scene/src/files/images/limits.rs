@@ -7,11 +7,11 @@ use crate::model::TexelLayout;
 /// Texels a row, and rows.
 const MAX_SIDE: u64 = 65_535;
 
-/// Bytes of one decoded picture: 2 GiB.
-const MAX_BYTES: u64 = 2 << 30;
+/// Bytes of one decoded texture: 2 GiB.
+pub(super) const MAX_TEXTURE_BYTES: u64 = 2 << 30;
 
-/// The header of a picture, if its size is within the limits.
-pub(super) fn size(width: u64, height: u64, layout: TexelLayout) -> Result<Header, String> {
+/// The header of a picture, if its sides are within the limits, and its bytes are at most so many.
+pub(super) fn size(width: u64, height: u64, layout: TexelLayout, most_bytes: u64) -> Result<Header, String> {
     if width == 0 || height == 0 {
         return Err("the picture is empty; save it anew".into());
     }
@@ -19,8 +19,9 @@ pub(super) fn size(width: u64, height: u64, layout: TexelLayout) -> Result<Heade
         return Err(format!("its size is {width} x {height}; sides must be at most {MAX_SIDE}"));
     }
     let bytes = layout.bytes(width * height);
-    if bytes > MAX_BYTES {
-        return Err(format!("{width} x {height} texels take more than 2 GiB; use a smaller picture"));
+    if bytes > most_bytes {
+        let gib = most_bytes >> 30;
+        return Err(format!("{width} x {height} texels take more than {gib} GiB; use a smaller picture"));
     }
     Ok(Header { width: width as u32, height: height as u32, layout, bytes })
 }

@@ -4,6 +4,7 @@
 //! moves of whole numbers; `jpeg.rs` and `exr.rs` say how they keep to it. Texels stay as files have them; only what has
 //! another number of bits than 8, palettes and runs are expanded to bytes, 16 bits rounded.
 
+mod bmp;
 mod broken;
 mod data;
 mod exr;
@@ -11,15 +12,20 @@ mod float;
 mod hdr;
 mod jpeg;
 mod limits;
-mod old;
+#[cfg(test)]
+mod oracle_tests;
+mod pixels;
 mod png;
 mod pnm;
 #[cfg(test)]
 pub(super) mod tests;
+mod tga;
 
 use crate::model::{TexelLayout, Texels};
+use limits::MAX_TEXTURE_BYTES;
 
 pub use broken::broken_picture;
+pub use pixels::{PicturePixels, read_data, read_hdr, read_jpeg, read_png, read_ppm};
 
 /// A decoded picture, top row first.
 #[derive(Debug)]
@@ -88,28 +94,28 @@ enum Kind {
 /// Reads the head of a picture: nothing of the picture's size is allocated. What it says is within the limits.
 pub(super) fn header(bytes: &[u8], name: &str) -> Result<Header, String> {
     match kind(bytes, name)? {
-        Kind::Png => png::header(bytes),
-        Kind::Jpeg => jpeg::header(bytes),
-        Kind::Pnm => pnm::header(bytes),
-        Kind::Hdr => hdr::header(bytes),
+        Kind::Png => png::header(bytes, MAX_TEXTURE_BYTES),
+        Kind::Jpeg => jpeg::header(bytes, MAX_TEXTURE_BYTES),
+        Kind::Pnm => pnm::header(bytes, MAX_TEXTURE_BYTES),
+        Kind::Hdr => hdr::header(bytes, MAX_TEXTURE_BYTES),
         Kind::Exr => exr::header(bytes),
-        Kind::Bmp => old::bmp_header(bytes),
-        Kind::Tga => old::tga_header(bytes),
-        Kind::Data => data::header(bytes),
+        Kind::Bmp => bmp::header(bytes),
+        Kind::Tga => tga::header(bytes),
+        Kind::Data => data::header(bytes, MAX_TEXTURE_BYTES),
     }
 }
 
 /// Decodes a picture.
 pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Picture, String> {
     match kind(bytes, name)? {
-        Kind::Png => png::decode(bytes),
-        Kind::Jpeg => jpeg::decode(bytes),
-        Kind::Pnm => pnm::decode(bytes),
-        Kind::Hdr => hdr::decode(bytes),
+        Kind::Png => png::decode(bytes, MAX_TEXTURE_BYTES),
+        Kind::Jpeg => jpeg::decode(bytes, MAX_TEXTURE_BYTES),
+        Kind::Pnm => pnm::decode(bytes, MAX_TEXTURE_BYTES),
+        Kind::Hdr => hdr::decode(bytes, MAX_TEXTURE_BYTES),
         Kind::Exr => exr::decode(bytes),
-        Kind::Bmp => old::decode_bmp(bytes),
-        Kind::Tga => old::decode_tga(bytes),
-        Kind::Data => data::decode(bytes),
+        Kind::Bmp => bmp::decode(bytes),
+        Kind::Tga => tga::decode(bytes),
+        Kind::Data => data::decode(bytes, MAX_TEXTURE_BYTES),
     }
 }
 

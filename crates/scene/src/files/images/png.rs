@@ -8,14 +8,19 @@ use std::io::Cursor;
 /// Deflate packs at most this many bytes into one.
 const DEFLATE: u64 = 1032;
 
-pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
-    Ok(open(bytes)?.1)
+pub(super) fn header(bytes: &[u8], most_bytes: u64) -> Result<Header, String> {
+    Ok(open(bytes, most_bytes)?.1)
+}
+
+/// Whether its head says so.
+pub(super) fn has_16_bits(bytes: &[u8]) -> bool {
+    bytes.get(24) == Some(&16)
 }
 
 /// Over the bytes of a file.
 type BytesReader<'a> = Reader<Cursor<&'a [u8]>>;
 
-fn open(bytes: &[u8]) -> Result<(BytesReader<'_>, Header), String> {
+fn open(bytes: &[u8], most_bytes: u64) -> Result<(BytesReader<'_>, Header), String> {
     let mut decoder = Decoder::new(Cursor::new(bytes));
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
@@ -24,14 +29,14 @@ fn open(bytes: &[u8]) -> Result<(BytesReader<'_>, Header), String> {
     let reader = decoder.read_info().map_err(say)?;
     // 16 bits become 8 as well: textures have no more.
     let layout = TexelLayout::Bytes(reader.output_color_type().0.samples() as u32);
-    let header = limits::size(reader.info().width.into(), reader.info().height.into(), layout)?;
+    let header = limits::size(reader.info().width.into(), reader.info().height.into(), layout, most_bytes)?;
     let bits = u64::from(header.width) * reader.info().bits_per_pixel() as u64;
     limits::holds(bits.div_ceil(8) * u64::from(header.height), DEFLATE, bytes.len())?;
     Ok((reader, header))
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let (mut reader, header) = open(bytes)?;
+pub(super) fn decode(bytes: &[u8], most_bytes: u64) -> Result<Picture, String> {
+    let (mut reader, header) = open(bytes, most_bytes)?;
     let is_wide = reader.output_color_type().1 == BitDepth::Sixteen;
     Picture::of_bytes(&header, |bytes| match (is_wide, reader.info().interlaced) {
         (false, _) => reader.next_frame(bytes).map(drop).map_err(say),

@@ -3,8 +3,13 @@
 use super::{Header, Picture, limits, to_byte};
 use crate::model::TexelLayout;
 
-pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
-    Ok(open(bytes)?.header)
+pub(super) fn header(bytes: &[u8], most_bytes: u64) -> Result<Header, String> {
+    Ok(open(bytes, most_bytes)?.header)
+}
+
+/// The largest value of a channel.
+pub(super) fn largest_value(bytes: &[u8]) -> Result<u32, String> {
+    Ok(open(bytes, u64::MAX)?.most)
 }
 
 /// What the head says, and the samples.
@@ -17,7 +22,7 @@ struct Opened<'a> {
     reader: Reader<'a>,
 }
 
-fn open(bytes: &[u8]) -> Result<Opened<'_>, String> {
+fn open(bytes: &[u8], most_bytes: u64) -> Result<Opened<'_>, String> {
     let kind = bytes[1] - b'0';
     let mut reader = Reader { rest: &bytes[2..] };
     let (width, height) = (reader.header()?, reader.header()?);
@@ -26,7 +31,7 @@ fn open(bytes: &[u8]) -> Result<Opened<'_>, String> {
         return Err(format!("{most} is no largest value; it must be 1 to 65535"));
     }
     let channels = if matches!(kind, 3 | 6) { 3 } else { 1 };
-    let header = limits::size(width.into(), height.into(), TexelLayout::Bytes(channels))?;
+    let header = limits::size(width.into(), height.into(), TexelLayout::Bytes(channels), most_bytes)?;
     let text = kind <= 3;
     if !text {
         // One byte of white space, then the samples.
@@ -45,8 +50,8 @@ fn open(bytes: &[u8]) -> Result<Opened<'_>, String> {
     Ok(Opened { header, kind, most, reader })
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
-    let Opened { header, kind, most, mut reader } = open(bytes)?;
+pub(super) fn decode(bytes: &[u8], most_bytes: u64) -> Result<Picture, String> {
+    let Opened { header, kind, most, mut reader } = open(bytes, most_bytes)?;
     let columns = header.width as usize;
     Picture::of_bytes(&header, |bytes| {
         if kind == 4 {

@@ -276,8 +276,9 @@ fn concave_faces_are_cut_where_vertices_come_late() {
 /// A PNG of two texels.
 fn png(texels: [[u8; 4]; 2]) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let picture = image::RgbaImage::from_raw(2, 1, texels.concat()).unwrap();
-    picture.write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.write_header().unwrap().write_image_data(&texels.concat()).unwrap();
     bytes
 }
 
