@@ -1,4 +1,4 @@
-//! Crates know only what stands below them.
+//! Crates know only what stands below them, and each has its licences.
 
 use anyhow::{Context, Result};
 use std::fs;
@@ -28,7 +28,23 @@ pub(super) fn check(root: &Path) -> Result<Vec<String>> {
     for (name, folder, allowed) in APART {
         look(name, folder, allowed)?;
     }
+    for name in ORDER {
+        found.extend(licences(root, name));
+    }
     Ok(found)
+}
+
+/// What a crate's package needs beside its sources: it is passed on alone.
+fn licences(root: &Path, name: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for file in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        let path = format!("crates/{name}/{file}");
+        match (fs::read(root.join(&path)), fs::read(root.join(file))) {
+            (Ok(own), Ok(common)) if own == common => {}
+            _ => found.push(format!("{path}: it must be a link to ../../{file}")),
+        }
+    }
+    found
 }
 
 /// The project's crates among the dependencies of a manifest, those of tests and examples left out.
