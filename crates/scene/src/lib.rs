@@ -28,9 +28,10 @@ mod solids;
 pub use error::{Place, Problem, SceneError, Warning};
 pub use files::{
     BUILTINS, Builtin, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines,
-    CourseOptions, CoursePattern, KeyUse, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, PicturePixels, Preset, READ_FORMATS,
-    SceneRequests, UnknownPreset, WrongCoursePattern, broken_picture, config_keys, course_settings, load,
-    load_from_memory, near_name, read_data, read_hdr, read_jpeg, read_png, read_ppm, scene_reference, scene_requests, scene_schema,
+    CourseOptions, CoursePattern, KeyUse, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, PicturePixels, Preset,
+    READ_FORMATS, SceneRequests, UnknownPreset, WrongCoursePattern, broken_picture, config_keys,
+    course_settings, load, load_from_memory, near_name, read_data, read_hdr, read_jpeg, read_png, read_ppm,
+    scene_reference, scene_requests, scene_schema,
 };
 pub use flatten::{FrameState, FrameStates, LeftOut, Note, Places, SceneData, View};
 pub use model::*;
