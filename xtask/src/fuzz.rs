@@ -1,4 +1,6 @@
-//! `cargo xtask fuzz [--stage] [SECONDS [TARGET...]]`: builds the fuzz targets and runs them, all at a time.
+//! `cargo xtask fuzz [--asan] [--stage] [SECONDS [TARGET...]]`: builds the fuzz targets and runs them, all at a time.
+//!
+//! `--asan` builds them with AddressSanitizer, which makes them a few times slower.
 //!
 //! `--stage` only puts programs and seeds into `.fuzz/` with a script `run SECONDS` for a machine without cargo.
 
@@ -11,8 +13,8 @@ use std::process::{Command, Stdio};
 const TARGETS: [&str; 11] =
     ["obj", "mtl", "gltf", "glb", "ply", "json", "pg1", "texture", "picture", "builders", "traversals"];
 
-/// What libFuzzer needs of the compiler; these are cargo-fuzz's, without a sanitizer, so that stable Rust will do. The
-/// readers have no unsafe code to sanitize; the traversals have debug assertions where they index unchecked.
+/// What libFuzzer needs of the compiler; these are cargo-fuzz's, without a sanitizer. The readers have no unsafe
+/// code to sanitize; the traversals have debug assertions where they index unchecked.
 const RUSTFLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing -Ccodegen-units=1";
@@ -24,14 +26,20 @@ const PLATFORM: &str = "x86_64-unknown-linux-gnu";
 const MAX_SEED: u64 = 20_000;
 
 pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
-    let stage_only = arguments.first().is_some_and(|a| a == "--stage");
-    let mut rest = arguments.iter().skip(stage_only as usize);
+    let mut rest = arguments;
+    let mut option = |name: &str| {
+        let is_given = rest.first().is_some_and(|a| a == name);
+        rest = &rest[is_given as usize..];
+        is_given
+    };
+    let (with_sanitizer, stage_only) = (option("--asan"), option("--stage"));
+    let mut rest = rest.iter();
     let seconds: u64 = rest.next().map_or(Ok(600), |s| s.parse()).context("SECONDS is not a number")?;
     let chosen: Vec<&str> = rest.map(String::as_str).collect();
     let unknown = chosen.iter().find(|t| !TARGETS.contains(t));
     ensure!(unknown.is_none(), "there is no target {unknown:?}; there are {}", TARGETS.join(", "));
     let chosen = if chosen.is_empty() { TARGETS.to_vec() } else { chosen };
-    let stage = stage()?;
+    let stage = stage(with_sanitizer)?;
     println!("staged in {}", stage.display());
     if stage_only {
         return Ok(());
@@ -47,12 +55,18 @@ pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
 }
 
 /// Builds the programs and gathers seeds; the folder.
-fn stage() -> anyhow::Result<PathBuf> {
-    let target = root().join("fuzz/target");
-    let status = Command::new("cargo")
+fn stage(with_sanitizer: bool) -> anyhow::Result<PathBuf> {
+    let target = root().join(if with_sanitizer { "fuzz/target/asan" } else { "fuzz/target" });
+    let mut cargo = Command::new("cargo");
+    if with_sanitizer {
+        // The runtime comes with the stable toolchain; the flag is unstable, so the compiler is told to allow it.
+        cargo.env("RUSTC_BOOTSTRAP", "1").env("RUSTFLAGS", format!("{RUSTFLAGS} -Zsanitizer=address"));
+    } else {
+        cargo.env("RUSTFLAGS", RUSTFLAGS);
+    }
+    let status = cargo
         .args(["build", "--release", "--locked", "--target", PLATFORM, "--target-dir"])
         .arg(&target)
-        .env("RUSTFLAGS", RUSTFLAGS)
         .env_remove("CARGO_TARGET_DIR")
         .current_dir(root().join("fuzz"))
         .stdout(Stdio::null())
@@ -120,6 +134,8 @@ const RUN: &str = r#"#!/usr/bin/env bash
 set -uo pipefail
 cd "$(dirname "$(readlink -f "$0")")"
 out=${OUT:-.}
+# The sanitizer, where it is built in, keeps what was freed.
+export ASAN_OPTIONS=quarantine_size_mb=64:detect_leaks=0
 seconds=$1; shift
 [ $# -gt 0 ] || set -- obj mtl gltf glb ply json pg1 texture picture builders traversals
 mkdir -p "$out/found" "$out/logs"

@@ -29,7 +29,7 @@ const COMMANDS: &[Command] = &[
         ptx::run,
     ),
     ("fma", "check that AVX2 and AVX-512 code calls no library fma [BINARY]", fma::run),
-    ("fuzz", "run the fuzz targets [--stage] [SECONDS [TARGET...]]", fuzz::run),
+    ("fuzz", "run the fuzz targets [--asan] [--stage] [SECONDS [TARGET...]]", fuzz::run),
     (
         "kills",
         "kill renders at random moments and let them go on [--stills N] [--ranks N] [--sequences N] [--backend NAME] [--program PATH]",

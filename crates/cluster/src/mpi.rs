@@ -30,7 +30,8 @@ macro_rules! functions {
             fn load(library: &Library, path: &Path) -> Result<Functions, ClusterError> {
                 Ok(Functions {
                     $($field: {
-                        // SAFETY: the function has this type in MPI 3 and later, with handles that are integers or pointers of 64 bits.
+                        // SAFETY: the function has this type in MPI 3 and later, with handles that are integers or pointers
+                        // of 64 bits.
                         let symbol = unsafe {
                             library.get::<unsafe extern "C" fn($($argument),*) -> c_int>($name.to_bytes_with_nul())
                         };

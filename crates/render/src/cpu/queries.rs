@@ -77,8 +77,8 @@ macro_rules! at_level {
                 unsafe fn $query<T: BatchTracer>(t: &T, r: &[Ray], f: Filters, c: Coherence, h: &mut [Hit]) {
                     t.closest_hits(r, f, c, h);
                 }
-                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that `CpuBackend::new` has
-                // found available.
+                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that
+                // `CpuBackend::new` has found available.
                 unsafe { $query(self.0, rays, filters, how, hits) }
             }
 
@@ -87,8 +87,8 @@ macro_rules! at_level {
                 unsafe fn $query<T: BatchTracer>(t: &T, r: &[Ray], f: Filters, c: Coherence, h: &mut [bool]) {
                     t.occluded_rays(r, f, c, h);
                 }
-                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that `CpuBackend::new` has
-                // found available.
+                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that
+                // `CpuBackend::new` has found available.
                 unsafe { $query(self.0, rays, filters, how, hidden) }
             }
 
@@ -97,8 +97,8 @@ macro_rules! at_level {
                 unsafe fn $query<T: BatchTracer>(t: &T, r: &[Ray], f: Filters, c: Coherence, h: &mut [Hit]) {
                     t.next_hits(r, f, c, h);
                 }
-                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that `CpuBackend::new` has
-                // found available.
+                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that
+                // `CpuBackend::new` has found available.
                 unsafe { $query(self.0, rays, filters, how, hits) }
             }
 
@@ -107,8 +107,8 @@ macro_rules! at_level {
                 unsafe fn $query<T: Tracer>(t: &T, b: &ShadowBatch<16>, f: &RayFilter, a: &[bool; 16]) -> [bool; 16] {
                     t.occluded_batch(b, f, a)
                 }
-                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that `CpuBackend::new` has
-                // found available.
+                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that
+                // `CpuBackend::new` has found available.
                 unsafe { $query(self.0, batch, filter, active) }
             }
 
@@ -117,8 +117,8 @@ macro_rules! at_level {
                 unsafe fn $query<T: Tracer>(t: &T, b: &ShadowBatch<4>, f: &RayFilter, a: &[bool; 4]) -> [bool; 4] {
                     t.occluded_batch(b, f, a)
                 }
-                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that `CpuBackend::new` has
-                // found available.
+                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that
+                // `CpuBackend::new` has found available.
                 unsafe { $query(self.0, batch, filter, active) }
             }
         }
