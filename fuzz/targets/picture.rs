@@ -1,5 +1,5 @@
 #![no_main]
-use eosphor_render::output::{Format, Picture};
+use eosphor_picture::output::{Format, Picture};
 // What `eosphor compare` reads.
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let (first, picture) = bytes.split_first().unwrap_or((&0, &[]));

@@ -1,9 +1,9 @@
 //! Whatever can fail between a scene and a picture file.
 
 use crate::job::JobError;
+use eosphor_picture::compare::CompareError;
+use eosphor_picture::output::OutputError;
 use eosphor_render::BackendError;
-use eosphor_render::compare::CompareError;
-use eosphor_render::output::OutputError;
 use eosphor_scene::SceneError;
 
 /// Whatever can fail between a scene and a picture file. Its text is one line: what, where, what to do.

@@ -99,18 +99,20 @@ pub use eosphor_core::sums::ExactSum;
 #[doc(inline)]
 pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, Traversal, devices as cuda_devices};
 #[doc(inline)]
-pub use eosphor_render::output::{
+pub use eosphor_picture::output::{
     DevelopSettings, Developed, Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture,
     PictureWriter, SaveOptions, Stream, Window, check_writable, explain, partial_path, save, save_developed,
     save_within,
 };
 #[doc(inline)]
+pub use eosphor_picture::{CostMap, scene_hash};
+#[doc(inline)]
 pub use eosphor_render::{
-    Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CostMap, CpuBackend, CpuOptions,
-    Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions,
-    HierarchyStatistics, MisfitKind, OptionMisfit, PickedRows, PixelFeatures, PreparedRegion, PreparedRows,
-    PreparedScene, Progress, Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts,
-    SampleSums, Sampled, Scheduler, SimdLevel, build_hierarchy, check_rows, check_samples, scene_hash,
+    Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CpuBackend, CpuOptions, Fallback,
+    FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions, HierarchyStatistics,
+    MisfitKind, OptionMisfit, PickedRows, PixelFeatures, PreparedRegion, PreparedRows, PreparedScene,
+    Progress, Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts, SampleSums,
+    Sampled, Scheduler, SimdLevel, build_hierarchy, check_rows, check_samples,
 };
 #[doc(inline)]
 pub use eosphor_scene::{
@@ -128,19 +130,19 @@ pub use eosphor_scene::{
 /// Animations as numbered files.
 pub mod frames {
     #[doc(inline)]
-    pub use eosphor_render::frames::*;
+    pub use eosphor_picture::frames::*;
 }
 
 /// Stills in pieces, and what is kept of those that end early.
 pub mod still {
     #[doc(inline)]
-    pub use eosphor_render::still::*;
+    pub use eosphor_picture::still::*;
 }
 
 /// Pictures in shares, which jobs that know nothing of each other render.
 pub mod shares {
     #[doc(inline)]
-    pub use eosphor_render::output::{
+    pub use eosphor_picture::output::{
         BAND_ROWS, ShareError, ShareHeader, ShareReader, ShareWriter, merge, share_path,
     };
 }
@@ -149,7 +151,7 @@ pub mod shares {
 #[cfg(feature = "video")]
 pub mod video {
     #[doc(inline)]
-    pub use eosphor_render::output::{
+    pub use eosphor_picture::output::{
         FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
         VideoWriter, check_video_size, padded_size,
     };
@@ -186,5 +188,7 @@ pub mod texture {
 /// Comparing two pictures: identical, or where and by how much they differ.
 pub mod compare {
     #[doc(inline)]
-    pub use eosphor_render::compare::{CompareError, Comparison, FirstDifference, compare, difference_image};
+    pub use eosphor_picture::compare::{
+        CompareError, Comparison, FirstDifference, compare, difference_image,
+    };
 }

@@ -5,10 +5,16 @@ use std::fs;
 use std::path::Path;
 
 /// From the bottom to the top. A crate uses crates before it and no others.
-pub(super) const ORDER: [&str; 8] = ["core", "accel", "scene", "render", "cuda", "eosphor", "cluster", "cli"];
+pub(super) const ORDER: [&str; 9] =
+    ["core", "accel", "scene", "render", "cuda", "picture", "eosphor", "cluster", "cli"];
 
 /// Those that stand apart: what they may use of the above.
-const APART: [(&str, &str, &[&str]); 2] = [("cluster", "crates/cluster", &[]), ("gpu", "gpu", &["core"])];
+const APART: [(&str, &str, &[&str]); 3] = [
+    ("cluster", "crates/cluster", &[]),
+    ("gpu", "gpu", &["core"]),
+    // Pictures are the same whatever device made them.
+    ("picture", "crates/picture", &["core", "accel", "scene", "render"]),
+];
 
 pub(super) fn check(root: &Path) -> Result<Vec<String>> {
     let mut found = Vec::new();

@@ -5,7 +5,7 @@ use super::Text;
 /// Where the code says what scenes are read from: [`read_formats`].
 const READ: &str = "crates/scene/src/files/mod.rs";
 /// Where the code says what pictures are written in: [`written_formats`].
-const WRITTEN: &str = "crates/render/src/output/format.rs";
+const WRITTEN: &str = "crates/picture/src/output/format.rs";
 
 /// Pages with a list of what scenes are read from. Each has every name, once at least.
 const PAGES_OF_READ: [&str; 3] =

@@ -1,8 +1,8 @@
 //! How a job is watched and stopped.
 
 use super::{Cancel, FrameDone};
+use eosphor_picture::still::SumsError;
 use eosphor_render::Progress;
-use eosphor_render::still::SumsError;
 use eosphor_scene::Note;
 use std::fmt;
 use std::path::Path;

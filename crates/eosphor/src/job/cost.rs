@@ -4,8 +4,9 @@ use super::file_options::{FileOptions, of_format};
 use super::output::{check_apart, check_writable};
 use super::still::not_cancelled;
 use super::{Event, JobControl, JobError, Output, memory};
-use eosphor_render::output::{DevelopSettings, Format, SaveOptions};
-use eosphor_render::{CostMap, CpuBackend, CpuOptions, HierarchyStatistics};
+use eosphor_picture::CostMap;
+use eosphor_picture::output::{DevelopSettings, Format, SaveOptions};
+use eosphor_render::{CpuBackend, CpuOptions, HierarchyStatistics};
 use eosphor_scene::{Scene, SceneData};
 use std::sync::Arc;
 

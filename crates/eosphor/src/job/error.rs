@@ -1,9 +1,9 @@
 //! Why a job failed.
 
 use super::memory::bytes_in_words;
-use eosphor_render::frames::{ManifestError, PatternError};
-use eosphor_render::output::{OutputError, ShareError, explain};
-use eosphor_render::still::{MergeError, SumsError};
+use eosphor_picture::frames::{ManifestError, PatternError};
+use eosphor_picture::output::{OutputError, ShareError, explain};
+use eosphor_picture::still::{MergeError, SumsError};
 use eosphor_render::{BackendError, Region};
 use eosphor_scene::{SceneError, near_name};
 use std::ops::Range;

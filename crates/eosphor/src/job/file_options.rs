@@ -1,7 +1,8 @@
 //! What the file of a picture is like.
 
-use eosphor_render::output::{DevelopSettings, Format, Layer, Metadata, SaveOptions, Window};
-use eosphor_render::{Region, scene_hash};
+use eosphor_picture::output::{DevelopSettings, Format, Layer, Metadata, SaveOptions, Window};
+use eosphor_picture::scene_hash;
+use eosphor_render::Region;
 use eosphor_scene::{Scene, SceneData};
 
 /// What the file of a picture is like. None of it changes the picture; what a format has no room for is left out of its files.

@@ -1,7 +1,7 @@
 //! Files by what they are, not by what they are called, and the folders that they go into.
 
 use super::JobError;
-use eosphor_render::output::{OutputError, check_writable};
+use eosphor_picture::output::{OutputError, check_writable};
 #[cfg(not(unix))]
 use std::fs::canonicalize as identity_of;
 use std::path::{Path, PathBuf};

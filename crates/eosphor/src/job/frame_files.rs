@@ -4,9 +4,9 @@ use super::files::{check_output, make_folder};
 use super::frames::FrameSink;
 use super::sequence::{FlatSequence, MadeFrom};
 use super::{JobControl, JobError, Sequence, SequenceOutcome};
+use eosphor_picture::frames::{FramePattern, Manifest, PatternError, Wanted};
+use eosphor_picture::output::{Format, SaveOptions, save_within};
 use eosphor_render::Film;
-use eosphor_render::frames::{FramePattern, Manifest, PatternError, Wanted};
-use eosphor_render::output::{Format, SaveOptions, save_within};
 use std::fmt;
 use std::path::{Path, PathBuf};
 

@@ -2,8 +2,8 @@
 
 use super::JobError;
 use super::files::{check_output, make_folder, shares_beside};
-use eosphor_render::output::merge as merge_rows;
-use eosphor_render::still::merge_samples;
+use eosphor_picture::output::merge as merge_rows;
+use eosphor_picture::still::merge_samples;
 use std::path::{Path, PathBuf};
 
 /// Writes the picture that shares of it make ([`crate::job::Share`]), as one job would have written it. Where none are named,

@@ -2,7 +2,7 @@
 
 use super::files::{check_output, make_folder, same_place};
 use super::{Event, JobControl, JobError};
-use eosphor_render::output::{Format, OutputError, PictureWriter, SaveOptions, Stream, partial_path};
+use eosphor_picture::output::{Format, OutputError, PictureWriter, SaveOptions, Stream, partial_path};
 use eosphor_render::{FeatureRows, Film};
 use std::fmt;
 use std::path::{Path, PathBuf};

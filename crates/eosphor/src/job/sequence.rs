@@ -3,9 +3,10 @@
 use super::frames::{FrameDone, FrameSink, Frames, FramesDone};
 use super::still::not_cancelled;
 use super::{Event, FileOptions, JobControl, JobError, memory};
-use eosphor_render::frames::FramesIdentity;
-use eosphor_render::output::{Format, SaveOptions};
-use eosphor_render::{Backend, HierarchyStatistics, RayStatistics, scene_hash};
+use eosphor_picture::frames::FramesIdentity;
+use eosphor_picture::output::{Format, SaveOptions};
+use eosphor_picture::scene_hash;
+use eosphor_render::{Backend, HierarchyStatistics, RayStatistics};
 use eosphor_scene::{FrameStates, Move, Note, Scene, SceneData};
 use std::collections::HashMap;
 use std::ops::Range;

@@ -6,11 +6,12 @@ use super::output::{check_apart, check_writable};
 use super::seconds::timed;
 use super::strips::{Done, Features, Product, Strips, share};
 use super::{Event, JobControl, JobError, Output, Share, StillSeconds, memory};
-use eosphor_render::output::{Format, OutputError, PICTURE_VERSION, SaveOptions, ShareHeader, share_path};
-use eosphor_render::still::{Checkpoint, Part, SampleShare, checkpoint_path, sample_share_path};
+use eosphor_picture::output::{Format, OutputError, PICTURE_VERSION, SaveOptions, ShareHeader, share_path};
+use eosphor_picture::scene_hash;
+use eosphor_picture::still::{Checkpoint, Part, SampleShare, checkpoint_path, sample_share_path};
 use eosphor_render::{
     Backend, CpuBackend, CpuOptions, FeaturePass, HierarchyStatistics, PickedRows, PreparedRegion,
-    PreparedRows, PreparedScene, RayStatistics, Region, scene_hash,
+    PreparedRows, PreparedScene, RayStatistics, Region,
 };
 use eosphor_scene::{Note, Scene, SceneData};
 use std::ops::Range;

@@ -4,8 +4,8 @@
 use super::output::OpenOutput;
 use super::seconds::{process_cpu_seconds, timed};
 use super::{Event, JobControl, JobError, Output, StillSeconds, files};
-use eosphor_render::output::{OutputError, SaveOptions, ShareHeader, ShareWriter, partial_path};
-use eosphor_render::still::{Checkpoint, Strip, StripPlan};
+use eosphor_picture::output::{OutputError, SaveOptions, ShareHeader, ShareWriter, partial_path};
+use eosphor_picture::still::{Checkpoint, Strip, StripPlan};
 use eosphor_render::{
     BackendError, FeatureRows, Film, PreparedScene, Progress, RayStatistics, RenderControl, Sampled,
 };

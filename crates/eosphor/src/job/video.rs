@@ -5,12 +5,12 @@ use super::frame_files::manifest_path;
 use super::frames::{FrameSink, FramesDone};
 use super::sequence::FlatSequence;
 use super::{Event, JobControl, JobError, Sequence, SequenceOutcome};
-use eosphor_render::Film;
-use eosphor_render::frames::{Manifest, Wanted};
-use eosphor_render::output::{
+use eosphor_picture::frames::{Manifest, Wanted};
+use eosphor_picture::output::{
     DevelopSettings, Developed, FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, OutputError,
     VideoOptions, VideoWriter, padded_size,
 };
+use eosphor_render::Film;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
