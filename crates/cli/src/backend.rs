@@ -53,7 +53,7 @@ pub(crate) fn backend_for(
     backend_with(flags, accel, count_work, verbosity, first_gpu)
 }
 
-/// The same where `auto` is the GPU that `gpu` names.
+/// Opens the backend that the flags ask for; `auto` is the GPU that `gpu` names.
 pub(crate) fn backend_with(
     flags: &DeviceFlags,
     accel: Option<Accel>,

@@ -57,7 +57,7 @@ struct WorkPerSearch {
     nanoseconds: f64,
 }
 
-/// Of all threads, added up.
+/// Seconds of searches, of all threads added up.
 #[derive(Clone, Copy, Serialize)]
 struct SearchSeconds {
     traversal: f64,

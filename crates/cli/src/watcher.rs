@@ -17,7 +17,7 @@ type Log<'a> = &'a (dyn Fn(&FrameDone) -> Result<(), Failure> + Sync);
 pub(crate) struct Watcher<'a> {
     verbosity: Verbosity,
     view: OnceLock<ProgressView>,
-    /// Of loading, and then of flattening.
+    /// Notes of loading, and then of flattening.
     notes: Mutex<Vec<String>>,
     /// Told of each frame, instead of a view of the progress.
     log: Option<Log<'a>>,
@@ -26,7 +26,7 @@ pub(crate) struct Watcher<'a> {
 }
 
 impl<'a> Watcher<'a> {
-    /// Of a job whose scene is loaded, with what that had to say.
+    /// A watcher of a job whose scene is loaded; `notes` are what loading had to say.
     pub(crate) fn new(verbosity: Verbosity, notes: Vec<String>) -> Watcher<'a> {
         Watcher {
             verbosity,
@@ -37,7 +37,7 @@ impl<'a> Watcher<'a> {
         }
     }
 
-    /// The same with a log of frames instead of a view of the progress.
+    /// A watcher that logs frames instead of showing the progress.
     pub(crate) fn with_log(notes: Vec<String>, log: Log<'a>) -> Watcher<'a> {
         Watcher { log: Some(log), ..Watcher::new(Verbosity::Normal, notes) }
     }

@@ -30,7 +30,8 @@ impl World {
         self.broadcast_with(bytes, PIECE, None)
     }
 
-    /// For tests: in pieces of this length, and the bytes of one rank damaged before they are checked.
+    /// [`World::broadcast`] for tests: in pieces of a given length, with the bytes of one rank damaged before they are
+    /// checked.
     #[doc(hidden)]
     pub fn broadcast_with(
         &self,
@@ -88,7 +89,7 @@ impl World {
         Ok(chain.into_bytes())
     }
 
-    /// For measurements: as many bytes of rank 0, by MPI_Bcast and nothing else.
+    /// Broadcasts `count` bytes of rank 0 by MPI_Bcast and nothing else, for measurements.
     #[doc(hidden)]
     pub fn bare_broadcast(&self, bytes: Vec<u8>, count: usize) -> Result<Vec<u8>, ClusterError> {
         let mut bytes = if self.rank() == 0 { bytes } else { zeros(count).unwrap_or_default() };

@@ -65,7 +65,7 @@ pub enum ClusterError {
         call: &'static str,
         /// The rank that it failed on.
         rank: u32,
-        /// Its host.
+        /// Name of the rank's host.
         host: String,
         /// The library's own words.
         reason: String,

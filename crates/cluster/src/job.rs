@@ -45,13 +45,13 @@ pub struct JobProgress {
     pub units_done: u64,
     /// Units whose results were collected.
     pub units_collected: u64,
-    /// All units.
+    /// How many units the job has.
     pub units_total: u64,
     /// Bytes of descriptions and results that went between rank 0 and others.
     pub bytes_moved: u64,
-    /// Since rank 0 began.
+    /// Time since rank 0 began the job.
     pub elapsed: Duration,
-    /// Of each rank, in order.
+    /// What each rank did, by its number.
     pub ranks: Vec<RankProgress>,
 }
 
@@ -64,9 +64,9 @@ pub struct RankProgress {
     pub in_flight: u64,
     /// The sum of the times that its units took.
     pub seconds_computing: f64,
-    /// How many units it computes at the same time; 0 where it has not come to the job yet.
+    /// How many units the rank computes at the same time; 0 before it has come to the job.
     pub threads: u32,
-    /// Bytes of its results.
+    /// Bytes of the results that the rank has sent.
     pub result_bytes: u64,
 }
 
@@ -77,13 +77,13 @@ pub struct Report {
     pub complete: bool,
     /// Units that were computed and collected: these are the first ones.
     pub units_done: u64,
-    /// All units.
+    /// How many units the job has.
     pub units_total: u64,
     /// Bytes of descriptions and results that went between rank 0 and others.
     pub bytes_moved: u64,
-    /// From rank 0's beginning until the last result was collected.
+    /// Time from when rank 0 began the job until it had collected the last result.
     pub elapsed: Duration,
-    /// Of each rank, in order.
+    /// What each rank did, by its number.
     pub ranks: Vec<RankProgress>,
 }
 

@@ -43,7 +43,7 @@ pub fn launched_rank() -> Option<u32> {
     names.iter().find_map(|name| std::env::var(name).ok()?.parse().ok())
 }
 
-/// Its number among the processes of its host; likewise.
+/// The number of this process among those of its host, as the launcher's environment says it; `None` without a launcher.
 pub fn launched_local_rank() -> Option<u32> {
     Launcher::of_this_process()?;
     let names = ["OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID", "PALS_LOCAL_RANKID", "SLURM_LOCALID"];

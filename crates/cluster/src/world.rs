@@ -80,7 +80,7 @@ impl World {
         self.mpi.rank
     }
 
-    /// How many processes there are.
+    /// The number of processes of the job.
     pub fn size(&self) -> u32 {
         self.mpi.size
     }
@@ -90,7 +90,7 @@ impl World {
         self.local_rank
     }
 
-    /// How many processes its host has.
+    /// The number of processes of the job on this process's host.
     pub fn local_size(&self) -> u32 {
         self.local_size
     }

@@ -127,7 +127,7 @@ pub use eosphor_scene::{
     View, Warning, config_keys, load, near_name, scene_reference, scene_requests, scene_schema,
 };
 
-/// Animations as numbered files.
+/// Rendering animations to numbered files: names, the account of the frames, sharing them among processes.
 pub mod frames {
     #[doc(inline)]
     pub use eosphor_picture::frames::*;
@@ -147,7 +147,7 @@ pub mod shares {
     };
 }
 
-/// Animations as video.
+/// Encoding animations as video (H.264 in MP4).
 #[cfg(feature = "video")]
 pub mod video {
     #[doc(inline)]
@@ -179,7 +179,7 @@ pub mod settings {
     pub use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
 }
 
-/// How textures are read.
+/// How textures are filtered between texels and continued beyond their borders.
 pub mod texture {
     #[doc(inline)]
     pub use eosphor_core::texture::{TextureFilter, TextureWrap};

@@ -15,19 +15,19 @@ const CUT_SHARE: f64 = 0.001;
 /// A picture of what the camera rays of each pixel cost.
 #[derive(Clone, Debug)]
 pub struct CostMap {
-    /// Linear colours.
+    /// The map as linear colours, one for each pixel.
     pub film: Film,
     /// Nodes and tests that the brightest colour stands for; pixels that cost more have it too.
     pub brightest: u32,
     /// The mean over the pixels.
     pub mean: f64,
-    /// Of the most expensive pixel.
+    /// Nodes visited and primitives tested for the most expensive pixel.
     pub largest: u32,
 }
 
 impl CostMap {
-    /// Of the pixels of a picture of this width. The brightest colour stands for `brightest` nodes and tests, or, where it
-    /// is not given, for what one pixel of a thousand exceeds.
+    /// Makes the map of a picture of this width from the work on each pixel, row after row. The brightest colour stands
+    /// for `brightest` nodes and tests, or, where it is not given, for what one pixel of a thousand exceeds.
     ///
     /// # Panics
     ///

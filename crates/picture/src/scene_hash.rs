@@ -15,7 +15,7 @@ pub fn scene_hash(scene: &SceneData, develop: &DevelopSettings) -> String {
     hash_with(scene, &scene.settings, develop)
 }
 
-/// The same with other settings than the scene's own.
+/// The hash of a scene with these settings instead of its own.
 pub(crate) fn hash_with(scene: &SceneData, settings: &Settings, develop: &DevelopSettings) -> String {
     let mut hasher = Hasher::default();
     SceneView { settings, ..scene.view() }.visit(&mut hasher);

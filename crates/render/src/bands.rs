@@ -22,7 +22,7 @@ impl Bands {
         Bands { next: 0, height, rows: rows.max(1) }
     }
 
-    /// As few bands as there can be of about this many pixels each, all about as high.
+    /// Divides a picture into as few bands as possible of about `pixels` pixels each, all about as high.
     pub fn of_pixels(width: u32, height: u32, pixels: u32) -> Bands {
         let bands = (width as u64 * height as u64).div_ceil(pixels.max(1) as u64).max(1);
         let rows = (height as u64).div_ceil(bands) as u32;

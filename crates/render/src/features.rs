@@ -5,18 +5,18 @@ use eosphor_core::integrator::PixelFeatures;
 /// Features of some rows of a picture, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureRows {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
     /// `width * height` pixels, row after row from the top.
     pub pixels: Vec<PixelFeatures>,
-    /// For each pixel the work on its camera rays.
+    /// The work on the camera rays of each pixel, row after row from the top.
     pub work: Vec<CameraWork>,
 }
 
 impl FeatureRows {
-    /// Rows that show nothing.
+    /// Rows whose pixels show nothing.
     pub fn new(width: u32, height: u32) -> FeatureRows {
         let pixels = width as usize * height as usize;
         FeatureRows {
@@ -33,6 +33,6 @@ impl FeatureRows {
 pub struct CameraWork {
     /// Nodes of the hierarchy whose box was tested.
     pub nodes: u32,
-    /// Ray-primitive tests.
+    /// How many tests of a ray with a primitive there were.
     pub tests: u32,
 }

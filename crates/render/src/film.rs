@@ -5,16 +5,16 @@ use eosphor_core::math::Vec3;
 /// A picture in linear RGB, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
     /// `width * height` colours, row after row from the top.
     pub pixels: Vec<Vec3>,
 }
 
 impl Film {
-    /// A black film.
+    /// A black film of this width and height in pixels.
     pub fn new(width: u32, height: u32) -> Film {
         let pixels = black(width as usize * height as usize);
         ask_for_large_pages(&pixels);

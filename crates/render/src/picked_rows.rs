@@ -21,12 +21,12 @@ impl PickedRows {
         PickedRows(ranges.into_iter().collect())
     }
 
-    /// How many rows.
+    /// The number of rows that are picked.
     pub fn height(&self) -> u32 {
         self.0.iter().map(|range| range.end - range.start).sum()
     }
 
-    /// Where some of its rows are in the picture that they are taken from.
+    /// The ranges of rows of the picture that a range of the picked rows (counted from 0) is taken from.
     pub fn in_picture(&self, rows: &Range<u32>) -> Vec<Range<u32>> {
         let mut first = 0;
         let mut found = Vec::new();

@@ -17,16 +17,17 @@ const ABOVE: f32 = 1e-4;
 /// Rays to measure queries with.
 #[derive(Clone, Debug)]
 pub struct RaySets {
-    /// Through the middle of every pixel, in tiles of 8 × 4.
+    /// Camera rays through the middle of every pixel, in tiles of 8 × 4.
     pub primary: Vec<Ray>,
-    /// One from each triangle that those hit, distributed by the cosine to its normal.
+    /// One ray from each triangle that primary rays hit, distributed by the cosine to its normal.
     pub bounce: Vec<Ray>,
-    /// The same in random order.
+    /// The rays of [`RaySets::bounce`] in random order.
     pub shuffled: Vec<Ray>,
 }
 
 impl RaySets {
-    /// For the scene's camera, as a pin-hole. `trace` finds the closest hits.
+    /// Makes the sets for the scene's camera, as a pin-hole. `trace` finds the closest hit of each ray, in the order of the
+    /// rays.
     pub fn new(scene: &SceneData, trace: impl FnOnce(&[Ray]) -> Vec<Hit>) -> RaySets {
         let primary = camera_rays(scene);
         let hits = trace(&primary);

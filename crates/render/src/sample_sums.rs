@@ -6,16 +6,16 @@ use eosphor_core::sums::ExactSum;
 /// Exact sums of some samples of each pixel of some rows, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SampleSums {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
     /// `width * height` sums, row after row from the top.
     pub sums: Vec<ExactSum>,
 }
 
 impl SampleSums {
-    /// Of no samples.
+    /// Sums of no samples, for this width and height in pixels.
     pub fn new(width: u32, height: u32) -> SampleSums {
         SampleSums { width, height, sums: vec![ExactSum::default(); width as usize * height as usize] }
     }

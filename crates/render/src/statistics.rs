@@ -8,15 +8,15 @@ use std::ops::AddAssign;
 /// ([`crate::RenderControl::count_work`]); otherwise they are 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RayStatistics {
-    /// Rays from the camera.
+    /// Number of rays from the camera.
     pub camera: u64,
-    /// Sharp mirror rays.
+    /// Number of rays that mirrors reflect in one direction.
     pub reflected: u64,
-    /// Rays through surfaces.
+    /// Number of rays that pass through surfaces, bent or straight.
     pub refracted: u64,
-    /// Rays of glossy lobes.
+    /// Number of rays of glossy lobes.
     pub glossy: u64,
-    /// Rays towards lights.
+    /// Number of rays towards lights.
     pub shadow: u64,
     /// Queries about rays that were answered. A ray takes one; a shadow ray that is tinted on its way one more for each surface.
     pub searches: u64,
@@ -24,7 +24,7 @@ pub struct RayStatistics {
     pub nodes_visited: u64,
     /// Ray-primitive tests: what leaves that were reached hand to the tests.
     pub primitive_tests: u64,
-    /// How long the searches took.
+    /// How long the searches took, where work was counted.
     pub times: QueryTimes,
 }
 
@@ -33,21 +33,21 @@ pub struct RayStatistics {
 /// core takes longer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct QueryTimes {
-    /// Finding the way to primitives.
+    /// Nanoseconds of finding the way to primitives.
     pub traversal_nanoseconds: u64,
-    /// Testing them.
+    /// Nanoseconds of testing primitives.
     pub intersection_nanoseconds: u64,
 }
 
 impl QueryTimes {
-    /// Both.
+    /// Nanoseconds of traversal and tests together.
     pub fn all_nanoseconds(&self) -> u64 {
         self.traversal_nanoseconds + self.intersection_nanoseconds
     }
 }
 
 impl RayStatistics {
-    /// All rays.
+    /// Number of rays of all kinds.
     pub fn total_rays(&self) -> u64 {
         self.camera + self.reflected + self.refracted + self.glossy + self.shadow
     }

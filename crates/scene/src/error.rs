@@ -77,7 +77,7 @@ pub enum SceneError {
 pub struct Place {
     /// The file.
     pub path: PathBuf,
-    /// Line, from 1.
+    /// Line of the file, from 1; `None` where the file has no lines or the error none.
     pub line: Option<u32>,
     /// Column in bytes, from 1.
     pub column: Option<u32>,
@@ -128,7 +128,7 @@ impl SceneError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what}: {message}")]
 pub struct Problem {
-    /// Which part: `camera`, `settings.depth`, `material "glass"`.
+    /// The part of the scene that is wrong: `camera`, `settings.depth`, `material "glass"`.
     pub what: String,
     /// What is wrong and what would be right.
     pub message: String,
@@ -178,11 +178,11 @@ pub(crate) fn one_line(message: impl Into<String>) -> String {
 /// Something odd in a file that did not stop it from being read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// Where it was met first.
+    /// Where the odd thing was met first.
     pub place: Place,
     /// What is odd and what was done about it.
     pub message: String,
-    /// How often it was met.
+    /// How often it was met, 1 at least.
     pub count: u32,
 }
 

@@ -72,7 +72,7 @@ pub(super) fn frame_rate() -> impl TypedValueParser<Value = f32> {
     within((Bound::Excluded(0.0), Bound::Included(1000.0)))
 }
 
-/// The same of a video.
+/// A parser for frames per second of a video.
 pub(super) fn video_rate() -> impl TypedValueParser<Value = f32> {
     within((Bound::Excluded(0.0), Bound::Included(240.0)))
 }

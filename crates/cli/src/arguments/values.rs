@@ -5,7 +5,7 @@ use eosphor::Region;
 use eosphor::math::Vec3;
 use std::ops::{Bound, RangeBounds, RangeInclusive};
 
-/// Of lengths, some of which may be 0.
+/// The range of lengths that may be 0.
 pub(super) const LENGTHS: RangeInclusive<f32> = 0.0..=1e12;
 
 /// Of lengths that have to be some.

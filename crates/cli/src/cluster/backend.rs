@@ -45,7 +45,7 @@ pub(super) struct Crew {
     /// Rank 0's own, when it is there.
     pub(super) local: Arc<Prepared>,
     pub(super) size: (u32, u32),
-    /// Of a pixel.
+    /// Samples of each pixel.
     pub(super) samples: u32,
     pub(super) description: String,
     pub(super) ranks: u32,

@@ -68,7 +68,7 @@ pub(crate) fn run(
     done
 }
 
-/// That there is no MPI: once on each host, as that may be the only one without.
+/// Says that there is no MPI: once on each host, as that may be the only one without.
 fn complain(error: ClusterError) -> Failure {
     if is_silent() && eosphor_cluster::launched_local_rank() == Some(0) {
         streams::error(&error.to_string());

@@ -20,7 +20,7 @@ use std::path::Path;
 /// What errors call the input.
 const INPUT: &str = "standard input";
 
-/// No input is longer.
+/// Most bytes of an input.
 const MAX_INPUT_BYTES: u64 = 1 << 20;
 
 /// `ranks` is the backend where there are several.

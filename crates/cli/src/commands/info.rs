@@ -30,7 +30,7 @@ struct Info {
     camera: CameraInfo,
     hierarchy: HierarchyStatistics,
     files: Vec<String>,
-    /// Of loading and of preparing.
+    /// Notes of loading and of preparing the scene.
     notes: Vec<String>,
 }
 

@@ -18,7 +18,7 @@ const TRACING: Duration = Duration::from_millis(500);
 #[derive(Serialize)]
 struct Row {
     accel: Accel,
-    /// Of bounding volume hierarchies.
+    /// The builder, where the structure is a bounding volume hierarchy.
     builder: Option<&'static str>,
     statistics: HierarchyStatistics,
     /// On one thread.

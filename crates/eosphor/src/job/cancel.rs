@@ -10,7 +10,7 @@ pub struct Cancel {
 }
 
 impl Cancel {
-    /// Nobody asks yet.
+    /// A flag that is not raised: the job runs.
     pub const fn new() -> Cancel {
         Cancel { asked: AtomicBool::new(false), overdue: AtomicBool::new(false) }
     }
@@ -27,7 +27,7 @@ impl Cancel {
         self.overdue.store(true, Ordering::SeqCst);
     }
 
-    /// Whether somebody has asked.
+    /// Whether the job has been asked to end.
     pub fn is_asked(&self) -> bool {
         self.asked.load(Ordering::SeqCst)
     }

@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub struct CostPicture<'a> {
     /// What the rays are sent into.
     pub scene: &'a Scene,
-    /// Where the picture goes: one or more.
+    /// The files or streams that the picture is written to: at least one.
     pub outputs: Vec<Output>,
     /// What the files are like; layers and alpha are not for this picture.
     pub file: FileOptions,
@@ -36,14 +36,14 @@ pub struct CostOutcome {
     pub brightest: u32,
     /// Nodes and tests of a pixel's camera rays: the mean over the pixels.
     pub mean: f64,
-    /// The same of the most expensive pixel.
+    /// Nodes visited and primitives tested for the most expensive pixel.
     pub largest: u32,
-    /// The hierarchy in numbers.
+    /// Size, depth and build time of the hierarchy.
     pub hierarchy: HierarchyStatistics,
 }
 
 impl<'a> CostPicture<'a> {
-    /// Of a scene, with the default hierarchy. It goes nowhere yet.
+    /// The costs of a scene under the default hierarchy, without outputs yet.
     pub fn new(scene: &'a Scene) -> CostPicture<'a> {
         CostPicture {
             scene,

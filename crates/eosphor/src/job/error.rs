@@ -177,7 +177,7 @@ pub enum JobError {
     /// A share to be merged is not there.
     #[error("{}: no such file: {}", path.display(), instead_of(path))]
     NoSuchShare {
-        /// Its file.
+        /// The file of the share that is not there.
         path: PathBuf,
     },
     /// Nobody named shares, and none lie beside the output.

@@ -14,7 +14,7 @@ pub struct FileOptions {
     pub alpha: bool,
     /// EXR files hold 16-bit floats; distances and numbers keep 32 bits.
     pub exr_half: bool,
-    /// Of JPEG files, 1 to 100. Below 90, 2 × 2 pixels share their colour.
+    /// Quality of JPEG files, 1 to 100. Below 90, 2 × 2 pixels share their colour.
     pub jpeg_quality: u8,
     /// PNG and EXR files name the hash of the scene, and the command line, where there is one.
     pub metadata: bool,
@@ -42,7 +42,7 @@ impl FileOptions {
         !self.layers.is_empty() || self.alpha
     }
 
-    /// Of a scene's picture, or a part of it, that is saved in these formats.
+    /// The options for saving a scene's picture, or a part of it, in these formats.
     pub(super) fn save_options(
         &self,
         (scene, data): (&Scene, &SceneData),

@@ -27,7 +27,8 @@ impl FrameNames {
         Ok(FrameNames::new(path, move |frame| pattern.path(frame)))
     }
 
-    /// By what a function says. The account is kept in `NAME.manifest`.
+    /// Each frame goes to the path that `path_of` returns for its number. The account of the frames is kept in
+    /// `NAME.manifest`.
     pub fn new(name: &Path, path_of: impl Fn(u32) -> PathBuf + Send + Sync + 'static) -> FrameNames {
         FrameNames { name: name.to_owned(), path_of: Box::new(path_of) }
     }

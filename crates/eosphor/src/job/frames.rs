@@ -22,11 +22,11 @@ pub(super) trait FrameSink: Sync {
 /// A frame that is rendered and written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameDone {
-    /// Its number.
+    /// Number of the frame, from 0.
     pub frame: u32,
     /// Wall-clock milliseconds that it was rendered for, without developing and writing.
     pub milliseconds: f64,
-    /// Rays and work.
+    /// Rays that the frame took, and the work on them where it was counted.
     pub statistics: RayStatistics,
 }
 
@@ -71,7 +71,7 @@ impl FramesDone {
 
 /// What the workers share.
 struct State {
-    /// Of frames that wait for those before them; `None` inside where they were somebody else's.
+    /// Results of frames that wait for those before them; `None` inside where another process renders the frame.
     waiting: Vec<Option<Option<FrameDone>>>,
     /// How many do not wait any more.
     passed: usize,

@@ -14,7 +14,7 @@ const SUM_BYTES_A_PIXEL: u64 = 24 + 24;
 /// Frames come from other ranks as bytes first, of which rows are made.
 const BYTES_A_FRAME_PIXEL: u64 = BYTES_A_PIXEL + 12 + 12;
 
-/// Pixels of a band without layers.
+/// Most pixels of a band of a picture without layers.
 const MAX_BAND_PIXELS: u64 = 1 << 22;
 
 /// What layers add to that.

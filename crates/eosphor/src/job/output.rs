@@ -32,7 +32,7 @@ impl Output {
         Ok(Output::File(path.to_owned(), Format::of(path)?))
     }
 
-    /// How the picture is written.
+    /// The format that the picture is written in.
     pub fn format(&self) -> Format {
         match self {
             Output::File(_, format) | Output::Stream { format, .. } => *format,

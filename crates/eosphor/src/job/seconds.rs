@@ -10,13 +10,13 @@ pub struct StillSeconds {
     pub flatten: f64,
     /// The hierarchy, and whatever else the device needs.
     pub build: f64,
-    /// Tracing rays.
+    /// Seconds of tracing rays.
     pub render: f64,
     /// Finding what layers show. `None` where there are none.
     pub layers: Option<f64>,
     /// Developing, encoding, writing, and hashing the scene for the file.
     pub write: f64,
-    /// Of all threads of this process while rays were traced. `None` where the system does not say.
+    /// CPU seconds of all threads of this process while rays were traced; `None` where the system does not say.
     pub render_cpu: Option<f64>,
 }
 

@@ -22,7 +22,7 @@ pub struct Sequence<'a> {
     /// What is rendered. It has an animation. Where its camera orbits around nothing in particular, [`Scene::settle_orbit`] makes
     /// that the middle of the scene; until then it is 0.
     pub scene: &'a Scene,
-    /// What renders it.
+    /// The backend that renders the frames.
     pub backend: &'a dyn Backend,
     /// The frames, by number; `None`: all.
     pub frames: Option<Range<u32>>,
@@ -61,11 +61,11 @@ pub struct SequenceOutcome {
     pub complete: bool,
     /// How many frames were wanted.
     pub wanted: usize,
-    /// How many of these an earlier run had done.
+    /// How many of the wanted frames an earlier run had done.
     pub kept: usize,
-    /// How many were done now.
+    /// How many frames this run has done.
     pub done: usize,
-    /// How many were done by others, or are in work there.
+    /// How many frames other processes have done or have in work.
     pub left: usize,
     /// A video was whole before, and nothing was done.
     pub was_whole: bool,
@@ -117,7 +117,7 @@ pub(super) struct FlatSequence<'a> {
     pub(super) data: Arc<SceneData>,
     pub(super) notes: Vec<Note>,
     pub(super) options: SaveOptions,
-    /// Of numbered files.
+    /// Format of numbered files; `None` for a video.
     pub(super) format: Option<Format>,
     /// The numbers of the frames that are wanted.
     pub(super) range: Range<u32>,

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// More shares of rows than this are of no use.
+/// Most shares that the rows of a picture are divided into; more are of no use.
 const MAX_SHARES: u32 = 500;
 
 /// A still to be rendered, with where it goes and how. [`Still::run`] renders it.
@@ -28,11 +28,12 @@ const MAX_SHARES: u32 = 500;
 /// beside the first file: every [`Still::checkpoint_interval`], after an error and where the job is cancelled. The same with
 /// [`Still::resume`] goes on from there. Nothing of all this changes a pixel.
 pub struct Still<'a> {
-    /// What is rendered.
+    /// The scene to render.
     pub scene: &'a Scene,
-    /// What renders it.
+    /// The backend that renders the picture.
     pub backend: &'a dyn Backend,
-    /// Where the picture goes: one or more, each in its format. A share goes to one, whose name its own file begins with.
+    /// The files or streams that the picture is written to: at least one, each in its format. A share has one output; the
+    /// name of the share's file begins with that of the output.
     pub outputs: Vec<Output>,
     /// What the files are like.
     pub file: FileOptions,
@@ -49,7 +50,7 @@ pub struct Still<'a> {
     pub count_work: bool,
     /// Rows that are in memory at a time; `None`: about 4 million pixels.
     pub most_rows: Option<u32>,
-    /// How the CPU finds what layers and alpha show, which it does for every backend.
+    /// Options of the CPU, which finds what layers and alpha show, whatever the backend.
     pub cpu: CpuOptions,
 }
 
@@ -62,7 +63,7 @@ pub struct StillOutcome {
     pub done: f64,
     /// The share of the samples that an earlier run had done, 0 to 1.
     pub resumed: f64,
-    /// Where it is not complete: the file that keeps what is done, if there is one.
+    /// The file that keeps what is done of a still that is not complete; `None` where nothing is kept.
     pub kept: Option<PathBuf>,
     /// The files that were written: the outputs, or partial pictures beside them, or the file of a share. Streams are not
     /// among them.
@@ -71,7 +72,7 @@ pub struct StillOutcome {
     pub size: (u32, u32),
     /// Rays and work of this run.
     pub statistics: RayStatistics,
-    /// The hierarchy in numbers.
+    /// Size, depth and build time of the hierarchy.
     pub hierarchy: HierarchyStatistics,
     /// The time that each phase took.
     pub seconds: StillSeconds,

@@ -60,7 +60,7 @@ pub(super) struct Done {
     pub(super) kept: Option<PathBuf>,
     /// The files that were written: the outputs, or partial pictures beside them.
     pub(super) written: Vec<PathBuf>,
-    /// Of this run.
+    /// Rays and work of this run.
     pub(super) statistics: RayStatistics,
 }
 
@@ -333,9 +333,9 @@ impl Strips<'_> {
 
 /// The files of a product, by name.
 struct Names {
-    /// Of pictures; those in the making get other names.
+    /// Paths of the pictures; those in the making get other names.
     pictures: Vec<PathBuf>,
-    /// Of a share of rows.
+    /// Path of the file of a share of rows.
     rows: Option<PathBuf>,
     is_samples: bool,
 }

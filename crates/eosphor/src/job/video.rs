@@ -20,7 +20,7 @@ use std::time::Instant;
 /// A video file to be made of frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Video {
-    /// The file, an `.mp4`.
+    /// The file to write, an `.mp4`.
     pub path: PathBuf,
     /// Frames a second; `None`: the animation's.
     pub frame_rate: Option<f32>,

@@ -11,13 +11,13 @@ use serde::Serialize;
 pub struct Comparison {
     /// Every channel of every pixel has the same bits.
     pub identical: bool,
-    /// Pixels a row.
+    /// Width of both pictures in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height of both pictures in pixels.
     pub height: u32,
     /// The first pixel that differs, row after row from the top.
     pub first: Option<FirstDifference>,
-    /// Pixels that differ.
+    /// How many pixels differ.
     pub differing_pixels: u64,
     /// The largest difference of a channel; infinite where a number meets NaN or infinity.
     pub max_difference: f64,
@@ -29,7 +29,7 @@ pub struct Comparison {
     pub flip: Option<f64>,
 }
 
-/// A pixel that differs.
+/// The first pixel that differs, row after row from the top left, and its colours in both pictures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FirstDifference {
     /// Column, from the left.
@@ -45,7 +45,7 @@ pub struct FirstDifference {
 /// Why two pictures cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CompareError {
-    /// They have different sizes.
+    /// The pictures have different sizes.
     #[error("the pictures have different sizes, {} x {} and {} x {}", a.0, a.1, b.0, b.1)]
     Sizes {
         /// Width and height of the first.

@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 /// Some twenty floats are held a pixel: larger pictures go without.
 const MAX_PIXELS: u64 = 1 << 26;
 
-/// Of a screen of 3,840 pixels and 0.7 m seen from 0.7 m.
+/// Pixels per degree of a screen of 3,840 pixels and 0.7 m that is seen from 0.7 m.
 const PIXELS_PER_DEGREE: f32 = 3840.0 * PI / 180.0;
 
 /// Exponents and limits of the colour pipeline: q_c, p_c, p_t; and of features: their width in degrees, and q_f.

@@ -37,7 +37,7 @@ impl<'a> Pixels<'a> {
         }
     }
 
-    /// Of R, G and B, never NaN.
+    /// The absolute differences of R, G and B of a pixel, never NaN.
     pub(super) fn differences(self, x: usize, y: usize) -> [f64; 3] {
         match self {
             Pixels::Bytes(a, b, width) => {

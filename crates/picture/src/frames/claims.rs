@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// The locked file in the folder.
 const FILE: &str = "claims";
 
-/// No such file is longer: two numbers a frame that one process has in work.
+/// Most bytes of a file of claims: two numbers per frame that one process has in work.
 const MAX_CLAIMS_BYTES: u64 = 1 << 16;
 
 /// Frames that this process has in work.
@@ -85,7 +85,7 @@ fn read(file: &mut File) -> Other {
 }
 
 impl Claims {
-    /// Of this process, with no frames. Nobody else must look for claims meanwhile.
+    /// Claims of this process, on no frames yet. Nobody else must look for claims meanwhile.
     pub(super) fn new(stem: &Path) -> io::Result<Claims> {
         let (begin, end) = names(stem);
         let owner = this_process();

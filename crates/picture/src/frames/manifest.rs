@@ -16,7 +16,7 @@ use std::sync::{Mutex, PoisonError};
 /// The first words of the file.
 const TITLE: &str = "eosphor frames 1";
 
-/// Larger ones are not ours: so many bytes are a line for each of the most frames.
+/// Most bytes of a manifest: a line for each frame of the longest animation. Larger files are not ours.
 const MAX_MANIFEST_BYTES: u64 = 1 << 30;
 
 /// What frames are made of. Frames of different ones must not be mixed.
@@ -24,9 +24,9 @@ const MAX_MANIFEST_BYTES: u64 = 1 << 30;
 pub struct FramesIdentity {
     /// Hash of the scene, its files and settings.
     pub scene: String,
-    /// Of how it moves.
+    /// Hash of how the scene moves.
     pub animation: String,
-    /// Of how colours become files: development, format, quality.
+    /// Hash of how colours become files: development, format, quality.
     pub file: String,
     /// What else they are made by, in words: names and values, for messages.
     pub stated: Vec<(&'static str, String)>,
@@ -43,12 +43,12 @@ impl FramesIdentity {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ManifestError {
-    /// They were made of something else.
+    /// The frames that are there were made of something else.
     #[error("cannot resume: {}: the frames there were made {what}: render into another folder, or without resuming", path.display())]
     Stale {
         /// The manifest.
         path: PathBuf,
-        /// Of what.
+        /// What the frames that are there were made of, in words.
         what: String,
     },
     /// The file is not a manifest.
@@ -66,10 +66,11 @@ pub enum ManifestError {
         owner: String,
         /// Which frames.
         what: String,
-        /// They are frames of the same, so that other ones can be rendered meanwhile.
+        /// Whether the other process renders frames of the same sequence, so that other frames of it can be rendered
+        /// meanwhile.
         is_same: bool,
     },
-    /// It cannot be read or written.
+    /// The manifest cannot be read or written.
     #[error("cannot keep account of the frames: {}: {}", path.display(), explain(source))]
     File {
         /// The manifest.
@@ -104,7 +105,7 @@ pub struct Manifest {
 
 struct State {
     claims: Claims,
-    /// Of those that are shared: what this process has in work.
+    /// Frames of a shared sequence that this process has in work.
     in_work: Vec<u32>,
 }
 
@@ -182,7 +183,7 @@ impl Manifest {
         })
     }
 
-    /// Whether this was begun before.
+    /// Whether an earlier run had begun this sequence.
     pub fn is_resumed(&self) -> bool {
         self.is_resumed
     }

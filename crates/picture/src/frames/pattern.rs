@@ -49,7 +49,7 @@ impl FramePattern {
         })
     }
 
-    /// Whether a path has the sign of a pattern.
+    /// Whether a path names numbered frames: has a `%` that begins the place of a number.
     pub fn is_one(path: &Path) -> bool {
         path.file_name().is_some_and(|name| name.to_string_lossy().contains('%'))
     }

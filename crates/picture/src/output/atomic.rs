@@ -21,7 +21,8 @@ impl TemporaryFile {
         Ok(TemporaryFile { file, target })
     }
 
-    /// The same in another folder of the same file system until it is whole, so that what a killed program leaves is
+    /// A temporary file for `path` that lies in another folder of the same file system until it is whole, so that what a
+    /// killed program leaves is
     /// found there.
     pub(super) fn within(folder: &Path, path: &Path) -> Result<TemporaryFile, Error> {
         let target = resolve(path)?;

@@ -32,9 +32,9 @@ impl From<&RenderSettings> for DevelopSettings {
 /// A picture in bytes, ready for a screen: R, G, B, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Developed {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
     /// `width * height * 3` bytes.
     pub rgb: Vec<u8>,

@@ -17,7 +17,7 @@ pub(super) trait ByteEncoder: Send {
     /// The next rows.
     fn rows(&mut self, rows: &Developed) -> Result<()>;
 
-    /// After the last row. `complete`: all of it was rendered.
+    /// Writes what follows the last row. `complete`: all of the picture was rendered.
     fn finish(self: Box<Self>, complete: bool) -> Result<()>;
 }
 
@@ -26,6 +26,6 @@ pub(super) trait LinearEncoder: Send {
     /// The next rows; features where the file has layers of them.
     fn rows(&mut self, film: &Film, features: Option<&FeatureRows>) -> Result<()>;
 
-    /// As [`ByteEncoder::finish`].
+    /// Writes what follows the last row. `complete`: all of the picture was rendered.
     fn finish(self: Box<Self>, complete: bool) -> Result<()>;
 }

@@ -74,7 +74,7 @@ impl OutputError {
     }
 }
 
-/// The same for a file to be read.
+/// What is wrong with a file that is to be read, and what to do.
 fn explain_reading(path: &Path, error: &Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => match near_name(path) {

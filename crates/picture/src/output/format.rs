@@ -21,7 +21,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Format; 6] =
         [Format::Png, Format::Ppm, Format::Jpeg, Format::Hdr, Format::Exr, Format::Data];
 

@@ -5,12 +5,12 @@ use eosphor_render::Film;
 use eosphor_scene::{PicturePixels, read_data, read_jpeg, read_png, read_ppm};
 use std::path::Path;
 
-/// A picture in bytes.
+/// A picture of 8 bits per channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ByteImage {
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
     /// `width * height` pixels R, G, B, A, top row first; A is 255 where the file has none.
     pub rgba: Vec<[u8; 4]>,

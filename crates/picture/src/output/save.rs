@@ -12,7 +12,7 @@ use std::path::Path;
 pub struct SaveOptions {
     /// How linear colours become bytes; EXR and HDR files are linear and take no notice of it.
     pub develop: DevelopSettings,
-    /// Of JPEG files, 1 to 100. Below 90, 2 × 2 pixels share their colour.
+    /// Quality of JPEG files, 1 to 100. Below 90, 2 × 2 pixels share their colour.
     pub jpeg_quality: u8,
     /// EXR files hold 16-bit floats; distances and numbers keep 32 bits.
     pub exr_half: bool,
@@ -23,7 +23,8 @@ pub struct SaveOptions {
     pub alpha: Option<Vec3>,
     /// What PNG and EXR files say of themselves.
     pub metadata: Metadata,
-    /// Where the picture is a part of a larger one. The file has the size of the part; EXR files say where it lies.
+    /// Set where the picture is a part of a larger one: where the part lies. The file has the size of the part; EXR files
+    /// say where it lies.
     #[serde(default)]
     pub window: Option<Window>,
 }
@@ -31,7 +32,7 @@ pub struct SaveOptions {
 /// Where a picture lies in a larger one that it is a part of, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Window {
-    /// The part.
+    /// The part of the larger picture.
     pub region: Region,
     /// Width and height of the whole.
     pub whole: (u32, u32),
@@ -86,7 +87,7 @@ pub fn save_within(
     writer.finish()
 }
 
-/// As [`save`], for a picture that is developed already. Linear formats (EXR, HDR) are refused.
+/// Writes a developed picture to a file, in the format that the path asks for. Linear formats (EXR, HDR) are refused.
 pub fn save_developed(picture: &Developed, path: &Path, options: &SaveOptions) -> Result<(), OutputError> {
     let mut writer = PictureWriter::open(path, (picture.width, picture.height), options)?;
     writer.write_developed(picture)?;

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{Error, Seek, Write, copy};
 use std::path::{Path, PathBuf};
 
-/// Where a picture goes that gets no file.
+/// Where the bytes of a picture go that is not written to a file, such as standard output.
 pub type Stream = Box<dyn Write + Send>;
 
 /// A file without a name, which is copied to a stream when it is whole: it is gone however the program ends.

@@ -110,7 +110,7 @@ impl PictureWriter {
             .map_err(|error| OutputError::write(&folder, error))
     }
 
-    /// As [`PictureWriter::open`], with the file in another folder of the same file system until it is whole.
+    /// Begins a picture file that lies in another folder of the same file system until it is whole.
     pub(super) fn open_within(
         folder: &Path,
         path: &Path,
@@ -313,7 +313,7 @@ impl PictureWriter {
     }
 }
 
-/// Where a picture goes that is not whole: beside it, as `a.partial.png` beside `a.png`.
+/// The path that a picture is written to that is not whole: beside its own, as `a.partial.png` beside `a.png`.
 pub fn partial_path(path: &Path) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(".partial");

@@ -94,7 +94,7 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// For a picture of which nothing is to be kept.
+    /// A checkpoint that keeps nothing: no file is written.
     pub fn nowhere(scene: Arc<SceneData>) -> Checkpoint {
         Checkpoint {
             path: PathBuf::new(),
@@ -136,12 +136,12 @@ impl Checkpoint {
         self.share.as_ref().map_or(0..self.scene.settings.samples, |share| share.samples.clone())
     }
 
-    /// Whether the file has something to go on with.
+    /// Whether the checkpoint's file has samples to resume from.
     pub fn is_kept(&self) -> bool {
         self.file.as_ref().is_some_and(|file| !file.is_empty())
     }
 
-    /// Whether there is a file that is not gone on with. It is replaced when there is something to be kept.
+    /// Whether there is a file from which this render does not resume. It is replaced when there is something to be kept.
     pub fn has_other(&self) -> bool {
         self.has_other
     }
@@ -179,7 +179,7 @@ impl Checkpoint {
         }
     }
 
-    /// Whether it is time to write, where the next piece of work takes so long.
+    /// Whether it is time to write the checkpoint, if the next piece of work takes `next`.
     pub fn is_due(&self, next: Duration) -> bool {
         self.keeps && self.written.elapsed() + next >= self.interval
     }

@@ -15,7 +15,7 @@ pub struct Part {
     /// A rectangle; `None`: all of it.
     #[serde(default)]
     pub region: Option<Region>,
-    /// Of that, the rows of a share: its number, from 1, and how many there are.
+    /// The share of the rows: its number, from 1, and how many shares there are; `None`: all rows.
     #[serde(default)]
     pub rows: Option<(u32, u32)>,
 }
@@ -47,18 +47,18 @@ pub(super) struct SumsHeader {
 /// Some samples of each pixel of a picture, and what the whole of it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SampleShare {
-    /// Which samples.
+    /// The samples of each pixel that the share has, by number.
     pub samples: Range<u32>,
     /// How many samples of a pixel the picture has.
     pub all: u32,
     /// What the pixels depend on: [`crate::scene_hash`].
     pub scene: String,
-    /// How the whole is to be saved.
+    /// How the whole picture is to be saved.
     pub options: SaveOptions,
 }
 
 impl SampleShare {
-    /// The same with the command line left out: it may have differed in what changes no pixel.
+    /// This share without the command line, which may have differed in what changes no pixel.
     fn without_command_line(&self) -> SampleShare {
         let mut share = self.clone();
         share.options.metadata.command_line = None;
@@ -73,7 +73,7 @@ impl SampleShare {
 }
 
 impl SumsHeader {
-    /// Of a scene.
+    /// The header of the sums of a part of a scene's picture, or of a share of its samples.
     pub(super) fn of(scene: &SceneData, part: Part, share: Option<SampleShare>) -> SumsHeader {
         let mut settings = scene.settings;
         match settings.pixel_sampling {

@@ -60,7 +60,7 @@ impl StripPlan {
         first..first + rows.min(left)
     }
 
-    /// How many of the samples that are left of each of so many pixels come next.
+    /// How many samples per pixel the next piece has, of a strip of `pixels` pixels with `left` samples each to be done.
     pub fn samples(&self, pixels: u64, left: u32) -> u32 {
         let most = (self.units / pixels.max(1) as f64).max(1.0) as u32;
         // All pieces alike.

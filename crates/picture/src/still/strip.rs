@@ -10,7 +10,7 @@ pub struct Strip {
     pub rows: Range<u32>,
     /// How many samples of each pixel are done.
     pub samples: u32,
-    /// Their sums.
+    /// The sums of those samples, one for each pixel.
     pub sums: SampleSums,
 }
 
@@ -20,7 +20,7 @@ impl Strip {
         Strip { sums: SampleSums::new(width, rows.end - rows.start), rows, samples: 0 }
     }
 
-    /// Pixels in it.
+    /// The number of pixels of the strip.
     pub fn pixels(&self) -> u64 {
         self.sums.sums.len() as u64
     }

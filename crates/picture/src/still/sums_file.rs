@@ -32,22 +32,22 @@ const OWNER_BYTES: usize = 120;
 const RECORD_HEAD: u64 = 16;
 const RECORD_REST: u64 = 8;
 
-/// Of a pixel.
+/// Bytes of the sums of a pixel.
 pub(super) const SUM_BYTES: u64 = 24;
 
-/// No header is longer.
+/// Most bytes of a header.
 const MAX_HEADER_BYTES: u32 = 1 << 20;
 
 /// Why sums cannot be read or kept.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SumsError {
-    /// It is of something else.
+    /// The file has sums of something else.
     #[error("cannot resume: {}: what is done there is {what}: render to another file, or without resuming", path.display())]
     Stale {
         /// The file.
         path: PathBuf,
-        /// Of what.
+        /// What the file has sums of, in words.
         what: String,
     },
     /// The file is something else.
@@ -64,7 +64,7 @@ pub enum SumsError {
         /// Who, as far as it is known.
         owner: String,
     },
-    /// It cannot be read or written.
+    /// The file cannot be read or written.
     #[error("cannot keep what is done of the picture: {}: {}", path.display(), output::explain(source))]
     File {
         /// The file.

@@ -123,7 +123,7 @@ pub fn check_samples(samples: &Range<u32>, all: u32) -> Result<(), BackendError>
 pub struct Progress {
     /// Pixels finished.
     pub pixels_done: u64,
-    /// Pixels in all.
+    /// Pixels to be rendered.
     pub pixels_total: u64,
     /// Rays traced so far.
     pub rays: u64,
@@ -149,7 +149,7 @@ pub struct Rendered {
     pub film: Film,
     /// False where the render was cancelled before its end.
     pub complete: bool,
-    /// Rays and work.
+    /// Rays traced, and the work on them where it was counted.
     pub statistics: RayStatistics,
 }
 
@@ -160,7 +160,7 @@ pub struct Sampled {
     pub sums: SampleSums,
     /// False where it was cancelled before its end.
     pub complete: bool,
-    /// Rays and work.
+    /// Rays traced, and the work on them where it was counted.
     pub statistics: RayStatistics,
 }
 

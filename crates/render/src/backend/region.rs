@@ -10,24 +10,24 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Where a device knows whole rows only, about so many pixels of them are taken at a time.
+/// Where a device renders whole rows only, rows of about so many pixels are rendered at a time.
 const MAX_PIXELS_AT_ONCE: u32 = 1 << 22;
 
 /// A rectangle of pixels of a picture; (0, 0) is the upper left one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Region {
-    /// First column.
+    /// First column, from the left of the picture, from 0.
     pub x: u32,
-    /// First row.
+    /// First row, from the top of the picture, from 0.
     pub y: u32,
-    /// Columns.
+    /// Number of columns.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
 }
 
 impl Region {
-    /// All of a picture.
+    /// The region that is a whole picture of this width and height in pixels.
     pub fn whole((width, height): (u32, u32)) -> Region {
         Region { x: 0, y: 0, width, height }
     }
@@ -37,14 +37,14 @@ impl Region {
         Region { y: self.y + rows.start, height: rows.end - rows.start, ..*self }
     }
 
-    /// Whether it has pixels, and all of them are in a picture of this size.
+    /// Whether the region has pixels, and all of them are in a picture of this width and height.
     pub fn is_in(&self, (width, height): (u32, u32)) -> bool {
         let fits =
             |first: u32, count: u32, all| count > 0 && u64::from(first) + u64::from(count) <= u64::from(all);
         fits(self.x, self.width, width) && fits(self.y, self.height, height)
     }
 
-    /// Its pixels.
+    /// The number of pixels of the region.
     pub fn pixels(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
     }

@@ -27,12 +27,12 @@ pub struct FeaturePass {
 }
 
 impl FeaturePass {
-    /// The hierarchy in numbers.
+    /// Size, depth and build time of the hierarchy.
     pub fn hierarchy_statistics(&self) -> HierarchyStatistics {
         self.hierarchy.statistics()
     }
 
-    /// The same for a part of the picture, whose rows are counted from its first one.
+    /// This pass for a part of the picture alone. Rows are then counted from the first row of the region.
     ///
     /// # Errors
     ///
@@ -78,7 +78,7 @@ impl FeaturePass {
     }
 }
 
-/// Of a tile, row after row; `None` where it was given up.
+/// Features of the pixels of a tile and the work on them, row after row; `None` where the tile was given up.
 type Traced = Option<(Vec<PixelFeatures>, Vec<CameraWork>)>;
 
 /// Traces a tile at a SIMD level that the CPU has, by the scalar tracers: packets share nodes, so their work is no pixel's

@@ -20,7 +20,7 @@ const TILE: u32 = 32;
 /// Closest hits of camera rays, and of rays that leave what those hit in random directions, on one thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CameraSpeed {
-    /// Rays traced.
+    /// How many rays were traced.
     pub rays: u64,
     /// Million rays a second, traced as a render traces them.
     pub mrays_per_second: f64,

@@ -43,7 +43,7 @@ pub struct CpuBackend {
 }
 
 impl CpuBackend {
-    /// With these options. Fails where the CPU lacks the SIMD level asked for or threads cannot be started.
+    /// A backend with these options. Fails where the CPU lacks the SIMD level of the options or threads cannot be started.
     pub fn new(options: CpuOptions) -> Result<CpuBackend, BackendError> {
         let simd = match options.simd {
             None => SimdLevel::best(),
@@ -65,7 +65,7 @@ impl CpuBackend {
         Ok(CpuBackend { options, simd, pool: Arc::new(pool) })
     }
 
-    /// Threads that render.
+    /// The number of threads that render.
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }

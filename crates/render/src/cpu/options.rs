@@ -3,16 +3,16 @@
 use crate::{Accel, HierarchyOptions};
 use eosphor_accel::SimdLevel;
 
-/// How the CPU backend works.
+/// Options of the CPU backend: threads, SIMD level, hierarchy, scheduler. They change no pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CpuOptions {
     /// Threads; `None`: one for each core the process may use.
     pub threads: Option<usize>,
     /// Side of a tile in pixels, at least 1; `None`: 32, or less where that would leave threads idle.
     pub tile: Option<u32>,
-    /// The hierarchy.
+    /// The kind of hierarchy that rays are traced through.
     pub accel: Accel,
-    /// How it is built.
+    /// How the hierarchy is built.
     pub hierarchy: HierarchyOptions,
     /// SIMD level; `None`: the best that the CPU has.
     pub simd: Option<SimdLevel>,

@@ -25,7 +25,7 @@ impl CpuBackend {
         hits
     }
 
-    /// Whether anything is in the way of rays, on all threads of the backend.
+    /// For each ray whether it hits anything, in the order of `rays`, computed on all threads of the backend.
     pub fn occluded_rays(&self, hierarchy: &Hierarchy, rays: &[Ray]) -> Vec<bool> {
         let mut hidden = vec![false; rays.len()];
         self.pool.install(|| {

@@ -73,7 +73,7 @@ impl Tile {
         ((y - self.y) * self.width + (x - self.x)) as usize
     }
 
-    /// Its pixels' places, row after row.
+    /// Column and row of each pixel of the tile, row after row.
     pub(super) fn places(self) -> impl Iterator<Item = (u32, u32)> {
         let tile = self;
         (0..tile.height).flat_map(move |dy| (0..tile.width).map(move |dx| (tile.x + dx, tile.y + dy)))

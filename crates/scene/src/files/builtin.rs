@@ -14,11 +14,11 @@ use eosphor_core::settings::ShadowMode;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// A built-in scene.
+/// Name and description of a built-in scene.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Builtin {
-    /// Loaded as `builtin:NAME`.
+    /// The name; the scene is loaded as `builtin:NAME`.
     pub name: &'static str,
     /// One line about it.
     pub description: &'static str,

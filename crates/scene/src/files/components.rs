@@ -91,7 +91,7 @@ impl Region {
 
 /// Faces of a region that are joined over edges which two faces share and run in opposite directions.
 pub(super) struct Components {
-    /// Of each face, a face of the same component: itself, or one with a lower number.
+    /// For each face, a face of the same component: itself, or one with a lower number.
     parents: Vec<u32>,
 }
 
@@ -146,7 +146,7 @@ impl Components {
         face
     }
 
-    /// Of each face, the lowest one of its component.
+    /// For each face, the face of its component with the lowest number.
     pub(super) fn roots(mut self) -> Vec<u32> {
         // Parents have lower numbers: theirs are known.
         for face in 0..self.parents.len() {

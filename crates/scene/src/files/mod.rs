@@ -46,7 +46,7 @@ pub use source::near_name;
 /// What [`load`] reads, for help texts.
 pub const READ_FORMATS: &str = "OBJ (.obj), glTF (.gltf, .glb), PLY (.ply), Eosphor scenes (.json), PG1 configurations (.json) and builtin:NAME";
 
-/// How to load.
+/// How scenes are loaded.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoadOptions {

@@ -18,7 +18,7 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Of so many triangles; polygons are in their order.
+    /// The faces of a mesh of so many triangles; `polygons` are in the order of the triangles.
     pub(super) fn new(polygons: &[Polygon], triangles: usize) -> Faces {
         let mut starts = Vec::new();
         if !polygons.is_empty() {

@@ -10,9 +10,9 @@ use std::path::Path;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default)]
 pub struct SceneRequests {
-    /// On what to render it, and through which hierarchy.
+    /// On what device to render the scene, and through which hierarchy.
     pub device: DeviceSettings,
-    /// The file to write.
+    /// Path of the picture to write, as the file says it.
     pub output: Option<String>,
     /// Whether the file is a configuration of PG1, which has names of its own.
     #[serde(skip)]

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Of a folder, no more names are looked at.
+/// Most names of a folder that are looked at.
 const MAX_FOLDER_NAMES: usize = 10_000;
 
 /// The disk, or files held in memory (built-in scenes, tests).

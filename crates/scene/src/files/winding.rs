@@ -24,9 +24,9 @@ const RINGS: u32 = 4;
 /// How many faces were mended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Mended {
-    /// They run the other way round now.
+    /// How many faces run the other way round now.
     turned: usize,
-    /// Their normals point the other way now.
+    /// How many faces have normals that point the other way now.
     negated: usize,
 }
 

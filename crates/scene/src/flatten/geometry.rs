@@ -46,7 +46,7 @@ pub(super) struct Flat {
     pub(super) instances: Vec<Instance>,
     /// Number of the object that the first sphere is.
     first_sphere_object: u32,
-    /// Of each geometry, not padded.
+    /// Bounds of each geometry, not padded.
     pub(super) bounds: Vec<Bounds>,
 }
 

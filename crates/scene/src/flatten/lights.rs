@@ -9,7 +9,7 @@ use eosphor_core::light::Light;
 use eosphor_core::material::{Material, NONE};
 use eosphor_core::math::{Vec3, elementary64, vec3};
 
-/// More emissive triangles than this are worth a note.
+/// More emissive triangles than so many get a note.
 const MAX_LIGHTS_WITHOUT_NOTE: u32 = 256;
 
 /// The scene's own lights in a frame, in its order.

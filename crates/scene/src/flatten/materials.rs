@@ -29,7 +29,7 @@ const EOS_REFLECTION: f32 = 0.4;
 /// Roughness, where an MTL file gives Pm but no Pr.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
 
-/// Of lobes: a mirror, to the eye.
+/// Largest exponent of a lobe, which is a mirror to the eye.
 const LARGEST_EXPONENT: f32 = 1e6;
 
 /// The most that a body takes; beyond, nothing is left of the light anyway.

@@ -45,15 +45,15 @@ pub struct SceneData {
     pub geometries: Vec<Geometry>,
     /// Placed geometries; number 0 is the world itself.
     pub instances: Vec<Instance>,
-    /// Whether frames have instances elsewhere.
+    /// Whether frames of the animation have instances elsewhere.
     pub instances_move: bool,
-    /// For each triangle.
+    /// Normals, texture coordinates and material of each triangle.
     pub triangle_shading: Vec<TriangleShading>,
     /// Vertex colours and second texture coordinates of the triangles that have them.
     pub triangle_extras: Vec<TriangleExtra>,
-    /// For each sphere, the number of its material.
+    /// The number of the material of each sphere.
     pub sphere_materials: Vec<u32>,
-    /// Materials, composed.
+    /// Materials, with reflection and transmission composed.
     pub materials: Vec<Material>,
     /// Headers of the textures.
     pub textures: Vec<Texture>,

@@ -30,7 +30,7 @@ pub(super) fn area_vector([a, b, c]: &[Vec3; 3]) -> Vec3d {
     [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]]
 }
 
-/// Its length.
+/// The length of a vector.
 pub(super) fn length(v: Vec3d) -> f64 {
     sqrt64(dot(v, v))
 }

@@ -26,7 +26,8 @@ pub(super) fn maps(scene: &Scene, number: usize, frame: u32) -> Result<Maps, Sce
     Ok((map, inverse))
 }
 
-/// The same for what is not baked, with these bounds in its own space, which are looked at.
+/// The maps of an instance that is not baked, in a frame. Fails where its geometry, with these bounds in its own space,
+/// leaves the range of coordinates.
 pub(super) fn maps_of_geometry(
     scene: &Scene,
     number: usize,

@@ -8,7 +8,7 @@ use eosphor_core::math::Vec3;
 use eosphor_core::view::SceneView;
 
 impl SceneData {
-    /// Borrowed, for shading.
+    /// The arrays that shading reads, borrowed.
     pub fn view(&self) -> SceneView<'_> {
         SceneView {
             triangles: &self.triangles,

@@ -35,10 +35,10 @@ macro_rules! names {
         }
 
         impl $name {
-            /// All there are.
+            /// All values, in the order of their definition.
             pub const ALL: &'static [$name] = &[$($name::$variant,)*];
 
-            /// Its name.
+            /// The name that scene files use.
             pub fn name(self) -> &'static str {
                 match self {
                     $($name::$variant => $text,)*

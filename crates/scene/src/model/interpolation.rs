@@ -125,7 +125,7 @@ fn dot(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 }
 
-/// Of length 1; what has no length turns nothing.
+/// The quaternion scaled to length 1; one without length becomes that which turns nothing.
 fn unit(q: [f64; 4]) -> [f64; 4] {
     let length = sqrt64(dot(&q, &q));
     if length > 0.0 { q.map(|part| part / length) } else { [0.0, 0.0, 0.0, 1.0] }

@@ -9,34 +9,34 @@ use serde::{Deserialize, Serialize};
 /// A named material.
 #[derive(Clone, Debug)]
 pub struct Material {
-    /// As in the file.
+    /// The name in the file.
     pub name: String,
-    /// What it is.
+    /// The kind of material, with its parameters.
     pub kind: MaterialKind,
     /// Pictures that vary it over the surface.
     pub textures: MaterialTextures,
-    /// Whether there are holes in it.
+    /// Whether the opacity of its texture makes holes.
     pub alpha: AlphaMode,
-    /// It is a hole for whoever sees it from behind, as in glTF. Shadows take no notice.
+    /// Whether the surface cannot be seen from behind, as in glTF. Its shadows do not depend on this.
     pub single_sided: bool,
 }
 
 /// Numbers of textures ([`super::Scene::textures`]); each multiplies what it is named after.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaterialTextures {
-    /// The diffuse or base colour.
+    /// The texture that multiplies the diffuse or base colour.
     pub color: Option<u32>,
     /// The opacity; counts where [`Material::alpha`] is not `Opaque`.
     pub opacity: Option<TextureChannel>,
     /// The highlight's colour (`Ks`) of MTL materials.
     pub specular: Option<u32>,
-    /// The emitted radiance.
+    /// The texture that multiplies the emitted radiance.
     pub emission: Option<u32>,
-    /// [`Pbr::metallic`].
+    /// The texture that multiplies [`Pbr::metallic`].
     pub metallic: Option<TextureChannel>,
-    /// [`Pbr::roughness`].
+    /// The texture that multiplies [`Pbr::roughness`].
     pub roughness: Option<TextureChannel>,
-    /// [`Pbr::transmission`].
+    /// The texture that multiplies [`Pbr::transmission`].
     pub transmission: Option<TextureChannel>,
     /// Normals in tangent space: (R, G, B) from 0..1 to -1..1, x along u, y along v (up), z off the surface. It
     /// replaces the shading normal.
@@ -69,9 +69,9 @@ impl Default for MaterialTextures {
 /// One channel of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TextureChannel {
-    /// Into [`super::Scene::textures`].
+    /// Index into [`super::Scene::textures`].
     pub texture: u32,
-    /// Which.
+    /// The channel of the texture that is read.
     pub channel: Channel,
 }
 
@@ -143,7 +143,7 @@ impl Material {
     }
 }
 
-/// Kinds of material.
+/// The kind of a material, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", rename_all_fields = "kebab-case", deny_unknown_fields)]
 pub enum MaterialKind {

@@ -36,7 +36,7 @@ impl Matrix {
         Matrix([column(0), column(1), column(2), moved])
     }
 
-    /// The same map.
+    /// The affine map as a matrix in double precision.
     pub(crate) fn of_affine(map: &Affine) -> Matrix {
         let [a, b, c] = map.columns;
         Matrix([a, b, c, map.translation].map(|v| <[f32; 3]>::from(v).map(f64::from)))

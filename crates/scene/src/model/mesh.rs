@@ -10,9 +10,9 @@ pub const NO_INDEX: u32 = u32::MAX;
 /// A triangle mesh in its own space. Positions, normals and texture coordinates have indices of their own, as in OBJ.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
-    /// Vertex positions.
+    /// Positions of the vertices, in the mesh's own space.
     pub positions: Vec<Vec3>,
     /// Normals of the file, any length; empty when the file has none.
     pub normals: Vec<Vec3>,
@@ -30,26 +30,26 @@ pub struct Mesh {
 /// Three corners and a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Triangle {
-    /// Into [`Mesh::positions`].
+    /// Indices of the three corners into [`Mesh::positions`].
     pub positions: [u32; 3],
-    /// Into [`Mesh::normals`], or [`NO_INDEX`].
+    /// Indices of the corners into [`Mesh::normals`], or [`NO_INDEX`].
     pub normals: [u32; 3],
-    /// Into [`Mesh::uvs`], or [`NO_INDEX`].
+    /// Indices of the corners into [`Mesh::uvs`], or [`NO_INDEX`].
     pub uvs: [u32; 3],
-    /// Into [`super::Scene::materials`].
+    /// Index into [`super::Scene::materials`].
     pub material: u32,
 }
 
 /// A mesh placed in the world.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// Into [`super::Scene::meshes`].
+    /// Index into [`super::Scene::meshes`].
     pub mesh: u32,
     /// Into [`super::Scene::materials`]; `None`: each triangle's own.
     pub material: Option<u32>,
     /// Takes the mesh into the world; where it moves, before it does.
     pub world_from_object: Transform,
-    /// How it moves: one after the other, after the transform.
+    /// Motions of the instance, applied one after the other, after the transform.
     pub moves: Vec<Arc<Move>>,
 }
 
@@ -67,7 +67,7 @@ pub struct Sphere {
     pub center: Vec3,
     /// Radius, over 0.
     pub radius: f32,
-    /// Into [`super::Scene::materials`].
+    /// Index into [`super::Scene::materials`].
     pub material: u32,
 }
 
@@ -81,6 +81,6 @@ pub struct Parallelogram {
     pub edge_u: Vec3,
     /// From the corner along v.
     pub edge_v: Vec3,
-    /// Into [`super::Scene::materials`].
+    /// Index into [`super::Scene::materials`].
     pub material: u32,
 }

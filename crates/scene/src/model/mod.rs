@@ -67,11 +67,11 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Where the picture is taken from; where there is none, flattening chooses a camera that shows what is there.
     pub camera: Option<Camera>,
-    /// How to render it.
+    /// Settings of the render.
     pub settings: RenderSettings,
     /// What moves; nothing where there is none.
     pub animation: Option<Animation>,
-    /// On what, and through which hierarchy, the scene asks to be rendered.
+    /// The device and the hierarchy that the scene asks to be rendered with.
     pub device: DeviceSettings,
     /// The file that it asks to be rendered into, as it names it.
     pub output: Option<String>,

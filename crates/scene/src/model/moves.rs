@@ -97,7 +97,7 @@ impl Move {
         }
     }
 
-    /// The same motion of things whose coordinates have all grown by this.
+    /// This motion of things whose coordinates have all grown by `by`.
     pub(crate) fn shifted(&self, by: [f64; 3]) -> Move {
         let around = add(double(self.around), by);
         let transform = self.transform.conjugated(by, &self.transform.to_double());

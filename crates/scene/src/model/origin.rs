@@ -131,7 +131,7 @@ impl Scene {
         self.set_origin_with(origin, SharedMoves::new());
     }
 
-    /// The same with motions whose counterparts are known.
+    /// [`Scene::set_origin`] with motions whose counterparts are known.
     pub(crate) fn set_origin_with(&mut self, origin: [f64; 3], mut shared: SharedMoves) {
         let by = [0, 1, 2].map(|axis| self.origin[axis] - origin[axis]);
         if by == [0.0; 3] {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// A decoded picture; several textures may read one.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
     /// Texels a row, 1 to 65,535.
     pub width: u32,
@@ -33,7 +33,7 @@ pub enum TexelLayout {
 }
 
 impl TexelLayout {
-    /// Channels of a texel.
+    /// The number of channels of a texel.
     pub fn channels(self) -> u32 {
         match self {
             TexelLayout::Bytes(channels) | TexelLayout::Halves(channels) | TexelLayout::Floats(channels) => {
@@ -61,7 +61,7 @@ pub struct Texels {
     layout: TexelLayout,
     len: usize,
     first_word: usize,
-    /// Of this picture, and maybe others.
+    /// Words of this picture, and maybe of others.
     words: Arc<Vec<u32>>,
 }
 
@@ -88,27 +88,27 @@ impl Texels {
         Texels::new(TexelLayout::Floats(4), texels.len(), words)
     }
 
-    /// What each is.
+    /// The layout of each texel.
     pub fn layout(&self) -> TexelLayout {
         self.layout
     }
 
-    /// How many there are.
+    /// The number of texels.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there are none.
+    /// Whether there are no texels.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Bytes that they take.
+    /// The number of bytes that the texels take.
     pub fn bytes(&self) -> u64 {
         self.layout.bytes(self.len as u64)
     }
 
-    /// Theirs.
+    /// The words that hold the texels, without gaps between them, from the low end of each word up.
     pub fn words(&self) -> &[u32] {
         &self.words[self.first_word..][..(self.bytes() / 4) as usize]
     }
@@ -169,11 +169,11 @@ pub(crate) fn share_words(images: &mut [Image]) {
 /// A picture as a surface reads it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
-    /// Into [`super::Scene::images`].
+    /// Index into [`super::Scene::images`].
     pub image: u32,
-    /// What its numbers are.
+    /// What the numbers of the image stand for.
     pub content: TextureContent,
-    /// Between texels.
+    /// How colours between texels are found.
     pub filter: TextureFilter,
     /// Outside the unit square, along u.
     pub wrap_u: TextureWrap,

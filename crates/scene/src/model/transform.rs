@@ -74,7 +74,7 @@ impl Transform {
         }
     }
 
-    /// The same map with its offset in full.
+    /// The map in double precision, with its offset in full.
     pub(crate) fn to_double(self) -> Matrix {
         let mut map = Matrix::of_affine(&self.without_offset());
         if self.offset != [0.0; 3] {

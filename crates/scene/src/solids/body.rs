@@ -42,9 +42,9 @@ const RIB_COLOR: Vec3 = Vec3 { x: 0.055, y: 0.055, z: 0.06 };
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
-    /// Which solid.
+    /// The shape of the body.
     pub shape: Solid,
-    /// Its middle, in world units.
+    /// Middle of the body, in world units.
     pub center: Vec3,
     /// Circumradius in world units, before faces and ribs are moved outward (by some 0.1 of it).
     pub radius: f32,
@@ -56,7 +56,7 @@ pub struct Body {
     pub transparency: f32,
     /// Evenly spaced along each edge; at most [`MAX_LIGHTS_PER_EDGE`].
     pub lights_per_edge: u32,
-    /// What these lights are.
+    /// How the body lights the scene.
     pub lighting: BodyLighting,
 }
 

@@ -41,9 +41,9 @@ pub struct ShareHeader {
     pub size: (u32, u32),
     /// What the pixels depend on: [`crate::scene_hash`].
     pub scene: String,
-    /// How the whole is to be saved.
+    /// How the whole picture is to be saved.
     pub options: SaveOptions,
-    /// Its number, from 1, and how many there are.
+    /// Number of the share, from 1, and how many shares there are.
     pub share: (u32, u32),
 }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread::JoinHandle;
 
-/// How ffmpeg is called.
+/// How the program ffmpeg is called to encode a video.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FfmpegOptions {
     /// The program: a path, or a name to look up.

@@ -113,7 +113,7 @@ impl Folder {
         removed.map_err(|error| OutputError::video(folder, error))
     }
 
-    /// As [`Folder::discard`], where there is one that is a video's.
+    /// Deletes the folder that an interrupted video has left, if there is one. Fails where the folder is not a video's.
     pub(super) fn discard_left(path: &Path) -> Result<(), OutputError> {
         let folder = Folder::of(path)?;
         if !folder.exists() {

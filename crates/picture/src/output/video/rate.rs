@@ -48,17 +48,17 @@ impl FrameRate {
         }
     }
 
-    /// Frames in [`FrameRate::denominator`] seconds.
+    /// How many frames there are in [`FrameRate::denominator`] seconds.
     pub fn numerator(self) -> u32 {
         self.numerator.get()
     }
 
-    /// Seconds of [`FrameRate::numerator`] frames.
+    /// How many seconds [`FrameRate::numerator`] frames take.
     pub fn denominator(self) -> u32 {
         self.denominator.get()
     }
 
-    /// Frames a second, rounded.
+    /// Frames per second, rounded to double precision.
     pub fn hertz(self) -> f64 {
         self.numerator() as f64 / self.denominator() as f64
     }

@@ -90,7 +90,7 @@ impl VideoWriter {
         self.shared.as_ref().map_or_else(Vec::new, |shared| shared.queue.missing())
     }
 
-    /// How many frames are encoded.
+    /// The number of frames that are encoded so far.
     pub fn encoded_frames(&self) -> u32 {
         self.shared.as_ref().map_or(0, |shared| shared.queue.encoded())
     }

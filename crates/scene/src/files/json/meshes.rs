@@ -32,7 +32,7 @@ struct Group {
 #[derive(Clone, Copy)]
 struct Spot {
     transform: Transform,
-    /// The same map with all digits of the file, in scenes far from 0.
+    /// The map with all digits of the file, in scenes far from 0.
     exact: Option<Matrix>,
 }
 

@@ -9,7 +9,7 @@ use std::collections::HashSet;
 /// Levels of lists and objects inside each other. Scenes need 8.
 const MAX_DEPTH: u32 = 100;
 
-/// Objects of more keys look for repeated ones by hashing.
+/// Objects of at least so many keys look for repeated ones by hashing.
 const MIN_HASHED_KEYS: usize = 16;
 
 /// The tree of a whole file.

@@ -8,7 +8,7 @@ use crate::model::{Light, Transform, double};
 use crate::solids::{Body, BodyLighting};
 use eosphor_core::math::Vec3;
 
-/// Of all solids of a file. A few bytes of text make tens of thousands: this is less than a GB in all.
+/// Most triangles of all solids of a file. A few bytes of text make tens of thousands: this is less than a GB in all.
 const MAX_SOLID_TRIANGLES: usize = 2_000_000;
 
 /// The lights in the middle of solids, each with the number of its solid.

@@ -24,7 +24,7 @@ pub(super) fn number(word: &[u8]) -> Number {
     }
 }
 
-/// The same word, which is known to be a number, in double precision.
+/// The value, in double precision, of a word that is known to be a number.
 pub(super) fn exact_number(word: &[u8]) -> f64 {
     fast_float2::parse_partial::<f64, _>(word).map_or(0.0, |(x, _)| x)
 }

@@ -9,7 +9,7 @@ use std::path::Path;
 /// Longer headers are no headers.
 const MAX_BYTES: usize = 1 << 20;
 const MAX_ELEMENTS: usize = 256;
-/// Of all elements together.
+/// Most properties of all elements together.
 const MAX_PROPERTIES: usize = 4096;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -59,7 +59,7 @@ impl fmt::Display for View {
     }
 }
 
-/// What is not framed.
+/// What a chosen camera leaves out of view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct LeftOut {
@@ -67,7 +67,7 @@ pub struct LeftOut {
     pub sheets: u32,
     /// Spheres that are grounds or skies.
     pub skies: u32,
-    /// Whether there is anything far away from the rest.
+    /// Whether something lies far away from the rest.
     pub far: bool,
 }
 

@@ -41,15 +41,15 @@ pub const MAX_COURSE_LIGHTS: usize = 4;
 pub struct CourseInput {
     /// How many frames there are.
     pub frames: u32,
-    /// Where they go.
+    /// Paths of the frames.
     pub output: CoursePattern,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Horizontal angle of view in degrees.
     pub fov_x_degrees: f32,
-    /// The camera's way.
+    /// The way of the camera, in cylindrical coordinates about z.
     pub position: Law,
-    /// The way of the point that it looks at.
+    /// The way of the point that the camera looks at.
     pub look_at: Law,
     /// The bodies; [`CourseOptions::shapes`] has their shapes.
     pub bodies: [CourseBody; 3],
@@ -66,26 +66,26 @@ pub struct CourseInput {
 /// Lines of the text, from 1, of what is looked at only after it was read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CourseLines {
-    /// Of [`CourseInput::output`].
+    /// Line of [`CourseInput::output`].
     pub output: u32,
-    /// Of [`CourseFloor::texture`].
+    /// Line of [`CourseFloor::texture`].
     pub texture: u32,
 }
 
 /// A body of the text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CourseBody {
-    /// Its middle.
+    /// Middle of the body, in world units.
     pub center: Vec3,
-    /// 0 to 1.
+    /// Colour of the faces, 0 to 1.
     pub color: Vec3,
-    /// Circumradius.
+    /// Circumradius in world units.
     pub radius: f32,
-    /// 0 to 1.
+    /// Share of light that is reflected, 0 to 1.
     pub reflection: f32,
-    /// 0 to 1.
+    /// Share of light that passes straight through a face, 0 to 1.
     pub transparency: f32,
-    /// Along each edge.
+    /// Number of lights along each edge.
     pub lights_per_edge: u32,
 }
 
@@ -96,18 +96,18 @@ pub struct CourseFloor {
     pub corners: [Vec3; 4],
     /// A picture's path, or `builtin:parquet`.
     pub texture: String,
-    /// Multiplies the picture.
+    /// Colour that multiplies the picture.
     pub tint: Vec3,
-    /// 0 to 1.
+    /// Share of light that is reflected, 0 to 1.
     pub reflection: f32,
 }
 
 /// A light of the text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CourseLight {
-    /// Where.
+    /// Position in world units.
     pub position: Vec3,
-    /// What it gives at any distance.
+    /// Colour of its light, the same at any distance.
     pub color: Vec3,
 }
 
@@ -119,9 +119,9 @@ pub struct CourseOptions {
     /// The lights along the edges light the scene themselves, instead of PLATO's one light in the middle of each body.
     /// Much slower: each is a light with a shadow ray of its own.
     pub diodes: bool,
-    /// Where the texture's path begins; empty: the working folder.
+    /// Folder that the texture's path is relative to; empty: the working folder.
     pub folder: PathBuf,
-    /// As [`crate::LoadOptions::texture_memory_bytes`].
+    /// Most bytes of the texels of the floor; see [`crate::LoadOptions::texture_memory_bytes`].
     pub texture_memory_bytes: Option<u64>,
 }
 

@@ -10,18 +10,18 @@ use std::path::Path;
 /// A key of a configuration of PG1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConfigKey {
-    /// Its way through the file, as `renderer.max_depth`.
+    /// Names of the key and of those around it, as in `renderer.max_depth`.
     pub key: String,
-    /// Its value, as JSON.
+    /// The value, as JSON.
     pub value: String,
-    /// What it does here.
+    /// What the key does in Eosphor.
     pub used: KeyUse,
 }
 
-/// What a key does.
+/// What a key of a PG1 configuration does in Eosphor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyUse {
-    /// It is obeyed.
+    /// The key is obeyed.
     As {
         /// What it becomes.
         setting: &'static str,
