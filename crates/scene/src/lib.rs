@@ -15,8 +15,11 @@
 //! # Ok::<(), eosphor_scene::SceneError>(())
 //! ```
 
+#![cfg_attr(not(feature = "files"), allow(dead_code, unused_imports, reason = "the readers use it"))]
+
 mod double;
 mod error;
+#[cfg(feature = "files")]
 mod files;
 mod flatten;
 mod hare;
@@ -26,6 +29,7 @@ mod snippet;
 mod solids;
 
 pub use error::{Place, Problem, SceneError, Warning};
+#[cfg(feature = "files")]
 pub use files::{
     BUILTINS, Builtin, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines,
     CourseOptions, CoursePattern, KeyUse, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, PicturePixels, Preset,
