@@ -1,8 +1,5 @@
 //! The picture contract on the CPU: a pixel does not depend on threads, tiles, SIMD level or hierarchy.
 
-#[path = "../../cuda/tests/common/surfaces.rs"]
-mod surfaces;
-
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
 use eosphor_render::{
@@ -291,7 +288,7 @@ fn far_from_the_origin() {
 
 #[test]
 fn surfaces_of_model_files() {
-    let mut scene = surfaces::scene();
+    let mut scene = crate::surfaces::scene();
     assert_identical("surfaces", &scene);
     let camera = scene.camera.as_mut().unwrap();
     camera.orthographic_height = Some(3.5);

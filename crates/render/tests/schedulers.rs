@@ -1,9 +1,6 @@
 //! The batched scheduler against the reference, `radiance`: the same bits and the same numbers of rays, whatever rays and
 //! lights there are.
 
-#[path = "../../cuda/tests/common/surfaces.rs"]
-mod surfaces;
-
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
 use eosphor_render::{
@@ -234,7 +231,7 @@ fn glossy_rays_by_the_thousand() {
 
 #[test]
 fn holes_and_surfaces_of_model_files() {
-    let mut scene = surfaces::scene();
+    let mut scene = crate::surfaces::scene();
     for shadows in [ShadowMode::Opaque, ShadowMode::Coloured] {
         scene.settings.shadows = shadows;
         assert_identical(&format!("surfaces, {shadows:?}"), &scene);

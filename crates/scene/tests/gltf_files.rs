@@ -1,11 +1,9 @@
 //! The glTF files among the standard test scenes, where they are at hand: every one of them, as their README says.
 
-mod support;
-
+use crate::support::scenes;
 use eosphor_scene::{LoadOptions, LoadedScene, SceneData, load};
 use std::collections::BTreeSet;
 use std::path::Path;
-use support::scenes;
 
 /// The row of a file: its triangles with every instance, its vertices with every accessor once, its box in the world.
 type Row = (&'static str, usize, usize, [f64; 3], [f64; 3]);

@@ -1,8 +1,6 @@
 //! The awkward OBJ files of other projects, where they are at hand: triangles, vertices and bounds as the README of the
 //! test scenes says, or one clear error.
 
-mod support;
-
 use eosphor_scene::{LoadOptions, LoadedScene, MaterialKind, SceneData, SceneError, Triangle, load};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -60,7 +58,7 @@ const WRONG: [(&str, u32, &str); 3] = [
 
 /// The folder of the files, or `None` with a message: a clone of the repository does not hold it.
 fn folder() -> Option<PathBuf> {
-    support::scenes().map(|scenes| scenes.join("obj-awkward"))
+    crate::support::scenes().map(|scenes| scenes.join("obj-awkward"))
 }
 
 fn read(path: &Path) -> Result<LoadedScene, SceneError> {

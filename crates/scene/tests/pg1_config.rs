@@ -1,14 +1,12 @@
 //! A configuration of PG1 is its model with the preset `pg1`, to the last bit.
 
-mod support;
-
 use eosphor_scene::{LoadOptions, Preset, SceneData, load};
 use std::path::PathBuf;
 
 #[test]
 fn the_configuration_of_the_cornell_box_is_the_preset() {
     let here = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let Some(folder) = support::scenes().map(|scenes| scenes.join("cornell-box-pg1")) else { return };
+    let Some(folder) = crate::support::scenes().map(|scenes| scenes.join("cornell-box-pg1")) else { return };
     let mut model = load(folder.join("CornellBox-Sphere.obj"), &LoadOptions::default()).unwrap();
     Preset::Pg1.apply(&mut model.scene);
     let (expected, _) = SceneData::flatten(&model.scene).unwrap();

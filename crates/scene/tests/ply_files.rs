@@ -1,11 +1,9 @@
 //! The PLY files among the standard test scenes, where they are at hand: as their README says.
 
-mod support;
-
+use crate::support::scenes;
 use eosphor_scene::{AlphaMode, LoadOptions, LoadedScene, NO_INDEX, SceneData, load};
 use std::collections::BTreeSet;
 use std::path::Path;
-use support::scenes;
 
 fn read(path: &Path) -> LoadedScene {
     load(path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))

@@ -1,9 +1,7 @@
 //! The standard test scenes, where they are at hand: triangles and bounds as their README says.
 
-mod support;
-
+use crate::support::scenes;
 use eosphor_scene::{LoadOptions, LoadedScene, Preset, SceneData, SceneError, load};
-use support::scenes;
 
 fn read(path: &std::path::Path) -> Result<LoadedScene, SceneError> {
     load(path, &LoadOptions::default())

@@ -36,6 +36,7 @@ pub(super) fn check(root: &Path) -> Result<Vec<String>> {
     }
     for name in ORDER {
         found.extend(licences(root, name));
+        found.extend(lost_tests(root, name)?);
     }
     Ok(found)
 }
@@ -71,6 +72,23 @@ fn own_dependencies(manifest: &str) -> Vec<&str> {
         }
     }
     names
+}
+
+/// Files of tests that the one program of a crate's tests does not name: they would never run.
+fn lost_tests(root: &Path, name: &str) -> Result<Vec<String>> {
+    let folder = root.join("crates").join(name).join("tests");
+    let Ok(program) = fs::read_to_string(folder.join("main.rs")) else { return Ok(Vec::new()) };
+    let mut found = Vec::new();
+    for entry in fs::read_dir(&folder)? {
+        let path = entry?.path();
+        let is_module =
+            path.extension().is_some_and(|ending| ending == "rs") || path.join("mod.rs").is_file();
+        let module = path.file_stem().unwrap_or_default().to_string_lossy();
+        if is_module && module != "main" && !program.contains(&format!("mod {module};")) {
+            found.push(format!("crates/{name}/tests/main.rs: it must say mod {module};"));
+        }
+    }
+    Ok(found)
 }
 
 #[cfg(test)]

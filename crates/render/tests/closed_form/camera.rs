@@ -1,6 +1,6 @@
 //! Where samples lie, and what a lens does to them.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_scene::{Lens, PixelSampling, Scene};
 

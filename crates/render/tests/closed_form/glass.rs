@@ -1,6 +1,6 @@
 //! Glass: Fresnel, Snell and total internal reflection, in pictures.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::FresnelMode;
 use eosphor_scene::{

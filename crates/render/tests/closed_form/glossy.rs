@@ -1,6 +1,6 @@
 //! Glossy lobes: means over `cos^n` in closed form.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
 use eosphor_scene::{MaterialKind, Scene};

@@ -1,6 +1,6 @@
 //! Lights: what they give, and where they give nothing.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
 use eosphor_scene::{Light, MaterialKind, Scene};

@@ -1,6 +1,6 @@
 //! Mirrors: geometric series, cut by depth and by energy.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
 use eosphor_scene::{MaterialKind, Mtl, Scene};

@@ -1,6 +1,6 @@
 //! What model files bring: holes, metallic-roughness, bodies, vertex colours, normal maps, other cameras.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
 use eosphor_scene::{

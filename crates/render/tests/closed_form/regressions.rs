@@ -1,6 +1,6 @@
 //! Defects that were found and mended.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
 use eosphor_core::sums::MAX_RADIANCE;

@@ -1,6 +1,6 @@
 //! Normals that are not those of the surface: nothing is black, nothing leaks, no energy is made.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_scene::{Instance, Light, MaterialKind, Mesh, NO_INDEX, NormalMode, Scene, Transform, Triangle};
 

@@ -1,6 +1,6 @@
 //! What stands between a point and a light.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::ShadowMode;
 use eosphor_scene::{Instance, Light, MaterialKind, Mesh, Mtl, NO_INDEX, Scene, Transform, Triangle};

@@ -1,6 +1,6 @@
 //! Lighting models, textures and culling.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::LightingModel;
 use eosphor_core::texture::{TextureFilter, TextureWrap};

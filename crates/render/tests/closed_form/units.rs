@@ -1,6 +1,6 @@
 //! Units of light: lights and lamps of equal power light equally, whatever says them, and as Mitsuba's do.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::Vec3;
 use eosphor_scene::{Light, LightUnits, LoadOptions, Scene, load};
 use serde_json::{Value, json};

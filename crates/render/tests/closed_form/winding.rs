@@ -1,6 +1,6 @@
 //! Files whose winding and normals disagree look like files where they agree.
 
-use crate::support::*;
+use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_render::Film;
 use eosphor_scene::{Light, LoadOptions, NormalMode, Scene, load_from_memory};

@@ -1,8 +1,8 @@
 //! No light gets out of closed bodies: not along rays that start inside, nor along those that start where shading says.
 
-use crate::bodies::Bodies;
+use super::bodies::Bodies;
+use super::judge::flatten;
 use crate::double::{Double, Shape};
-use crate::judge::flatten;
 use crate::random::{Random, rays};
 use crate::shapes::{Closed, cube, icosphere, torus};
 use crate::vector::*;

@@ -1,8 +1,8 @@
 //! Small things on a ground of any size, level and tilted, cut into any triangles.
 
-use crate::bodies::Bodies;
+use super::bodies::Bodies;
+use super::judge::judge;
 use crate::double::{Double, Shape};
-use crate::judge::judge;
 use crate::shapes::{Closed, icosphere, torus};
 use crate::vector::*;
 use eosphor_core::math::Vec3;

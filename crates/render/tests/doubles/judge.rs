@@ -1,6 +1,6 @@
 //! Pictures beside those of double precision.
 
-use crate::picture::Picture;
+use super::picture::Picture;
 use crate::vector::*;
 use eosphor_core::math::Vec3;
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, RenderControl};

@@ -1,8 +1,8 @@
 //! The same bodies at other sizes and places.
 
-use crate::bodies::Bodies;
-use crate::judge::{Difference, flatten, judge};
-use crate::picture::Picture;
+use super::bodies::Bodies;
+use super::judge::{Difference, flatten, judge};
+use super::picture::Picture;
 use crate::shapes::{cube, icosphere, torus};
 use crate::vector::*;
 

@@ -1,7 +1,7 @@
 //! What is close before a light that is far away, and what is close behind it.
 
-use crate::bodies::Bodies;
-use crate::judge::{flatten, render};
+use super::bodies::Bodies;
+use super::judge::{flatten, render};
 use crate::vector::*;
 use eosphor_render::Accel;
 use eosphor_scene::MaterialKind;

@@ -1,6 +1,6 @@
 //! Scenes of anything.
 
-use crate::far::Random;
+use super::far::Random;
 use crate::shapes::{Closed, cube, icosphere, torus};
 use crate::vector::*;
 use eosphor_core::math::{Vec3, vec3};

@@ -2,13 +2,6 @@
 //!
 //! `EOSPHOR_TEST_SCENES` asks for other than the usual number of random scenes.
 
-#[path = "../../../accel/tests/truth/shapes.rs"]
-#[allow(dead_code, reason = "every test binary takes what it needs")]
-mod shapes;
-#[path = "../../../accel/tests/truth/vector.rs"]
-#[allow(dead_code, reason = "every test binary takes what it needs")]
-mod vector;
-
 mod far;
 mod random_scene;
 
