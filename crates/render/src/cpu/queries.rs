@@ -60,7 +60,13 @@ pub(crate) fn with_counting<R>(
     impl<R, F: FnOnce(&dyn Queries) -> R> UseTracer for Ask<'_, F> {
         type Output = R;
         fn run<T: Tracer>(self, tracer: T) -> R {
-            with_level(&OneByOne(Watched { tracer, watch: self.0 }), self.1, self.2)
+            let tracer = OneByOne(Watched { tracer, watch: self.0 });
+            // One ray at a time gains nothing from AVX-512, and this code is large: it is compiled for two levels only.
+            match self.1 {
+                #[cfg(target_arch = "x86_64")]
+                SimdLevel::Avx2 | SimdLevel::Avx512 => (self.2)(&Avx2(&tracer)),
+                _ => (self.2)(&Baseline(&tracer)),
+            }
         }
     }
     hierarchy.with_counting_tracer(top, watch, Ask(watch, simd, ask))
