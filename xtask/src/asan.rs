@@ -14,7 +14,7 @@ const PLATFORM: &str = "x86_64-unknown-linux-gnu";
 const CRATES: [&[&str]; 3] = [
     &["-p", "eosphor-core", "--lib", "--tests"],
     &["-p", "eosphor-accel", "--lib", "--tests"],
-    &["-p", "eosphor-render", "--test", "adversarial"],
+    &["-p", "eosphor-render", "--test", "all", "adversarial"],
 ];
 
 pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
