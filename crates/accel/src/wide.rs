@@ -43,8 +43,8 @@ impl BvhWide {
         })
     }
 
-    /// The trees with so many nodes that lead nowhere at the end, for trees over instances that come later; `None` where there are
-    /// more nodes than can be numbered.
+    /// These trees with `nodes` empty nodes more, room for trees over instances that are built later; `None` where the nodes
+    /// would be more than [`WideNode::MOST`].
     pub fn with_room(mut self, nodes: usize) -> Option<BvhWide> {
         self.nodes.resize(self.nodes.len() + nodes, EMPTY);
         (self.nodes.len() <= WideNode::MOST).then_some(self)

@@ -49,7 +49,7 @@ pub enum AlphaUse {
     Ignore,
     /// The surface has a hole where it is below [`Material::alpha_cutoff`].
     Mask,
-    /// It is the share of the surface that is there.
+    /// Opacity is the share of the surface that is there; the rest lets rays pass.
     Blend,
 }
 
@@ -115,11 +115,11 @@ pub struct Material {
     pub glossy_rays: u32,
     /// Exponent of the glossy lobe `cos^n` about the mirror direction.
     pub glossy_exponent: f32,
-    /// 0 to 1.
+    /// How much of the surface is metal, 0 to 1.
     pub metallic: f32,
     /// Texture of the former.
     pub metallic_texture: ScalarTexture,
-    /// 0 to 1.
+    /// Roughness as in glTF, 0 (sharp) to 1.
     pub roughness: f32,
     /// Texture of the former.
     pub roughness_texture: ScalarTexture,

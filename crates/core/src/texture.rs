@@ -49,7 +49,7 @@ pub enum TexelFormat {
     Float,
 }
 
-/// What infinity in a picture stands for, and the largest number of a scene.
+/// The largest texel: infinity in a picture file is read as this. Scenes have no larger number either.
 pub const MAX_TEXEL: f32 = 1e12;
 
 /// Where a texture lies in the array of words and how it is read. `u` runs right and `v` runs up: `(0, 0)` is the

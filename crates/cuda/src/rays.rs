@@ -133,7 +133,7 @@ impl CudaRays {
         Ok(Timed { answers, milliseconds: asked.milliseconds })
     }
 
-    /// Whether anything is in the way; the same.
+    /// For each ray, whether it hits anything between its `t_min` and `t_max`; asked once to warm up and then `repeats` times.
     ///
     /// # Errors
     ///

@@ -69,7 +69,7 @@ pub struct PreparedRows {
 }
 
 impl PreparedRows {
-    /// Rows of what is prepared.
+    /// Restricts a prepared scene to `rows`, which form a picture of their own.
     ///
     /// # Errors
     ///

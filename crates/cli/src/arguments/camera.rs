@@ -28,7 +28,8 @@ pub(crate) struct CameraFlags {
     /// The direction that is up in the picture
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     up: Option<Vec3>,
-    /// Horizontal field of view in degrees, over 0 and under 180; gives an orthographic camera perspective
+    /// Horizontal field of view in degrees, over 0 and under 180; makes an orthographic camera a perspective one [default:
+    /// the camera's]
     #[arg(long, value_name = "DEGREES", value_parser = within((Bound::Excluded(0.0), Bound::Excluded(180.0))), allow_hyphen_values = true)]
     fov: Option<f32>,
     /// Radius of the lens, 0 to 1e12; 0 is a pinhole, which keeps everything in focus

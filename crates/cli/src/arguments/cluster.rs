@@ -9,8 +9,8 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Many processes (under mpirun or srun)")]
 pub(crate) struct ClusterFlags {
-    /// End the job when a rank, because it is stopped or its host is gone, has been silent for this many seconds (while MPI
-    /// starts: twice as many), 0 to 4294967295; 0 means never [default: 60]
+    /// Seconds without a message from a rank (its process is stopped, or its host is gone) after which the job ends, 0 to
+    /// 4294967295; twice as many while MPI starts; 0 means never [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = super::values::whole::<u32>(0..=u32::MAX), allow_hyphen_values = true)]
     pub(crate) rank_timeout: Option<u32>,
 }

@@ -18,15 +18,16 @@ pub(crate) struct DeviceFlags {
     /// Side of the square tiles that threads render, in pixels, 1 to 4096 [default: 32, less where threads would be idle]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=4096), allow_hyphen_values = true)]
     pub(crate) tile: Option<u32>,
-    /// How to build a bounding volume hierarchy; low, medium and high mean morton, binned and spatial [default: binned]
+    /// How to build a bvh or bvh8: morton, median, sweep, binned, hybrid or spatial; low, medium and high quality are morton,
+    /// binned and spatial [default: binned]
     #[arg(long, value_name = "NAME", value_parser = builder())]
     pub(crate) builder: Option<Builder>,
-    /// Most primitives in a leaf: 1 to 255 for a bvh, 1 to 4294967295 for an octree, which divides larger cells only where that
-    /// pays [default: 4 for a bvh, 16 for an octree]
+    /// Maximum number of primitives in a leaf: 1 to 255 with --accel bvh, 1 to 4294967295 with an octree, whose larger cells
+    /// stay whole where dividing them does not pay [default: 4 for a bvh, 16 for an octree]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u32::MAX), allow_hyphen_values = true)]
     pub(crate) leaf_size: Option<u32>,
-    /// Largest depth of a leaf; what is left there is not divided further: 1 to 64 for a bvh, to 16 for an octree, to 46 for a
-    /// kd-tree [default: 64 for a bvh, 10 for an octree, from the number of primitives for a kd-tree]
+    /// Maximum depth of a leaf: 1 to 64 with --accel bvh, 1 to 16 with an octree, 1 to 46 with kdtree [default: 64 for a bvh,
+    /// 10 for an octree, chosen by the number of primitives for a kd-tree]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=64), allow_hyphen_values = true)]
     pub(crate) tree_depth: Option<u32>,
     /// Costs for the surface area heuristic of a bvh, an octree or a kd-tree: of visiting a node, 0 or more, and of testing a
@@ -39,9 +40,9 @@ pub(crate) struct DeviceFlags {
     /// Threads per block on GPUs: a multiple of 32, 32 to 512 [default: 128]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
-    /// How the threads of a warp traverse a bvh on GPUs. single: each on its own; vote: together, wherever any of them must go;
-    /// auto: vote for rays that start in one point and go the same way, else single; reconverge: each on its own, but waiting
-    /// for the others at every node and leaf; wide: the same through nodes of eight children
+    /// How the threads of a warp traverse a bvh on GPUs. single: independently; vote: together, through every node that any
+    /// of them needs; auto: vote for rays that start in one point and have similar directions, else single; reconverge:
+    /// independently, but in step at every node and leaf; wide: as reconverge, through nodes of eight children
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = traversals())]
     pub(crate) gpu_traversal: Traversal,
     /// The order in which the CPU traces rays: batched, or scalar, the reference [default: batched]

@@ -15,7 +15,8 @@ pub(crate) struct KeepFlags {
     /// that OUT.part holds. A still may be given more --samples than before
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Seconds between two writes of OUT.part while a still is rendered, 1 to 86400; a signal always causes one [default: 60]
+    /// Seconds between two writes of OUT.part while a still is rendered, 1 to 86400; Ctrl-C, SIGTERM and SIGHUP write it too
+    /// [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = super::values::whole::<u32>(1..=86_400), allow_hyphen_values = true)]
     checkpoint_every: Option<u32>,
 }

@@ -19,9 +19,10 @@ use std::path::{Path, PathBuf};
 pub(crate) struct RenderFlags {
     #[arg(help = scene_help())]
     pub(crate) scene: PathBuf,
-    /// The output file: .png, .ppm, .jpg, .data, or with linear colours .exr, .hdr; for an animation a numbered name such as
-    /// frame_%04d.png, or .mp4; - is standard output. If given several times, the picture is written to each. Missing folders
-    /// are created [default: the output that the scene file names]
+    /// The output file: .png, .ppm, .jpg or .data (width, height and bytes of red, green, blue, alpha), or with linear
+    /// colours .exr or .hdr; for an animation a numbered name such as frame_%04d.png, or .mp4; - is standard output. If given
+    /// several times, the picture is written to each. Missing folders are created [default: the output that the scene file
+    /// names]
     #[arg(short, long = "output", value_name = "OUT", value_parser = path())]
     pub(crate) outputs: Vec<PathBuf>,
     /// Show something other than the colours of the scene. cost: how many nodes and primitives the camera rays of each pixel
@@ -113,8 +114,8 @@ pub(crate) struct FileFlags {
     /// Format of the picture on standard output (-o -) [default: png]
     #[arg(long, value_name = "NAME", value_parser = super::values::named(Format::ALL.map(|format| (format.extensions()[0], format))))]
     pub(crate) format: Option<Format>,
-    /// Extra channels in an .exr with what each pixel shows first: a comma-separated list of albedo, normal, depth, object,
-    /// material, cost; or all
+    /// Extra channels in an .exr, of the first surface that each pixel's camera rays hit: a comma-separated list of albedo,
+    /// normal, depth, object, material, cost; or all [default: none]
     #[arg(long, value_name = "LIST", value_parser = layers)]
     layers: Option<Layers>,
     /// Leave the background out of a .png or .exr, and add an alpha channel with the coverage of each pixel. Background that is

@@ -34,7 +34,8 @@ pub(crate) struct SettingsFlags {
     /// Do not trace rays whose share of the pixel's colour is below this, 0 to 1 [default: 0.002]
     #[arg(long, value_name = "X", value_parser = within(0.0..=1.0), allow_hyphen_values = true)]
     energy_threshold: Option<f32>,
-    /// Lighting model; distance and diffuse are unlit and set --exposure 0 [default: blinn-phong]
+    /// Lighting model. distance: grey by distance; diffuse: the diffuse colour alone (neither has lights, and --exposure is 0
+    /// unless it is given); lambert, phong, blinn-phong: lit by lights [default: blinn-phong]
     #[arg(long, value_name = "MODEL", value_parser = lighting_models())]
     lighting: Option<LightingModel>,
     /// What surfaces between a point and a light do: nothing, block the light, or colour it if they are transparent [default:
@@ -73,21 +74,22 @@ pub(crate) struct SettingsFlags {
     /// Point and spot lights are equally strong at any distance
     #[arg(long, overrides_with = "light_falloff")]
     no_light_falloff: bool,
-    /// Add a light at the camera to a scene without lights (with --preset eos: its two lights), and grey surroundings to a bare
-    /// model [default: on]
+    /// Add a light at the camera to a scene without lights (with --preset eos: that system's two lights), and uniform grey
+    /// surroundings to a glTF file without lights [default: on]
     #[arg(long, value_name = "ON", value_parser = named([("on", true), ("off", false)]))]
     headlight: Option<bool>,
     /// Radiance of uniform surroundings: adds this times the diffuse colour to every surface, 0 to 1e6 [default: 0]
     #[arg(long, value_name = "X", value_parser = within(0.0..=1e6), allow_hyphen_values = true)]
     ambient: Option<f32>,
-    /// With --lighting distance: surfaces are black from 1.5 times this distance on, over 0 and at most 1e12 [default: the
-    /// scene's far side is black]
+    /// D of --lighting distance, whose grey is 1 - min(t, 1.5 D) / (1.5 D) at distance t: in world units, over 0 and at most
+    /// 1e12 [default: the distance to the scene's far side over 1.5]
     #[arg(long, value_name = "X", value_parser = within(OVER_0), allow_hyphen_values = true)]
     max_distance: Option<f32>,
     /// Radiance of rays that hit nothing: linear red, green and blue, each 0 or more [default: 0,0,0]
     #[arg(long, value_name = "R,G,B", value_parser = color, allow_hyphen_values = true)]
     background: Option<Vec3>,
-    /// How the fields of MTL materials become reflection and transmission [default: native]
+    /// What reflects and transmits in MTL materials. native: by illum, with Fresnel; pg1: reflection is Ks, transmission Tf,
+    /// no Fresnel; eos: reflection is 0.4 where the material reflects [default: native]
     #[arg(long, value_name = "WAY", value_parser = compositions())]
     composition: Option<Composition>,
     /// Decode colour textures from sRGB [default]

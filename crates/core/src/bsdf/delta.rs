@@ -2,7 +2,7 @@
 
 use crate::math::Vec3;
 
-/// All light from one direction.
+/// A sharp lobe: only light from `direction` counts.
 #[derive(Clone, Copy, Debug)]
 pub struct Delta {
     /// Unit vector.

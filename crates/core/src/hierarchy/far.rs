@@ -72,11 +72,11 @@ pub struct BoxEntry {
     pub t_min: f32,
     /// From the point, and lowered: what is over before it counts for certain.
     pub t_max: f32,
-    /// As [`LocalRay::length`].
+    /// At least the direction's length: [`LocalRay::length`].
     pub length: f32,
-    /// As [`FarRay::from`].
+    /// The original ray's `t` of the point where the moved ray starts: [`FarRay::from`].
     pub from: f64,
-    /// As [`FarRay::slack`].
+    /// What boxes are grown by for this ray: [`FarRay::slack`].
     pub slack: f32,
 }
 

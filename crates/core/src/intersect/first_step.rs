@@ -27,7 +27,7 @@ pub struct FirstStep {
     product: f32,
 }
 
-/// When a ray meets a triangle.
+/// Where a ray meets a triangle's plane, in single precision, with the bounds of its error.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting {
     /// Distance in units of the direction's length; wrong by at most `error`, where `is_steep`.

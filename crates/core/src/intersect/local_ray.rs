@@ -34,9 +34,10 @@ pub const SHORTEST_DIRECTION: f32 = 1e-11;
 /// Rays with larger numbers, infinities or NaN hit nothing: products of smaller ones stay finite.
 pub const LARGEST_NUMBER: f32 = 1e18;
 
-/// Single precision is only trusted where the largest coordinate of the origin is at most this,
+/// The largest coordinate of a ray's origin, in world units, up to which single precision is trusted.
 pub const USUAL_REACH: f32 = 1e12;
-/// and the direction's length is in this range: products neither underflow nor overflow.
+
+/// The lengths of a ray's direction for which single precision is trusted: products neither underflow nor overflow.
 pub const USUAL_LENGTH: [f32; 2] = [1e-6, 3e4];
 
 /// Mapped directions count as longer by this factor, which covers their rounding.

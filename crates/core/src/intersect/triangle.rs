@@ -36,7 +36,8 @@ pub struct PackedTriangle {
 }
 
 impl PackedTriangle {
-    /// From three vertices, best in the order of [`longest_edge_last`].
+    /// Packs a triangle; `primitive` is its index in its geometry. Rounding errors are smallest if the vertices are in the
+    /// order of [`longest_edge_last`].
     #[inline(always)]
     pub fn new([v0, v1, v2]: [Vec3; 3], primitive: u32) -> PackedTriangle {
         let (e1, e2) = (v1 - v0, v2 - v0);

@@ -105,8 +105,9 @@ pub struct LightSampleLanes<const W: usize> {
 }
 
 impl<const W: usize> LightSampleLanes<W> {
-    /// Samples of `light` for points at `origin` (by lane), at the random points of the unit square that `random`, index and key
-    /// by lane, names.
+    /// Samples `light` once per lane. `origin(lane)` is the point that is lit; `random(lane)` gives index and key of the random
+    /// point ([`point_2d`]) that chooses where a light with an area is sampled. With `falloff`, point and spot lights are
+    /// divided by the distance squared.
     #[inline(always)]
     pub fn new(
         light: &Light,

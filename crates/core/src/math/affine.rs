@@ -42,7 +42,8 @@ impl Affine {
         vec3(self.columns[0].dot(n), self.columns[1].dot(n), self.columns[2].dot(n))
     }
 
-    /// The map of absolute numbers: of a point's absolute coordinates it makes the magnitudes in the sums for its image.
+    /// The map with the absolute values of all numbers. Applied to a point's absolute coordinates it bounds the terms in the
+    /// sums for the point's image, which bounds rounding errors.
     #[inline(always)]
     pub fn abs(&self) -> Affine {
         let [a, b, c] = self.columns;

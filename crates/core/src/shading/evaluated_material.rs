@@ -88,7 +88,8 @@ pub struct MaterialTexels {
 }
 
 impl MaterialTexels {
-    /// All of them, where the texture coordinates are `uvs`.
+    /// Samples all textures of a material at `uvs`, the point's two sets of texture coordinates. Properties without a texture
+    /// get white.
     #[inline(always)]
     pub fn new(textures: &Textures, m: &Material, uvs: &[[f32; 2]; 2]) -> MaterialTexels {
         let mut texels = [Rgba::WHITE; 8];

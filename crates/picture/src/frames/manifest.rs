@@ -85,9 +85,9 @@ pub enum ManifestError {
 pub enum Wanted {
     /// All of these, which nobody else may have in work, whatever is done of them.
     Anew(Range<u32>),
-    /// Those of these that are not done, which nobody else may have in work.
+    /// The frames of this range that are not done; no other process may work on the range.
     Missing(Range<u32>),
-    /// Those of these that are not done and nobody has in work ([`Manifest::claim`]).
+    /// The frames of this range that are neither done nor another process's work ([`Manifest::claim`]).
     Shared(Range<u32>),
 }
 

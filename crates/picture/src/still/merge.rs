@@ -13,7 +13,7 @@ pub enum MergeError {
     /// One cannot be read.
     #[error(transparent)]
     Sums(#[from] SumsError),
-    /// One is something else.
+    /// A file is no share of samples; the message says what it is and what to do.
     #[error("cannot merge: {}: {what}", path.display())]
     NoShare {
         /// The file.

@@ -93,8 +93,8 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<LoadedScene
     }
 }
 
-/// As [`load`], from files that are held in memory instead of on the disk: their paths, as the files name each other, and
-/// contents. `path` is the one to start with.
+/// Like [`load`], but reads from memory. `files` holds pairs of path and contents; paths must be spelled as the files refer to
+/// each other. `path` is the entry of `files` to open first.
 ///
 /// # Errors
 /// As [`load`].

@@ -324,7 +324,7 @@ impl Scene {
         motion.is_some_and(CameraMotion::sets_view)
     }
 
-    /// Whether an object moves. (One that moves by keys that say nothing moves, too.)
+    /// Whether any instance has a motion, even one whose keys leave it where it is.
     pub fn has_moving_instances(&self) -> bool {
         self.instances.iter().any(|instance| !instance.moves.is_empty())
     }

@@ -21,7 +21,7 @@ const ONE: [f64; 3] = [1.0; 3];
     { "seconds": 0, "rotate-degrees": [0, 0, 0] }, { "seconds": 4, "rotate-degrees": [0, 360, 0] }
 ] }]))]
 pub struct Move {
-    /// By time. Where none sets a part, there is no scale, rotation or translation.
+    /// Keys in order of time, in seconds. A part (scale, rotation, translation) that no key sets stays the identity.
     pub keys: Vec<MoveKey>,
     /// How it goes from one to the next.
     pub interpolation: Interpolation,

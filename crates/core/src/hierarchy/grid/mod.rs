@@ -93,7 +93,7 @@ pub struct GridView<'a> {
 pub struct GridTracer<'a, C> {
     /// The grid.
     grid: GridView<'a>,
-    /// Told what is done: nodes are the cells entered.
+    /// Told what the traversal does ([`Work`]): each cell visited counts as one node.
     pub work: C,
 }
 

@@ -21,7 +21,7 @@ const CORNER_ROUNDING: f32 = 1.0 / 524_288.0;
 pub struct OctreeTracer<'a, C> {
     /// The tree.
     tree: OctreeView<'a>,
-    /// Told what is done: nodes are the cells tested.
+    /// Told what the traversal does ([`Work`]): each cell tested counts as one node.
     pub work: C,
 }
 

@@ -19,8 +19,8 @@ pub fn branches_at(point: &SurfacePoint, depth: u32, depth_limit: u32) -> u32 {
     if depth < depth_limit && point.coverage > 0.0 { branch_count(&point.material_values, depth) } else { 0 }
 }
 
-/// [`ray_through_hole`], as Whitted's rays go on: the density of the lobe that sent it counts for what it finds behind only where
-/// lamps are found there by sampling, too.
+/// Continues a ray through the hole of a surface ([`ray_through_hole`]). It keeps `lobe_density` only with coloured shadows,
+/// where shadow rays too reach lamps behind the surface; otherwise that becomes 0.
 #[inline(always)]
 pub fn ray_behind(view: &SceneView, point: &SurfacePoint, ray: &PathRay, t: f32) -> Option<PathRay> {
     let lobe_density = if lamps_shine_through(view.settings) { ray.lobe_density } else { 0.0 };

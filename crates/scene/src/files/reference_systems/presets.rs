@@ -54,7 +54,7 @@ impl Preset {
         }
     }
 
-    /// The settings of that system.
+    /// The render settings that reproduce this preset's reference system.
     pub fn settings(self) -> RenderSettings {
         let common = RenderSettings {
             samples: 1,
