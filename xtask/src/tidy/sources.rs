@@ -77,6 +77,9 @@ const RULES: [Rule; 5] = [
 /// Columns of a line.
 const WIDTH: usize = 132;
 
+/// How SAFETY comments begin that a reader has to look up elsewhere.
+const VAGUE: [&str; 5] = ["as above", "as in ", "as said", "as the function", "the caller"];
+
 pub(super) fn check(text: &Text, found: &mut Vec<String>) {
     let begins = |beginnings: &[&str]| beginnings.iter().any(|beginning| text.path.starts_with(beginning));
     // Tests and examples of a crate may do all of it; what they are made for is a file of its own or the end of one.
@@ -90,6 +93,11 @@ pub(super) fn check(text: &Text, found: &mut Vec<String>) {
         let is_row = line.trim_start().trim_start_matches(['/', '!', ' ']).starts_with('|');
         if line.chars().count() > WIDTH && line.trim_start().starts_with("//") && !is_row {
             found.push(format!("{}: a comment of over {WIDTH} columns", place()));
+        }
+        if let Some(reason) = line.trim_start().strip_prefix("// SAFETY: ")
+            && VAGUE.iter().any(|vague| reason.starts_with(vague))
+        {
+            found.push(format!("{}: a SAFETY comment that names no invariant", place()));
         }
         in_tests |= line.trim_start() == "#[cfg(test)]"
             && text
@@ -129,5 +137,12 @@ mod tests {
             found("crates/core/src/ray.rs", &format!("#[cfg(test)]\nmod tests {{\n{line}}}\n")).is_empty()
         );
         assert!(found("crates/core/src/ray.rs", "/// As `println!(\"a\")` does.\n").is_empty());
+    }
+
+    #[test]
+    fn safety_comments_name_what_they_rely_on() {
+        let comment =
+            |reason: &str| found("crates/core/src/ray.rs", &format!("        // SAFETY: {reason}\n")).len();
+        assert_eq!(["as above.", "the caller's.", "closed views: the depth fits."].map(comment), [1, 1, 0]);
     }
 }

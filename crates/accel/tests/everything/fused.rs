@@ -44,7 +44,7 @@ impl<T: Tracer> Tracer for Fused<T> {
         if !has_fma() {
             return self.0.occluded(ray, filter);
         }
-        // SAFETY: as above.
+        // SAFETY: the CPU has the instructions.
         unsafe { occluded(&self.0, ray, filter) }
     }
 
@@ -52,7 +52,7 @@ impl<T: Tracer> Tracer for Fused<T> {
         if !has_fma() {
             return self.0.next_hit(ray, filter, after);
         }
-        // SAFETY: as above.
+        // SAFETY: the CPU has the instructions.
         unsafe { next_hit(&self.0, ray, filter, after) }
     }
 }

@@ -37,7 +37,7 @@ impl<'a, T: Copy, const N: usize> Stack<'a, T, N> {
     #[inline(always)]
     pub unsafe fn push(&mut self, item: T) {
         debug_assert!((self.len as usize) < N, "the builder bounds the depth to the stack");
-        // SAFETY: the caller has seen to it that there is room.
+        // SAFETY: fewer than `N` items are on the stack (the contract of this function).
         unsafe { self.storage.get_unchecked_mut(self.len as usize).write(item) };
         self.len += 1;
     }
