@@ -27,7 +27,8 @@ const BLACK_PIXELS: u32 = 1 << 20;
 /// flushes to the disk and renames. Dropped before that, it is removed.
 ///
 /// ```
-/// # use eosphor_render::{Film, output::{PictureWriter, SaveOptions}};
+/// # use eosphor_picture::output::{PictureWriter, SaveOptions};
+/// # use eosphor_render::Film;
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("grey.png");
 /// let mut writer = PictureWriter::open(&path, (640, 480), &SaveOptions::default())?;

@@ -13,7 +13,7 @@ const LARGEST: u32 = 1_000_000;
 /// Frames a second, as a fraction: 30000/1001 is what people call 29.97.
 ///
 /// ```
-/// use eosphor_render::output::FrameRate;
+/// use eosphor_picture::output::FrameRate;
 ///
 /// assert_eq!("25".parse(), FrameRate::new(25, 1));
 /// assert_eq!("29.97".parse(), FrameRate::new(30_000, 1001));

@@ -21,7 +21,7 @@ use std::thread::JoinHandle;
 /// run. Whether the folder holds the same scene is for the caller to know: it may keep a file of its own there.
 ///
 /// ```
-/// # use eosphor_render::output::{Developed, FrameRate, VideoOptions, VideoWriter};
+/// # use eosphor_picture::output::{Developed, FrameRate, VideoOptions, VideoWriter};
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("fade.mp4");
 /// let rate = FrameRate::new(24, 1)?;
