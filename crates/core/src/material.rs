@@ -140,7 +140,7 @@ pub struct Material {
 }
 
 impl Material {
-    /// The textures of all its properties: indices, or [`NONE`].
+    /// The textures of all its properties, in the order in which `MaterialTexels` has their texels: indices, or [`NONE`].
     #[inline(always)]
     pub fn textures(&self) -> [u32; 8] {
         [

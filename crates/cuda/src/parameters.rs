@@ -14,9 +14,6 @@ pub(crate) enum Kind {
     Count,
     /// `u32`.
     Number,
-    /// A structure of this alignment and size, passed by value.
-    #[cfg(test)]
-    Structure { align: usize, bytes: usize },
 }
 
 /// Parameters of a kernel, and where each array shall lie in one piece of the device's memory. Nothing is copied before

@@ -66,19 +66,30 @@ mod tests {
         all.chain(far.into_iter().map(|name| (Traversal::Auto, name))).collect()
     }
 
+    /// What a kernel declares.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    enum Declared {
+        Parameter(Kind),
+        /// A structure, passed by value.
+        Structure {
+            align: usize,
+            bytes: usize,
+        },
+    }
+
     /// The parameters that a kernel declares.
-    fn declared(kernel: &str) -> Vec<Kind> {
+    fn declared(kernel: &str) -> Vec<Declared> {
         let kind = |line: &str| {
             let words: Vec<&str> = line.split_whitespace().collect();
             match words[..] {
                 [".param", ".u64", ".ptr", ".align", align, _] => {
-                    Kind::Array { align: align.parse().unwrap() }
+                    Declared::Parameter(Kind::Array { align: align.parse().unwrap() })
                 }
-                [".param", ".u64", _] => Kind::Count,
-                [".param", ".u32", _] => Kind::Number,
+                [".param", ".u64", _] => Declared::Parameter(Kind::Count),
+                [".param", ".u32", _] => Declared::Parameter(Kind::Number),
                 [".param", ".align", align, ".b8", name] => {
                     let (_, bytes) = name.trim_end_matches([']', ',']).split_once('[').unwrap();
-                    Kind::Structure { align: align.parse().unwrap(), bytes: bytes.parse().unwrap() }
+                    Declared::Structure { align: align.parse().unwrap(), bytes: bytes.parse().unwrap() }
                 }
                 _ => panic!("{kernel}: {line}"),
             }
@@ -87,12 +98,16 @@ mod tests {
         PTX[start..].lines().skip(1).take_while(|line| !line.starts_with(')')).map(kind).collect()
     }
 
+    fn passed(kinds: &[Kind]) -> Vec<Declared> {
+        kinds.iter().copied().map(Declared::Parameter).collect()
+    }
+
     #[test]
     fn kernels_take_what_is_passed() {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
         let data = SceneData::flatten(&scene).unwrap().0;
         let (align, bytes) = (align_of::<BandLaunch>(), size_of::<BandLaunch>());
-        let launch = [Kind::Structure { align, bytes }];
+        let launch = [Declared::Structure { align, bytes }];
         for (accel, traversal, counts, name) in kernels() {
             let hierarchy = build_hierarchy(accel, &HierarchyOptions::default(), &data).unwrap();
             let structure = match counts {
@@ -100,7 +115,7 @@ mod tests {
                 false => Structure::new(&hierarchy, traversal, 0).unwrap(),
             };
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
-            assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
+            assert_eq!(declared(name), [passed(parameters.kinds()), launch.to_vec()].concat(), "{name}");
         }
     }
 
@@ -119,7 +134,7 @@ mod tests {
         for (traversal, name) in query_kernels() {
             let trees = Trees::new(&bvh, traversal, 0).unwrap();
             let parameters = bvh_parameters(&bvh, &trees);
-            assert_eq!(declared(name), [parameters.kinds(), &launch].concat(), "{name}");
+            assert_eq!(declared(name), passed(&[parameters.kinds(), &launch].concat()), "{name}");
         }
     }
 

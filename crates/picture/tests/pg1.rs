@@ -1,4 +1,4 @@
-//! PG1 (a thesis of CTU FIT, 2025): its Cornell box, and the numbers that it publishes of its octree over it.
+//! PG1 (a report of CTU FIT, 2025): its Cornell box, and the numbers that it publishes of its octree over it.
 
 use eosphor_accel::{Octree, OctreeOptions, SceneGeometry};
 use eosphor_picture::output::DevelopSettings;

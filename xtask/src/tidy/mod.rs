@@ -1,5 +1,6 @@
 //! `cargo xtask tidy`: what the pages promise about the tree, held against the tree. Part of `cargo test`.
 
+mod anchors;
 mod circles;
 mod crates;
 mod formats;
@@ -45,6 +46,7 @@ fn check(root: &Path) -> Result<()> {
     for name in crates::ORDER {
         circles::check(name, &texts, &mut found);
     }
+    anchors::check(&texts, &mut found);
     type_names::check(&texts, &mut found);
     formats::check(&texts, &mut found);
     lengths::check(&texts, &mut found);

@@ -14,16 +14,8 @@ pub(super) fn check(page: &Text, paths: &[String], found: &mut Vec<String>) {
         return;
     }
     let folder = page.path.rsplit_once('/').map_or("", |(folder, _)| folder);
-    let mut in_code = false;
-    for (number, line) in page.content.lines().enumerate() {
-        if line.trim_start().starts_with("```") {
-            in_code = !in_code;
-        }
-        if in_code {
-            continue;
-        }
-        let mut missing =
-            |path: &str| found.push(format!("{}:{}: there is no {path}", page.path, number + 1));
+    for (number, line) in in_prose(&page.content) {
+        let mut missing = |path: &str| found.push(format!("{}:{number}: there is no {path}", page.path));
         for target in links(line) {
             if !exists(&joined(folder, target), paths) {
                 missing(target);
@@ -35,6 +27,16 @@ pub(super) fn check(page: &Text, paths: &[String], found: &mut Vec<String>) {
             }
         }
     }
+}
+
+/// The lines of a page outside its blocks of code, with their numbers.
+pub(super) fn in_prose(content: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut in_code = false;
+    (1..).zip(content.lines()).filter(move |(_, line)| {
+        let is_fence = line.trim_start().starts_with("```");
+        in_code ^= is_fence;
+        !in_code && !is_fence
+    })
 }
 
 /// Targets of a line's links that are paths.
@@ -65,7 +67,7 @@ fn is_of_the_tree(name: &str, paths: &[String]) -> bool {
 }
 
 /// A link's target from the root.
-fn joined(folder: &str, target: &str) -> String {
+pub(super) fn joined(folder: &str, target: &str) -> String {
     let mut parts: Vec<&str> = folder.split('/').filter(|part| !part.is_empty()).collect();
     for part in target.split('/') {
         match part {

@@ -73,7 +73,8 @@ pub enum LightKind {
     DeltaPosition,
     /// It shines from one direction, infinitely far.
     DeltaDirection,
-    /// It has an area that rays meet, so what a ray brings of it must not be counted twice.
+    /// It is a surface of the scene, which rays meet: what a ray brings of it must not be counted twice. (A light with an area
+    /// that rays pass by is none of these: it would be a kind of its own.)
     Area,
     /// It surrounds the scene: rays that leave it bring it.
     Infinite,

@@ -1,6 +1,6 @@
 //! Components of a mesh: faces that hang together and run the same way.
 
-use super::polygon::Faces;
+use super::face_ranges::Faces;
 use super::winding::BLOCK;
 use crate::model::{Mesh, NO_INDEX};
 use crate::positions::{merge_positions, place_key};

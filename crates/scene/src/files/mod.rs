@@ -3,13 +3,13 @@
 mod budget;
 mod builtin;
 mod components;
+mod face_ranges;
 mod gltf;
 mod images;
 mod json;
 mod loader;
 mod obj;
 mod ply;
-mod polygon;
 mod reference_systems;
 mod requests;
 mod source;

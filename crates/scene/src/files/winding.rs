@@ -5,7 +5,7 @@
 //! normals of slivers may point anywhere.
 
 use super::components::{Components, Region};
-use super::polygon::{Faces, Polygon};
+use super::face_ranges::{Faces, Polygon};
 use crate::double::{Vec3d, add, cross, dot, double, length, sub};
 use crate::model::{Mesh, NO_INDEX, Triangle};
 use eosphor_core::math::{Vec3, sqrt64};

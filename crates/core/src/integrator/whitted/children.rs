@@ -2,9 +2,7 @@
 
 use super::lobe_light::lamps_shine_through;
 use super::{LampLobe, depth_limit};
-use crate::bsdf::{
-    CosinePower, Delta, Lobe, Refracted, fresnel_factor, mirror_above, refract, through_surface,
-};
+use crate::bsdf::{CosinePower, Lobe, Refracted, fresnel_factor, mirror_above, refract, through_surface};
 use crate::integrator::camera_ray::pixel_key;
 use crate::integrator::{PathRay, RayKind, is_worth_tracing};
 use crate::material::{FresnelUse, Refraction};
@@ -106,9 +104,9 @@ pub fn child_ray(
         let kr = reflected_share(material_values, &at_mirror);
         let rays = material_values.lobe_rays(parent.depth);
         if rays == 0 {
-            (Delta { direction: mirror }.sample([0.0; 2]), kr, RayKind::Reflected, parent.inside)
+            (mirror, kr, RayKind::Reflected, parent.inside)
         } else {
-            let lobe = glossy_lobe(mirror, material_values);
+            let lobe = glossy_lobe(mirror, material_values.glossy_exponent);
             let index = sample.wrapping_mul(rays).wrapping_add(branch);
             let direction = lobe.sample(point_2d(index, key(GLOSSY_DIMENSION)));
             // Rays of the lobe that go under the surface count as black.
@@ -143,7 +141,7 @@ pub fn child_ray(
         let rays =
             if material_values.glossy_transmission { material_values.lobe_rays(parent.depth) } else { 0 };
         if rays > 0 {
-            let lobe = glossy_lobe(direction, material_values);
+            let lobe = glossy_lobe(direction, material_values.glossy_exponent);
             let index = sample.wrapping_mul(rays).wrapping_add(branch - reflected);
             let spread_out = lobe.sample(point_2d(index, key(GLOSSY_TRANSMISSION_DIMENSION)));
             // As above: what ends on the wrong side counts as black.
@@ -174,8 +172,9 @@ pub fn child_ray(
     })
 }
 
-/// How a glossy material spreads light about the direction of its mirror or its glass.
+/// How a glossy material spreads light about the unit direction of its mirror or its glass. Rays and samples of lamps both
+/// ask here.
 #[inline(always)]
-fn glossy_lobe(direction: Vec3, material_values: &EvaluatedMaterial) -> Lobe {
-    Lobe::CosinePower(CosinePower { axis: direction, exponent: material_values.glossy_exponent })
+pub(super) fn glossy_lobe(axis: Vec3, exponent: f32) -> Lobe {
+    Lobe::CosinePower(CosinePower { axis, exponent })
 }

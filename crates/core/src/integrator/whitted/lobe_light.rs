@@ -4,9 +4,8 @@
 //! Shares are those of the balance heuristic (Veach and Guibas 1995, "Optimally combining sampling techniques for Monte Carlo
 //! rendering", section 3): each way's by how densely it samples the direction. They add up to one.
 
-use super::children::{Mirror, reflected_share};
+use super::children::{Mirror, glossy_lobe, reflected_share};
 use super::direct_light::answers_light;
-use crate::bsdf::CosinePower;
 use crate::geometry::Instance;
 use crate::integrator::PathRay;
 use crate::material::NONE;
@@ -59,7 +58,7 @@ impl LampLobe {
     /// What a sample of a lamp brings: its weight times the density of the lobe, and the share of this way.
     #[inline(always)]
     pub fn weigh(&self, weight: f32, to_light: Vec3) -> f32 {
-        let density = CosinePower { axis: self.axis, exponent: self.exponent }.pdf(to_light);
+        let density = glossy_lobe(self.axis, self.exponent).pdf(to_light);
         // The weight is one over the density of all samples of the lamp.
         weight * density / (1.0 + self.rays * density * weight)
     }

@@ -1,6 +1,6 @@
 //! What a piece of an OBJ file holds.
 
-use crate::files::polygon::Polygon;
+use crate::files::face_ranges::Polygon;
 use crate::model::Triangle;
 use eosphor_core::math::Vec3;
 use std::borrow::Cow;

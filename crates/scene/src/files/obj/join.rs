@@ -3,9 +3,9 @@
 
 use super::chunk::{Chunk, Counts, End, KINDS, Largest, Smoothing};
 use super::reader::{self, WHITE};
-use super::{lines, polygons, smoothing};
+use super::{lines, smoothing, triangulation};
 use crate::error::{Place, SceneError};
-use crate::files::polygon::Polygon;
+use crate::files::face_ranges::Polygon;
 use crate::files::warnings::Warnings;
 use crate::files::winding::{Mended, follow_normals};
 use crate::model::origin::of_triangles;
@@ -41,7 +41,7 @@ impl ObjFile {
     pub(super) fn finish_faces(&mut self, is_lamp: impl Fn(u32) -> bool + Sync) -> Mended {
         let (polygons, smoothing) = (std::mem::take(&mut self.polygons), std::mem::take(&mut self.smoothing));
         let mended = follow_normals(&mut self.mesh, &polygons, is_lamp);
-        polygons::triangulate(&polygons, &self.mesh.positions, &mut self.mesh.triangles);
+        triangulation::triangulate(&polygons, &self.mesh.positions, &mut self.mesh.triangles);
         smoothing::add_normals(&smoothing, &polygons, &mut self.mesh);
         mended
     }

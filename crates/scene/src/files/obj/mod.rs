@@ -2,7 +2,7 @@
 //!
 //! The way of an OBJ file: bytes → pieces (`lines`) → chunks, read in parallel (`reader`, and `plain` for what is
 //! written plainly) → one mesh (`join`). Then its materials are looked up (`materials`), which come from MTL files
-//! (`mtl`, `map`). Last come winding (`files/winding.rs`), triangles of concave polygons (`polygons`) and normals of
+//! (`mtl`, `map`). Last come winding (`files/winding.rs`), triangles of concave polygons (`triangulation`) and normals of
 //! smoothing groups (`smoothing`).
 
 mod chunk;
@@ -13,9 +13,9 @@ mod materials;
 mod mtl;
 mod number;
 mod plain;
-mod polygons;
 mod reader;
 mod smoothing;
+mod triangulation;
 
 #[cfg(test)]
 mod piece_tests;

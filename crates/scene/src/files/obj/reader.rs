@@ -4,7 +4,7 @@
 use super::chunk::{Chunk, Corner, Counts, End, KINDS, Largest, Smoothing, triangle};
 use super::lines::{Lines, split_key, text, words};
 use super::number::{Number, exact_number, number, whole_number};
-use crate::files::polygon::Polygon;
+use crate::files::face_ranges::Polygon;
 use crate::model::{MAX_COORDINATE, NO_INDEX};
 use eosphor_core::math::{elementary64, vec3};
 use memchr::memchr;

@@ -1,7 +1,7 @@
 //! Smoothing groups → normals.
 
 use super::chunk::Smoothing;
-use crate::files::polygon::Polygon;
+use crate::files::face_ranges::Polygon;
 use crate::model::{Mesh, NO_INDEX, Triangle};
 use eosphor_core::math::{Vec3, sqrt64, vec3};
 

@@ -2,7 +2,7 @@
 
 use super::role::{COLOR, Kind, NORMAL, POSITION, Plan, SLOTS, UV};
 use super::rows::Fault;
-use crate::files::polygon::Polygon;
+use crate::files::face_ranges::Polygon;
 use crate::model::{MAX_COORDINATE, NO_INDEX, Triangle};
 use eosphor_core::math::{Vec3, vec3};
 

@@ -323,7 +323,7 @@ fn color(what: &str, c: Vec3) -> Check {
     let [r, g, b] = <[f32; 3]>::from(c);
     Err(Problem::new(
         what,
-        format!("({r}, {g}, {b}) is no colour; components must be finite and not negative"),
+        format!("({r}, {g}, {b}) is no colour; components must be 0 to {MAX_COORDINATE:e}"),
     ))
 }
 

@@ -8,7 +8,7 @@
 //! nothing else.
 
 use super::chunk::{Corner, corner, triangle};
-use crate::files::polygon::Polygon;
+use crate::files::face_ranges::Polygon;
 use crate::model::Triangle;
 use eosphor_core::math::Vec3;
 use rayon::prelude::*;
