@@ -41,6 +41,8 @@ impl Place {
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_eosphor"));
         command.args(arguments).current_dir(self.folder.path());
+        #[cfg(unix)]
+        obey_signals(&mut command);
         command
     }
 
@@ -94,6 +96,22 @@ impl Run {
     pub(crate) fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {}", self.stdout))
     }
+}
+
+/// Lets a program end by signals. Shells start what runs in the background with SIGINT ignored, and `nohup` with SIGHUP; programs
+/// that the tests start would inherit that.
+#[cfg(unix)]
+fn obey_signals(command: &mut Command) {
+    use std::os::unix::process::CommandExt;
+    let to_default = || {
+        for signal in [libc::SIGHUP, libc::SIGINT, libc::SIGQUIT, libc::SIGTERM] {
+            // SAFETY: sets what a signal does to its default, which needs no memory and no lock.
+            unsafe { libc::signal(signal, libc::SIG_DFL) };
+        }
+        Ok(())
+    };
+    // SAFETY: between fork and exec the closure calls nothing but `signal`, which is async-signal-safe.
+    unsafe { command.pre_exec(to_default) };
 }
 
 /// Whether a file holds these bytes somewhere.
