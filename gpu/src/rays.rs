@@ -61,8 +61,8 @@ macro_rules! ray_kernel {
     };
 }
 
-/// Two kernels over a bounding volume hierarchy: one that finds closest hits, and one that finds out whether anything is in the
-/// way, 1 or 0. Without instances there are registers for more threads.
+/// Two kernels over a `bvh`: closest hit, and any hit (1 or 0). Kernels with `placed false` are for a world without
+/// instances and need fewer registers.
 macro_rules! bvh_ray_kernels {
     ($closest:ident, $occluded:ident, placed $placed:literal, in step $in_step:literal) => {
         ray_kernels! {

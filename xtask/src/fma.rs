@@ -13,8 +13,8 @@ use std::process::Command;
 const ENTRIES: [&str; 5] =
     ["render_tile_avx2", "render_tile_avx512", "query_avx2", "query_avx512", "develop_row_avx2"];
 
-/// What a tracer calls where the CPU has no vectors: at hand to all code, and not for the CPUs whose code is looked at.
-const OF_OTHER_CPUS: &str = "with_portable";
+/// What is called on CPUs without vectors alone: at hand to all code, and never run by the code that is looked at.
+const OF_OTHER_CPUS: [&str; 2] = ["with_portable", "without_fma"];
 
 /// Library functions that do a fused multiply-add.
 const LIBRARY_FMA: [&str; 6] = ["fmaf", "fma", "fmaf@plt", "fma@plt", "fmaf_with_fma", "fma_with_fma"];
@@ -93,7 +93,7 @@ impl CallGraph {
                 return Some(path);
             }
             for callee in self.functions.get(name).into_iter().flatten() {
-                let is_left_out = callee.contains(OF_OTHER_CPUS);
+                let is_left_out = OF_OTHER_CPUS.iter().any(|name| callee.contains(name));
                 if callee != start && !is_left_out && !came_from.contains_key(callee.as_str()) {
                     came_from.insert(callee, name);
                     pending.push(callee);
@@ -108,7 +108,7 @@ impl CallGraph {
         let mut pending = vec![start];
         while let Some(name) = pending.pop() {
             let callees = self.functions.get(name).into_iter().flatten().map(String::as_str);
-            let callees = callees.filter(|callee| !callee.contains(OF_OTHER_CPUS));
+            let callees = callees.filter(|callee| !OF_OTHER_CPUS.iter().any(|name| callee.contains(name)));
             pending.extend(callees.filter(|callee| seen.insert(callee)));
         }
         seen
@@ -132,16 +132,17 @@ fn got_slots(relocations: &str) -> BTreeMap<u64, String> {
     relocations.lines().filter_map(slot).collect()
 }
 
-/// What a line of disassembly calls or jumps to outside its function.
+/// What a line of disassembly calls or jumps to outside its function. A function whose address is loaded counts as called:
+/// what is called in a loop is held in a register.
 fn callee(line: &str, slots: &BTreeMap<u64, String>) -> Option<String> {
     let (_, instruction) = line.split_once('\t')?;
     let (operation, operand) = instruction.split_once(' ')?;
-    if !operation.starts_with("call") && !operation.starts_with('j') {
-        return None;
-    }
     if let Some((_, comment)) = operand.split_once("# ") {
         let address = u64::from_str_radix(comment.split_whitespace().next()?, 16).ok()?;
         return slots.get(&address).cloned();
+    }
+    if !operation.starts_with("call") && !operation.starts_with('j') {
+        return None;
     }
     let name = operand.split_once('<')?.1.strip_suffix('>')?;
     // An offset means a jump within a function.

@@ -8,7 +8,7 @@
 use eosphor_core::geometry::{Bounds, Instance};
 use eosphor_core::hierarchy::BvhNode;
 
-/// A geometry's own tree.
+/// What a ray is expected to cost in the tree of one geometry.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TreeCost {
     /// Empty where the tree holds nothing.

@@ -90,7 +90,7 @@ pub(crate) fn note_unfinished(file: &Path) {
     UNFINISHED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(file.to_owned());
 }
 
-/// What signals ask: the first one that nothing more is begun, and that what is in work then and is not done a while later is
+/// How signals cancel a job. The first signal asks that nothing more is begun. Work that is not done `GRACE` later is
 /// given up.
 pub(crate) fn cancel() -> &'static Cancel {
     &CANCEL

@@ -42,8 +42,9 @@ pub(crate) fn obey_for_info(flags: &mut InfoFlags) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Fills in what the file of the scene asks for, and gives it. Limits of a hierarchy belong to the one beside them: where the
-/// command line names another, they are left out.
+/// Takes what the scene's file asks for into flags that the command line leaves out, and returns all that the file asks
+/// for. Options of a hierarchy belong to the hierarchy that the file names: where the command line names another, they
+/// are left out.
 pub(crate) fn obey(
     scene: &Path,
     flags: &mut DeviceFlags,

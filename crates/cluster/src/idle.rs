@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// Looks without a pause after something has moved.
+/// A look is one poll for messages. After a look that found something, so many follow without a pause.
 const EAGER_LOOKS: u32 = 20;
 /// A rest is this part of the time for which nothing has happened, so that no wait is longer by more than that.
 const PART: u32 = 64;
@@ -23,7 +23,9 @@ impl Idle {
         Idle { looks: 0, since: Instant::now() }
     }
 
-    /// Rests after a look at which something `moved` or did not, while bytes are `moving` or are not. `unpark` ends it.
+    /// Waits before the next look. There is no wait if the last look found something (`moved`). Otherwise the wait
+    /// grows with the time in which nothing has happened; its limit is lower while bytes are on their way (`moving`).
+    /// `unpark` ends the wait.
     pub(crate) fn rest(&mut self, moved: bool, moving: bool) {
         if moved {
             *self = Idle::new();

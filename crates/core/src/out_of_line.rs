@@ -30,11 +30,18 @@ macro_rules! out_of_line {
                 fn with_fma($($argument: $type),*) -> $result {
                     body($($argument),*)
                 }
+                // A function with a name, so that `cargo xtask fma` can tell it from what other CPUs run.
+                #[inline(never)]
+                fn without_fma($($argument: $type),*) -> $result {
+                    body($($argument),*)
+                }
                 if $crate::out_of_line::has_fma() {
                     // SAFETY: the CPU has these instructions.
                     return unsafe { with_fma($($argument),*) };
                 }
+                without_fma($($argument),*)
             }
+            #[cfg(not(target_arch = "x86_64"))]
             body($($argument),*)
         }
     };

@@ -1,4 +1,4 @@
-//! Bands of rows: a picture is rendered in launches short enough to watch and stop.
+//! Bands of rows: which device takes which, in launches short enough to watch and stop.
 
 use crate::launch::{Pixel, WARP_ROWS};
 use eosphor_core::view::SceneView;

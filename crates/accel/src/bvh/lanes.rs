@@ -158,7 +158,7 @@ mod imp {
             let mask = sse2!(_mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)));
             Lanes(sse2!(_mm_and_ps(self.0, mask)))
         }
-        /// NaN in all lanes if `yes`: so `min` and `max` with another number keep that one.
+        /// NaN in all lanes if `yes`, else unchanged. `min` and `max` of NaN with another number give that number.
         #[inline(always)]
         pub(in super::super) fn nan_if(self, yes: bool) -> Lanes {
             Lanes(sse2!(_mm_or_ps(self.0, _mm_castsi128_ps(_mm_set1_epi32(-i32::from(yes))))))
@@ -259,7 +259,7 @@ mod imp {
         pub(in super::super) fn xyz0(self) -> Lanes {
             Lanes([self.0[0], self.0[1], self.0[2], 0.0])
         }
-        /// NaN in all lanes if `yes`: so `min` and `max` with another number keep that one.
+        /// NaN in all lanes if `yes`, else unchanged. `min` and `max` of NaN with another number give that number.
         #[inline(always)]
         pub(in super::super) fn nan_if(self, yes: bool) -> Lanes {
             if yes { Lanes([f32::NAN; 4]) } else { self }

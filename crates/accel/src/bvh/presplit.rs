@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Boxes with more than this share of the area of the whole are cut.
 pub(super) const LARGE: f32 = 0.01;
 
-/// There may be so many more references, as a share.
+/// For so many triangles cutting may add one reference.
 const BUDGET: usize = 16;
 
 /// A triangle is not cut where its box is hardly larger than boxes of its parts can be together.

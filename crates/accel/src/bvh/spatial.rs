@@ -42,7 +42,7 @@ struct Scratch {
 struct Room<'a> {
     from: &'a mut [Reference],
     used: Range<usize>,
-    /// As large as `from`.
+    /// Where a split moves the references to. As large as `from`.
     to: &'a mut [Reference],
 }
 

@@ -25,7 +25,7 @@ pub(crate) trait Simd: Copy {
     type F8: Float<Array = [f32; 8]>;
     /// 16 floats.
     type F16: Float<Array = [f32; 16]>;
-    /// What of 16 floats is worked on at a time where there is much to keep in registers.
+    /// The part of 16 floats that is processed at a time where all 16 would take too many registers.
     type Part: Float;
     /// Of how many floats.
     const PART: usize;

@@ -18,7 +18,7 @@ use std::str::FromStr;
 pub trait UseTracer {
     /// What it returns.
     type Output;
-    /// Does it with this tracer.
+    /// Calls the closure with this tracer.
     fn run<T: Tracer>(self, tracer: T) -> Self::Output;
 }
 
@@ -27,7 +27,7 @@ pub trait UseTracer {
 pub trait UseBatchTracer {
     /// What it returns.
     type Output;
-    /// Does it with this tracer.
+    /// Calls the closure with this tracer.
     fn run<T: BatchTracer>(self, tracer: &T) -> Self::Output;
 }
 

@@ -22,8 +22,8 @@ pub(crate) struct DeviceFlags {
     /// binned and spatial [default: binned]
     #[arg(long, value_name = "NAME", value_parser = builder())]
     pub(crate) builder: Option<Builder>,
-    /// Maximum number of primitives in a leaf: 1 to 255 with --accel bvh, 1 to 4294967295 with an octree, whose larger cells
-    /// stay whole where dividing them does not pay [default: 4 for a bvh, 16 for an octree]
+    /// Maximum number of primitives in a leaf: 1 to 255 with --accel bvh; 1 to 4294967295 with an octree, which keeps a larger
+    /// cell whole if dividing it would not make it cheaper to search [default: 4 for a bvh, 16 for an octree]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=u32::MAX), allow_hyphen_values = true)]
     pub(crate) leaf_size: Option<u32>,
     /// Maximum depth of a leaf: 1 to 64 with --accel bvh, 1 to 16 with an octree, 1 to 46 with kdtree [default: 64 for a bvh,
@@ -42,7 +42,7 @@ pub(crate) struct DeviceFlags {
     pub(crate) block_size: Option<u32>,
     /// How the threads of a warp traverse a bvh on GPUs. single: independently; vote: together, through every node that any
     /// of them needs; auto: vote for rays that start in one point and have similar directions, else single; reconverge:
-    /// independently, but in step at every node and leaf; wide: as reconverge, through nodes of eight children
+    /// independently, but they wait for each other at every node and leaf; wide: as reconverge, through eight-child nodes
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = traversals())]
     pub(crate) gpu_traversal: Traversal,
     /// The order in which the CPU traces rays: batched, or scalar, the reference [default: batched]

@@ -17,7 +17,7 @@ pub(crate) struct FrameFlags {
     /// Render a turntable of N frames, 1 to 6000000: the camera circles once around the point that it looks at
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=MAX_FRAMES), allow_hyphen_values = true)]
     pub(crate) orbit: Option<u32>,
-    /// Frames per second, over 0 and at most 1000, of an .mp4 at most 240 [default: the scene's, or 24]
+    /// Frames per second, over 0 and at most 1000 (240 for an .mp4) [default: the scene's, or 24]
     #[arg(long, value_name = "X", value_parser = frame_rate(), allow_hyphen_values = true)]
     pub(crate) fps: Option<f32>,
     /// Quality of an .mp4, 1 to 100; losses are hard to see at 90 [default: 90]

@@ -45,10 +45,26 @@ pub(crate) struct Arguments {
     pub(crate) command: Command,
 }
 
+/// Flags about devices that only commands which render take; others refuse them with a reason, and do not list them.
+const FLAGS_OF_PICTURES: [&str; 3] = ["tile", "scheduler", "block_size"];
+
 impl Arguments {
+    /// All commands with their flags, as help and completions list them.
+    pub(crate) fn described() -> clap::Command {
+        let hidden = |command: clap::Command, flags: &[&str]| {
+            let hide = |command: clap::Command, flag: &&str| command.mut_arg(*flag, |arg| arg.hide(true));
+            flags.iter().fold(command, hide)
+        };
+        Arguments::command()
+            .mut_subcommand("info", |info| hidden(hidden(info, &FLAGS_OF_PICTURES), &["gpu_traversal"]))
+            .mut_subcommand("bench", |bench| {
+                bench.mut_subcommand("rays", |rays| hidden(rays, &FLAGS_OF_PICTURES))
+            })
+    }
+
     /// Those of this process.
     pub(crate) fn read() -> Result<Arguments, clap::Error> {
-        let mut command = Arguments::command();
+        let mut command = Arguments::described();
         let matches = command.try_get_matches_from_mut(std::env::args_os())?;
         let mut arguments =
             Arguments::from_arg_matches(&matches).map_err(|error| error.format(&mut command))?;

@@ -73,7 +73,7 @@ impl RenderFlags {
 /// What `render` and `bench render` share besides the larger groups.
 #[derive(Debug, Args)]
 pub(crate) struct PictureFlags {
-    /// Use the settings of a reference renderer: eos (Thessaly 2015), pg1 (CTU Prague 2025) or course (PLATO); other flags
+    /// Use the settings of a reference system: eos (Thessaly 2015), pg1 (CTU Prague 2025) or course (PLATO); other flags
     /// override them
     #[arg(long, value_name = "NAME", value_parser = super::values::named([("eos", Preset::Eos), ("pg1", Preset::Pg1), ("course", Preset::Course)]))]
     pub(crate) preset: Option<Preset>,

@@ -22,7 +22,7 @@ pub(crate) struct SettingsFlags {
     /// K x K samples per pixel in a regular grid, 1 to 256; replaces --samples
     #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=256), allow_hyphen_values = true)]
     ssaa: Option<u32>,
-    /// Where the samples of a pixel lie: all in its center, or spread over it at random [default: random]
+    /// Where the samples of a pixel lie: all in its centre, or spread over it at random [default: random]
     #[arg(long, value_name = "WHERE", value_parser = pixel_samplings(), conflicts_with = "ssaa")]
     pixel_sampling: Option<PixelSampling>,
     /// Points to sample on each triangle that is a light, per shaded point, 1 to 65536 [default: 16]
@@ -65,7 +65,7 @@ pub(crate) struct SettingsFlags {
     #[arg(long, overrides_with = "light_from_behind")]
     no_light_from_behind: bool,
     /// Units of lights. physical: a matte surface reflects colour/pi of its irradiance, as in glTF; plain: without pi, as in
-    /// the reference renderers [default: physical]
+    /// the reference systems [default: physical]
     #[arg(long, value_name = "UNITS", value_parser = light_units())]
     light_units: Option<LightUnits>,
     /// Point and spot lights fall off with the square of the distance [default]
@@ -82,7 +82,7 @@ pub(crate) struct SettingsFlags {
     #[arg(long, value_name = "X", value_parser = within(0.0..=1e6), allow_hyphen_values = true)]
     ambient: Option<f32>,
     /// D of --lighting distance, whose grey is 1 - min(t, 1.5 D) / (1.5 D) at distance t: in world units, over 0 and at most
-    /// 1e12 [default: the distance to the scene's far side over 1.5]
+    /// 1e12 [default: the distance from the camera to the farthest corner of the scene's box, divided by 1.5]
     #[arg(long, value_name = "X", value_parser = within(OVER_0), allow_hyphen_values = true)]
     max_distance: Option<f32>,
     /// Radiance of rays that hit nothing: linear red, green and blue, each 0 or more [default: 0,0,0]

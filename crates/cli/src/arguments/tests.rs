@@ -54,6 +54,26 @@ fn the_flags_do_not_contradict_each_other() {
 }
 
 #[test]
+fn help_lists_no_flag_that_its_command_always_refuses() {
+    let long_help = |words: &[&str]| {
+        let mut command = Arguments::described();
+        let error = command.try_get_matches_from_mut(words).unwrap_err();
+        error.to_string()
+    };
+    for (words, taken) in [
+        (["eosphor", "info", "--help"].as_slice(), "--builder"),
+        (&["eosphor", "bench", "rays", "--help"], "--gpu-traversal"),
+    ] {
+        let help = long_help(words);
+        assert!(help.contains(taken), "{help}");
+        for flag in ["--tile", "--scheduler", "--block-size"] {
+            assert!(!help.contains(flag), "{words:?}: {flag}");
+        }
+    }
+    assert!(long_help(&["eosphor", "bench", "render", "--help"]).contains("--tile"));
+}
+
+#[test]
 fn wrong_values_are_said_with_their_flag() {
     let mut count = 0;
     for (words, command) in commands() {

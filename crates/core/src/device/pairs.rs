@@ -274,7 +274,7 @@ pub(super) struct Space<'a> {
     pub(super) steps: Vec3,
     /// What halves of boxes are too small by.
     pub(super) slack: f32,
-    /// The ray's own `t` of the point that the walk measures from.
+    /// The point that the walk measures from, as a `t` of the world ray.
     pub(super) from: f64,
 }
 
@@ -366,7 +366,7 @@ pub(super) enum Outcome {
 /// anywhere.
 pub(super) struct Walk<'a, 's, const ANYWHERE: bool, const PLACED: bool> {
     space: Space<'a>,
-    /// The ray's own `t` of the point that the search measures from.
+    /// The point that the search measures from, as a `t` of the world ray.
     from: f64,
     next: Link,
     stack: Stack<'s, Link, ROOM>,
@@ -397,7 +397,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
         walk
     }
 
-    /// The ray's own `t` of the point that its search has to measure from.
+    /// The point that the search must measure from, as a `t` of the world ray.
     #[inline(always)]
     pub(super) fn from(&self) -> f64 {
         self.from

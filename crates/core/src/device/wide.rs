@@ -13,7 +13,7 @@ use crate::intersect::Slab;
 use crate::math::{Vec3, fma, max, min};
 use crate::ray::{Ray, RayFilter};
 
-/// Up to eight children.
+/// A node of the tree: up to eight children, their boxes in a grid of 8 bits an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
 pub struct WideNode {

@@ -35,7 +35,7 @@ pub fn is_far(origin: Vec3, extent: f32) -> bool {
 pub struct FarRay {
     /// What it looks like from there. Hits that are certain by it are hits; none is clear.
     pub ray: LocalRay,
-    /// The ray's own `t` of that point.
+    /// The point where it enters the box, as a `t` of the world ray.
     pub from: f64,
     /// What boxes are too small by: how far from this ray an instance may see it.
     pub slack: f32,

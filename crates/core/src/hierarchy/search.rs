@@ -123,7 +123,7 @@ pub(crate) struct Closest {
     /// The best hit, if it has been computed.
     hit: TriangleHit,
     is_known: bool,
-    /// The ray's own `t` of the point from which the search measures.
+    /// The point that the search measures from, as a `t` of the world ray.
     from: f64,
 }
 
@@ -461,7 +461,7 @@ pub(crate) struct Moved<'a, S> {
     pub(crate) search: &'a mut S,
     /// The search's `t` of that point.
     pub(crate) from: f64,
-    /// The ray's own `t` of it, without its sign.
+    /// The absolute value of the world ray's `t` at that point.
     pub(crate) distance: f64,
 }
 

@@ -24,7 +24,7 @@ pub struct LocalRay {
     pub length: f32,
     /// Added to distances from the origin: mapping it into this space may have moved it by a share of this.
     pub reach: f32,
-    /// The distance from 0 to the origin, in the world, as long as it is here.
+    /// At least the distance from 0 to the ray's origin in the world, in the units of this space.
     pub scale: f32,
 }
 

@@ -1,4 +1,4 @@
-//! The one sphere test.
+//! The one sphere test: a quick look in single precision; `precise.rs` finds the roots in double.
 
 use super::precise::PreciseRay;
 use super::{EDGE_SLACK, LocalRay};

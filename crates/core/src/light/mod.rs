@@ -73,8 +73,8 @@ pub enum LightKind {
     DeltaPosition,
     /// It shines from one direction, infinitely far.
     DeltaDirection,
-    /// It is a surface of the scene, which rays meet: what a ray brings of it must not be counted twice. (A light with an area
-    /// that rays pass by is none of these: it would be a kind of its own.)
+    /// It is a surface of the scene that rays can hit. Its light must not be counted twice: by such a hit and by a
+    /// light sample. (An area light that rays cannot hit would need a kind of its own.)
     Area,
     /// It surrounds the scene: rays that leave it bring it.
     Infinite,

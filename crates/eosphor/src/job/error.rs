@@ -157,7 +157,7 @@ pub enum JobError {
         error: Box<JobError>,
         /// How many frames are done.
         done: usize,
-        /// How many are wanted.
+        /// How many frames were asked for.
         all: usize,
         /// Several processes share the frames.
         is_shared: bool,
@@ -171,7 +171,7 @@ pub enum JobError {
         folder: PathBuf,
         /// How many frames it has.
         done: usize,
-        /// How many are wanted.
+        /// How many frames were asked for.
         all: usize,
     },
     /// A share to be merged is not there.

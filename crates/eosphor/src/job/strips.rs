@@ -64,7 +64,7 @@ pub(super) struct Done {
     pub(super) statistics: RayStatistics,
 }
 
-/// How far it is.
+/// The progress of a render, and how the rest of it is planned.
 struct State {
     plan: StripPlan,
     checkpoint: Checkpoint,
@@ -185,7 +185,8 @@ impl Strips<'_> {
         Ok(Done { complete, done, resumed, kept, written, statistics })
     }
 
-    /// The next strip, with what is done of it.
+    /// Begins the strip whose first row is `row`. If the checkpoint has it, the strip starts with the samples from
+    /// there. If not, a new strip is planned that ends before the next one of the checkpoint.
     fn begin(&self, row: u32, state: &mut State) -> Result<Strip, JobError> {
         let (width, height) = self.prepared.size();
         match state.checkpoint.rows_from(row) {

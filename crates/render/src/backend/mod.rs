@@ -51,14 +51,14 @@ pub trait PreparedScene: Send + Sync {
     /// Told before a frame of an animation how many will be begun after it. Who shares out work can make the last shares small.
     fn frames_left(&self, _frames: usize) {}
 
-    /// Renders some rows of the picture: the film has their number as its height, and the bits of these rows of the
-    /// whole picture. Where [`RenderControl::cancel`] is raised, returns soon with what is done.
+    /// Renders some rows of the picture. The film is as high as there are rows, and its pixels are those of the whole
+    /// picture, bit for bit. If [`RenderControl::cancel`] is raised, the call returns soon with what is done.
     ///
     /// Pictures that do not fit in memory are rendered band by band ([`crate::Bands`]).
     ///
     /// # Errors
     ///
-    /// [`BackendError::Failed`] where the rows are none or not in the picture, and whatever the device says.
+    /// [`BackendError::Failed`] if there are no rows or some are not in the picture, and all errors of the device.
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError>;
 
     /// Takes some samples of each pixel of some rows. Sums of samples are exact, so those of several calls may be added in any

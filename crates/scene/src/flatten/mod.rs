@@ -67,7 +67,7 @@ pub struct SceneData {
     pub lights: Vec<Light>,
     /// The camera.
     pub camera: Camera,
-    /// Settings that reach a pixel.
+    /// The settings that pixels depend on.
     pub settings: Settings,
 }
 

@@ -83,13 +83,13 @@ names! {
 names! {
     /// Builders of bounding volume hierarchies.
     TreeBuilder {
-        /// Halves in space.
+        /// Splits at the middle of the longest side (spatial median).
         Median = "median",
         /// All splits along every axis.
         Sweep = "sweep",
         /// Splits between bins.
         Binned = "binned",
-        /// Halves first, then all splits.
+        /// Spatial median for many primitives, then sweep.
         Hybrid = "hybrid",
         /// By the order along a curve.
         Morton = "morton",

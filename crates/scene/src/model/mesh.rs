@@ -47,7 +47,7 @@ pub struct Instance {
     pub mesh: u32,
     /// Into [`super::Scene::materials`]; `None`: each triangle's own.
     pub material: Option<u32>,
-    /// Takes the mesh into the world; where it moves, before it does.
+    /// From the mesh to the world. If the instance moves, this is applied before the motions.
     pub world_from_object: Transform,
     /// Motions of the instance, applied one after the other, after the transform.
     pub moves: Vec<Arc<Move>>,

@@ -83,7 +83,7 @@ impl Transform {
         map
     }
 
-    /// The same map between things whose coordinates have all grown by this. `exact` is the map with all its digits.
+    /// The same map after the coordinates of both its spaces have been shifted by `by`. `exact` is this map in double precision.
     pub(crate) fn conjugated(&self, by: [f64; 3], exact: &Matrix) -> Transform {
         let [a, b, c, _] = exact.0;
         let turned = Matrix([a, b, c, [0.0; 3]]).point(by);

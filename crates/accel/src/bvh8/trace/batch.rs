@@ -1,11 +1,11 @@
 //! Many rays: the choice among packets, sorted packets, streams and single rays.
 
 use super::choice::{Way, choose};
+use super::found::{ANY, Found, NEXT, Query, STACK};
 use super::lanes::RaysV;
 use super::packet::{LaneFilters, Packet, Query16, Room, load_rays, rays_from_one_point, trace};
 use super::single;
 use super::sort;
-use super::walk::{ANY, Found, NEXT, Query, STACK};
 use crate::bvh8::view::Bvh8View;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use crate::{Coherence, Filters};
@@ -26,7 +26,8 @@ pub(super) struct Batch<'a, const QUERY: Query> {
 }
 
 impl<'a, const QUERY: Query> Batch<'a, QUERY> {
-    /// Panics where lengths differ.
+    /// # Panics
+    /// Where there are not as many answers, or filters of single rays, as rays.
     pub(super) fn new(
         bvh: &'a Bvh8View<'a>,
         rays: &'a [Ray],

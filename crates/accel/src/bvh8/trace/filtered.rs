@@ -4,11 +4,11 @@
 //! closure before it can end the search or become the best hit, so nothing that is left out hides anything. Unfiltered queries
 //! share no code with this but the walk.
 
+use super::found::{ANY, Found, NEXT, NO_TRIANGLE, Offer, Query};
 use super::lanes::{Determinant, EdgesV, StepPlanes, distance};
 use super::single::{VisitLeaf, walk};
 use super::single_leaf::{load3, moved_test, prefetch};
 use super::single_ray::SingleRay;
-use super::walk::{ANY, Found, NEXT, NO_TRIANGLE, Offer, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY, PLACE, SPHERE};
 use crate::simd::{Float, Kernel, Mask, Simd, cross, dot, each, subtract};
@@ -200,7 +200,7 @@ impl FilteredLeaves<'_, '_> {
         (self.accept)(&shown) && found.offer::<QUERY>(&offer)
     }
 
-    /// Triangles that the ray may meet by the first step are computed one by one.
+    /// Runs the first step for all triangles of the block. Those that the ray may meet get the whole test, one by one.
     #[inline(always)]
     fn test_block<S: Simd, const QUERY: Query>(&mut self, number: u32, found: &mut Found) -> bool {
         let (Asked { bvh, filter, .. }, ray) = (self.asked, self.ray);

@@ -335,7 +335,7 @@ impl<F: Float> PlanesV<F> {
         self.high.lt(t_min).or(end.lt(self.low)).and(self.is_steep)
     }
 
-    /// Whether there is a hit for certain.
+    /// Whether there is a clear hit: a certain one whose `t`, `u` and `v` can be reported. As in `Meeting`.
     #[inline(always)]
     pub(super) fn is_clear(&self, ray: &StepRays<F>, edges: &EdgesV<F>, slack: F, size: F) -> F::Mask {
         let bound = F::splat(T_ERROR).mul(self.t.abs().fma(ray.length, ray.scale));

@@ -1,7 +1,7 @@
 //! The filtered queries of an 8-wide hierarchy: by a mask for each instance, and by a closure.
 
 use super::filtered::{Asked, Filtered, InstanceMasks};
-use super::walk::{ANY, CLOSEST, Found, NEXT, Query};
+use super::found::{ANY, CLOSEST, Found, NEXT, Query};
 use super::{Bvh8Tracer, run_at};
 use eosphor_core::hierarchy::Tracer;
 use eosphor_core::ray::{Hit, Ray, RayFilter};

@@ -7,7 +7,7 @@
 //! - **Instruction set**: code for an instruction set runs only below [`run_at`], with a level that the CPU has: tracers are made
 //!   for no other, and builders ask first. A kernel that runs another one does so for its own set.
 //! - **Closed view**: numbers of nodes, children, blocks, spheres, geometries and instances are numbers of items, and no path is
-//!   longer than [`walk::STACK`] allows. [`Bvh8`] keeps its fields private, and its builders make them so.
+//!   longer than [`found::STACK`] allows. [`Bvh8`] keeps its fields private, and its builders make them so.
 //! - **Stack room**: places of a stack below its count have been written, and those above it have room for whole vectors.
 //! - **Lanes**: a vector is as many numbers of 32 bits as it has lanes, one after the other, and a lane is below their count.
 //! - **Whole batch**: there are as many filters and answers as rays ([`Batch::new`] checks), and numbers of rays are below that.
@@ -17,6 +17,7 @@
 mod batch;
 mod choice;
 mod filtered;
+mod found;
 mod lanes;
 mod masked;
 mod packet;
@@ -25,7 +26,6 @@ mod single_leaf;
 mod single_ray;
 mod sort;
 mod triangle_search;
-mod walk;
 
 pub use masked::MaskedTracer;
 
@@ -37,7 +37,7 @@ use crate::{BatchTracer, Coherence, Filters, SimdLevel};
 use batch::{Batch, FromOnePoint};
 use eosphor_core::hierarchy::{IgnoreWork, ShadowBatch, Tracer, Work};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
-use walk::{ANY, CLOSEST, Found, NEXT, Query};
+use found::{ANY, CLOSEST, Found, NEXT, Query};
 
 /// Traces rays through a [`Bvh8`], one at a time ([`Tracer`]) and many ([`BatchTracer`]). Made by [`Bvh8::tracer`].
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,8 @@
 //! One ray at a time: eight boxes or four triangles a step.
 
+use super::found::{ANY, CLOSEST, Found, NEXT, Query, STACK};
 use super::single_leaf::{PrimitiveLeaves, ToldLeaves};
 use super::single_ray::SingleRay;
-use super::walk::{ANY, CLOSEST, Found, NEXT, Query, STACK};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY, LEAF, Node8, PLACE};
 use crate::simd::{Float, Kernel, Mask, Simd, each};

@@ -1,9 +1,9 @@
 //! Leaves of triangles and spheres, for one ray at a time.
 
+use super::found::{ANY, CLOSEST, Found, NEXT, NO_TRIANGLE, Offer, Query};
 use super::lanes::{Determinant, EdgesV, StepPlanes, StepRays, distance};
 use super::single::VisitLeaf;
 use super::single_ray::SingleRay;
-use super::walk::{ANY, CLOSEST, Found, NEXT, NO_TRIANGLE, Offer, Query};
 use crate::bvh8::node::held;
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};

@@ -1,6 +1,6 @@
 //! A ray as the search for one ray at a time reads it.
 
-use super::walk::Found;
+use super::found::Found;
 use crate::bvh8::view::GeometrySize;
 use crate::simd::{Float, Kernel, Mask, Simd};
 use eosphor_core::geometry::Bounds;
@@ -15,9 +15,11 @@ use eosphor_core::ray::Ray;
 /// Room for the rounding of sums that bound others.
 const ROUNDING: f32 = 1.0001;
 
-/// How far a first vertex and a hit of the same triangle may be from the origin together, over the most that any point of the
-/// geometry may be: 1 for the vertex, and 1.32 for the hit as single precision sees it, whose `t` is wrong by at most 0.135 of
-/// both (13 u of the product of two lengths, where the determinant is above 3 times 8 u of the square of their sum).
+/// The distances from the origin to a triangle's first vertex and to a hit of the triangle are together at most this
+/// times the largest distance from the origin to a point of the geometry. The vertex counts 1. The hit counts 1.32,
+/// because its `t` in single precision is wrong by at most 0.135 of the two distances together. (With u = 2^-24, the
+/// error is 13 u of the product of the two edges' lengths over the determinant, and the determinant is above 3 times
+/// 8 u of the square of the sum of these lengths.)
 const HIT_DISTANCES: f32 = 2.5;
 
 /// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
@@ -79,8 +81,10 @@ impl<'a> SingleRay<'a> {
         SingleRay::usual::<S>(ray, origin, direction, slab_extent, scale, size)
     }
 
-    /// A ray whose direction is of usual length, with `t_min` and the length beside the vectors. Boxes and the origin are within
-    /// the extent, primitives of the size. The scale includes the reach.
+    /// A ray whose direction has a usual length ([`USUAL_LENGTH`]). The fourth numbers of `origin` and `direction` are
+    /// `t_min` and the length. `slab_extent` is at least the extent of all boxes and the largest coordinate of the
+    /// origin, added. `size` is that of the geometry. `scale` is the distance from 0 to the origin, with the ray's
+    /// reach added.
     #[inline(always)]
     fn usual<S: Simd>(
         world: &Ray,

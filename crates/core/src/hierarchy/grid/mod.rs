@@ -4,9 +4,9 @@
 //! The walk goes through one cell after the other, and where the ray passes close to an edge or corner of cells, rounding
 //! decides through which. So that this does not matter, primitives are entered in every cell within
 //! [`GridRoot::margin`] of their padded bounds. That covers the rounding for rays that start within
-//! [`GridRoot::reach`]; rays from further away take another walk ([`halving`]), which needs no margin.
+//! [`GridRoot::reach`]; rays from further away take another walk ([`far`]), which needs no margin.
 
-mod halving;
+mod far;
 
 use super::candidates::{Placement, PrimitivesView, trusted};
 use super::cell_ray::{CellRay, in_time};
@@ -102,7 +102,7 @@ pub struct GridTracer<'a, C> {
 struct Axis {
     /// Where the ray leaves the present cell across this axis.
     exit: f32,
-    /// The plane there, counted from the box's lower side.
+    /// The number of the plane at `exit`. The lower side of the box is plane 0.
     plane: f32,
     /// From where the ray passes the lower side to the next plane.
     offset: f32,

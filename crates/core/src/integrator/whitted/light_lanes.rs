@@ -85,8 +85,11 @@ impl<const W: usize> LightLanes<W> {
     fn highlight<R: Receivers>(&mut self, model: LightingModel, receivers: &R, lit: &[f32; W]) {
         for lane in 0..W {
             let (normal, to_viewer) = (receivers.normal(lane), receivers.to_viewer(lane));
-            let lobe = Lobe::highlight(model, normal, to_viewer, receivers.shininess(lane));
-            let factor = lobe.map_or(0.0, |lobe| lobe.eval(self.direction(lane)));
+            // No `map_or`: its closure would be compiled without the caller's instruction set.
+            let factor = match Lobe::highlight(model, normal, to_viewer, receivers.shininess(lane)) {
+                Some(lobe) => lobe.eval(self.direction(lane)),
+                None => 0.0,
+            };
             self.specular[lane] = if receivers.highlights(lane) { lit[lane] * factor } else { 0.0 };
         }
     }

@@ -25,8 +25,9 @@ use std::path::{Path, PathBuf};
 
 const MAGIC: [u8; 8] = *b"EOSSHAR2";
 
-/// Floats of a colour, and words of a pixel's features.
+/// Bytes of a pixel's colour: three floats.
 const COLOR_BYTES: u64 = 12;
+/// Bytes of a pixel's features: fourteen words.
 const FEATURE_BYTES: u64 = 56;
 
 /// Rows of a band: few, so that all shares have about as much work.

@@ -33,7 +33,7 @@ impl Assembly {
         self.blocks.get(key).copied()
     }
 
-    /// Adds all vertices of a key.
+    /// Adds the vertices that the accessors of a key hold. Other primitives with the same key find them by it.
     pub(super) fn add_block(&mut self, key: &VertexKey, vertices: Vertices) -> Result<Block, String> {
         let block = self.add(vertices)?;
         self.blocks.insert(key.clone(), block);

@@ -59,7 +59,8 @@ struct Pose {
     /// Its matrix up to the first motion.
     fixed: Matrix,
     motion: Option<usize>,
-    /// Whether something that stays squashes it flat between motions: it is as good as hidden, and stays at rest.
+    /// Whether a fixed transform before one of its motions has no inverse. Such a node is flat and as good as hidden:
+    /// it stays at rest.
     is_flat: bool,
 }
 

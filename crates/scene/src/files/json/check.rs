@@ -7,7 +7,8 @@ use super::rules::{Keys, Kind, Range, Rule};
 use super::tree::{Entry, Node, Value};
 use crate::model::MAX_COORDINATE;
 
-/// Longer lists of words are not shown where something else than a word stands.
+/// The message for a value of the wrong type lists the names that are allowed; where there are more than this, it shows
+/// only the first as an example.
 const MAX_LISTED_WORDS: usize = 6;
 
 /// Checks a whole file.

@@ -51,7 +51,8 @@ impl Document<'_> {
         self.error(at, problem.to_string())
     }
 
-    /// Reads `lights[0].color`, `settings.size (width)`, `material "glass", ior`.
+    /// Finds the value that a problem names, and returns where in the file it begins, in bytes. Names are such as
+    /// `lights[0].color`, `settings.size (width)` or `material "glass", ior`. `None` if the file has no such material.
     fn place_of<'s>(&self, what: &str, instance: impl Fn(usize) -> Option<[Step<'s>; 2]>) -> Option<usize> {
         let (mut node, rest) = match what.strip_prefix("material ") {
             Some(named) => {

@@ -126,7 +126,7 @@ impl Cutter {
         true
     }
 
-    /// Whether the fan will do.
+    /// Whether the fan covers the polygon: none of its triangles runs clockwise.
     fn is_fan(&self) -> bool {
         let first = self.points[0];
         self.points[1..].windows(2).all(|pair| area([first, pair[0], pair[1]]) >= 0.0)

@@ -269,7 +269,8 @@ impl Subject {
         }
     }
 
-    /// Whether no sheet and no sphere that is left out lies between the middle of the subject and a camera.
+    /// Whether a camera at `eye` can see the middle of the subject: no sheet (a ground or a backdrop) and no sphere
+    /// that framing leaves out lies between them.
     pub(super) fn is_seen(&self, middle: Vec3d, eye: Vec3d) -> bool {
         let before = |sheet: &Sheet| {
             let up = eye[sheet.axis] - middle[sheet.axis];

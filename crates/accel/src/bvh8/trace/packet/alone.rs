@@ -3,9 +3,9 @@
 use super::decide::world_ray;
 use super::{LocalPacket, Packet, Query16};
 use crate::bvh8::Child;
+use crate::bvh8::trace::found::{ANY, Query};
 use crate::bvh8::trace::single;
 use crate::bvh8::trace::single_ray::SingleRay;
-use crate::bvh8::trace::walk::{ANY, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::simd::{Kernel, Simd};
 use eosphor_core::hierarchy::IgnoreWork;

@@ -5,8 +5,8 @@ use super::interval::Interval;
 use super::look::{Look, Shared, lane3};
 use super::{Best, LocalPacket, MaskOf, Packet, PartMask, Query16, TO_LOW};
 use crate::bvh8::TriangleBlock;
+use crate::bvh8::trace::found::{ANY, Query};
 use crate::bvh8::trace::lanes::{Determinant, EdgesV, PlanesV, StepTriangles};
-use crate::bvh8::trace::walk::{ANY, Query};
 use crate::simd::{Float, Mask, Simd};
 use std::mem::MaybeUninit;
 

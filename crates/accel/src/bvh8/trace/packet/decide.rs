@@ -1,7 +1,7 @@
 //! What is decided about rays of a packet one by one.
 
 use super::{Best, LocalPacket, Query16, TO_LOW};
-use crate::bvh8::trace::walk::{ANY, Found, Offer, Query};
+use crate::bvh8::trace::found::{ANY, Found, Offer, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::simd::{Float, Kernel, Simd, Vec3V, each};
 use eosphor_core::intersect::precise::{PreciseHit, PreciseRay};

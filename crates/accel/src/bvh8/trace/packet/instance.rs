@@ -3,8 +3,8 @@
 use super::alone::SingleRays;
 use super::{LocalPacket, MaskOf, Packet, Query16, walk_octants};
 use crate::bvh8::EMPTY;
+use crate::bvh8::trace::found::Query;
 use crate::bvh8::trace::lanes::LocalV;
-use crate::bvh8::trace::walk::Query;
 use crate::simd::{Float, Mask, Simd, splat3};
 use std::mem::MaybeUninit;
 

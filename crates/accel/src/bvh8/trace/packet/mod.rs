@@ -17,8 +17,8 @@ mod walk;
 
 pub(super) use filters::LaneFilters;
 
+use super::found::{NEXT, Query};
 use super::lanes::{LocalV, RaysV, StepRays};
-use super::walk::{NEXT, Query};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY};
 use crate::simd::{Float, Mask, Simd, each, splat3};

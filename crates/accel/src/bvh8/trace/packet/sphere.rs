@@ -2,7 +2,7 @@
 
 use super::decide::world_ray;
 use super::{LocalPacket, Packet, Query16};
-use crate::bvh8::trace::walk::{ANY, NO_TRIANGLE, Offer, Query};
+use crate::bvh8::trace::found::{ANY, NO_TRIANGLE, Offer, Query};
 use crate::simd::{Kernel, Simd};
 use eosphor_core::intersect::{LocalRay, TriangleHit, intersect_sphere, may_meet_sphere};
 use eosphor_core::ray::PrimitiveId;

@@ -47,9 +47,9 @@ pub struct CourseInput {
     pub size: [u32; 2],
     /// Horizontal angle of view in degrees.
     pub fov_x_degrees: f32,
-    /// The way of the camera, in cylindrical coordinates about z.
+    /// How the camera moves, in cylindrical coordinates about z.
     pub position: Law,
-    /// The way of the point that the camera looks at.
+    /// How the point that the camera looks at moves, in cylindrical coordinates about z.
     pub look_at: Law,
     /// The bodies; [`CourseOptions::shapes`] has their shapes.
     pub bodies: [CourseBody; 3],

@@ -1,4 +1,4 @@
-//! What the traversals share: queries, what was found, and the stack.
+//! What the traversals share: the kinds of query, what was found ([`Found`]), and how large stacks are.
 
 use super::triangle_search::find_triangle;
 use crate::bvh8::view::Bvh8View;
