@@ -5,21 +5,34 @@
 const LEFT_OUT: [(&str, bool); 4] =
     [("--tiles", true), ("--sample-range", true), ("--checkpoint-every", true), ("--resume", false)];
 
+/// Flags of `view` that say where the page is, and whether a value follows.
+#[cfg(feature = "view")]
+const OF_VIEWERS: [(&str, bool); 3] = [("--port", true), ("--listen", true), ("--no-open", false)];
+
+/// The words that render what a viewer shows: those that `view` was called with, but for the page's.
+#[cfg(feature = "view")]
+pub(crate) fn render_of_view() -> Vec<String> {
+    // The program's name and `view` come first.
+    let arguments = std::env::args_os().skip(2).map(|argument| argument.to_string_lossy().into_owned());
+    let arguments = without(arguments.collect(), &OF_VIEWERS);
+    ["eosphor", "render"].map(str::to_owned).into_iter().chain(arguments).collect()
+}
+
 /// The program's name and its arguments, quoted so that a shell reads them as they were, as if one undisturbed call had made
 /// the picture.
 pub(crate) fn command_line() -> String {
     let arguments = std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned());
-    let arguments = of_whole(arguments.collect());
+    let arguments = without(arguments.collect(), &LEFT_OUT);
     let arguments = arguments.iter().map(|argument| quoted(argument));
     std::iter::once("eosphor".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
-fn of_whole(arguments: Vec<String>) -> Vec<String> {
+fn without(arguments: Vec<String>, flags: &[(&str, bool)]) -> Vec<String> {
     let mut arguments = arguments.into_iter();
     let mut kept = Vec::new();
     while let Some(argument) = arguments.next() {
         let name = argument.split('=').next().unwrap_or_default();
-        match LEFT_OUT.iter().find(|(flag, _)| *flag == name) {
+        match flags.iter().find(|(flag, _)| *flag == name) {
             Some((_, true)) if !argument.contains('=') => drop(arguments.next()),
             Some(_) => {}
             None => kept.push(argument),
@@ -50,7 +63,7 @@ mod tests {
             "render a.obj --resume --checkpoint-every 5 -o b.png --resume",
             "render --checkpoint-every=5 a.obj -o b.png --sample-range 0..4",
         ] {
-            assert_eq!(of_whole(words(text)), words("render a.obj -o b.png"));
+            assert_eq!(without(words(text), &LEFT_OUT), words("render a.obj -o b.png"));
         }
     }
 

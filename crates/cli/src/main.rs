@@ -43,6 +43,9 @@ fn main() -> ExitCode {
         Command::Render(flags) => requests::obey_for_picture(flags)
             .and_then(|()| cluster::run(&flags.of_rank(), |ranks| commands::render(flags, ranks))),
         Command::Course(flags) => cluster::run(&flags.of_rank(), |ranks| commands::course(flags, ranks)),
+        #[cfg(feature = "view")]
+        Command::View(flags) => requests::obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)
+            .and_then(|_| commands::view(flags)),
         Command::Info(flags) => requests::obey_for_info(flags).and_then(|()| commands::info(flags)),
         Command::Merge(flags) => commands::merge(flags),
         Command::Compare(flags) => commands::compare(flags),

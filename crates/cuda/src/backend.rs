@@ -148,9 +148,11 @@ impl PreparedScene for PreparedCuda {
     }
 
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
-        check_rows(&rows, self.height)?;
-        let mut film = Film::new(self.width, rows.end - rows.start);
-        let (complete, statistics) = self.run(rows, 0..self.samples, control, &mut film.pixels)?;
+        let (width, height) = control.size_of(self);
+        check_rows(&rows, height)?;
+        let mut film = Film::new(width, rows.end - rows.start);
+        let samples = 0..control.samples_of(self);
+        let (complete, statistics) = self.run(rows, samples, control, &mut film.pixels)?;
         Ok(Rendered { film, complete, statistics })
     }
 
@@ -160,9 +162,10 @@ impl PreparedScene for PreparedCuda {
         samples: Range<u32>,
         control: &RenderControl,
     ) -> Result<Sampled, BackendError> {
-        check_rows(&rows, self.height)?;
-        check_samples(&samples, self.samples)?;
-        let mut sums = SampleSums::new(self.width, rows.end - rows.start);
+        let (width, height) = control.size_of(self);
+        check_rows(&rows, height)?;
+        check_samples(&samples, control.samples_of(self))?;
+        let mut sums = SampleSums::new(width, rows.end - rows.start);
         let (complete, statistics) = self.run(rows, samples, control, &mut sums.sums)?;
         Ok(Sampled { sums, complete, statistics })
     }
@@ -177,6 +180,8 @@ struct Done {
 
 /// What the devices do.
 struct Task<'a, T> {
+    /// Width and height of the picture.
+    size: (u32, u32),
     rows: Rows,
     samples: Range<u32>,
     pixels: PixelRows<T>,
@@ -199,8 +204,10 @@ impl PreparedCuda {
             return Err(BackendError::Failed(message.into()));
         }
         let pixels_total = pixels.len() as u64;
+        let size = control.size_of(self);
         let task = Task {
-            pixels: PixelRows::new(pixels, rows.start, self.width),
+            size,
+            pixels: PixelRows::new(pixels, rows.start, size.0),
             rows: Rows::new(rows, self.devices.len() as u32),
             samples,
             pixels_total,
@@ -229,14 +236,16 @@ impl PreparedCuda {
     ) -> Result<(), BackendError> {
         let fail = |error| device.failure("rendering", error);
         let control = task.control;
-        let mut room = scene.take_room(device, largest_band(self.width, self.height)).map_err(fail)?;
+        let (width, height) = task.size;
+        let mut room = scene.take_room(device, largest_band(width, height)).map_err(fail)?;
         let parameters = &scene.at(device, control.frame).map_err(fail)?;
         let (block_size, samples) = (self.block_size, task.samples.clone());
         let sharing = sharing(samples.len() as u32);
         let rays_per_pixel = self.rays_per_sample * samples.len() as f64;
-        let mut launcher = Launcher { scene, parameters, block_size, samples, sharing, room: &mut room };
+        let mut launcher =
+            Launcher { scene, parameters, width, block_size, samples, sharing, room: &mut room };
         let pixels_at_a_time = device.threads_at_a_time().map_err(fail)? as u32 >> sharing;
-        let mut band_height = BandHeight::new::<T>(self.width, rays_per_pixel, pixels_at_a_time);
+        let mut band_height = BandHeight::new::<T>(width, rays_per_pixel, pixels_at_a_time);
         let mut flying: Option<Launched> = None;
         for number in 0.. {
             let cancelled = control.cancel.load(Ordering::Relaxed);

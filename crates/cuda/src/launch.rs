@@ -34,6 +34,8 @@ impl Pixel for ExactSum {
 pub(crate) struct Launcher<'a> {
     pub(crate) scene: &'a DeviceScene,
     pub(crate) parameters: &'a FrameParameters<'a>,
+    /// Pixels of a row.
+    pub(crate) width: u32,
     /// Threads of a block.
     pub(crate) block_size: u32,
     /// The samples of each pixel that are taken.
@@ -60,7 +62,7 @@ impl Launcher<'_> {
         band: usize,
     ) -> Result<Launched, DriverError> {
         let Band { stream, pixels, totals } = &mut self.room.bands[band];
-        let bytes = rows.len() * self.scene.width as usize * size_of::<T>();
+        let bytes = rows.len() * self.width as usize * size_of::<T>();
         assert!(bytes <= pixels.num_bytes(), "the band is larger than its room");
         stream.memset_zeros(totals)?;
         let pixels = pixels.device_ptr(stream).0;
@@ -81,7 +83,7 @@ impl Launcher<'_> {
             sharing: self.sharing,
         });
         launch.arg(&band_launch);
-        let shape = launch_shape(self.scene.width, rows.end - rows.start, self.sharing, self.block_size);
+        let shape = launch_shape(self.width, rows.end - rows.start, self.sharing, self.block_size);
         let start = stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
         // SAFETY: the parameters are those of the kernel, in its order (a test compares them); the arrays are those of a
         // SceneData and a hierarchy over it, whose indices are in range; there is room for the rows' pixels.

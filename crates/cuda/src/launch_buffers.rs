@@ -36,4 +36,9 @@ impl LaunchBuffers {
         };
         Ok(LaunchBuffers { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })
     }
+
+    /// Bytes that the pixels of a band may take.
+    pub(crate) fn band_bytes(&self) -> usize {
+        self.bands[0].pixels.num_bytes()
+    }
 }

@@ -23,8 +23,6 @@ pub(crate) struct DeviceScene {
     /// How many items the scene's arrays have.
     counts: SceneCounts,
     top_level: TopLevel,
-    /// Pixels of a row.
-    pub(crate) width: u32,
     /// For launches: as many as frames have been rendered at the same time.
     rooms: Mutex<Vec<LaunchBuffers>>,
     /// Where the arrays are; kept for as long as the parameters name them.
@@ -59,14 +57,15 @@ impl DeviceScene {
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
         let top_level = TopLevel::new(structure.accel(), structure.trees.as_ref(), moving);
         let (parameters, names) = (parameters.values(base), parameters.names().to_vec());
-        let (width, rooms) = (view.settings.width, Mutex::default());
-        let counts = view.counts();
-        Ok(DeviceScene { kernel, parameters, names, counts, top_level, width, rooms, _memory: memory })
+        let (counts, rooms) = (view.counts(), Mutex::default());
+        Ok(DeviceScene { kernel, parameters, names, counts, top_level, rooms, _memory: memory })
     }
 
     /// Room for launches of bands of at most so many bytes, which must be given back.
     pub(crate) fn take_room(&self, device: &Device, band_bytes: usize) -> Result<LaunchBuffers, DriverError> {
         let used = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        // One of a smaller frame is dropped.
+        let used = used.filter(|room| room.band_bytes() >= band_bytes);
         used.map_or_else(|| LaunchBuffers::new(device, band_bytes), Ok)
     }
 

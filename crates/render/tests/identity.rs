@@ -347,6 +347,30 @@ fn frames_over_one_hierarchy() {
     assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
 }
 
+/// A frame of another size and with other samples than the scene that was prepared.
+#[test]
+fn frames_of_other_sizes() {
+    let scene = spheres();
+    let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+    let states = FrameStates::new(&scene, &data);
+    let options = CpuOptions { threads: Some(2), ..CpuOptions::default() };
+    let prepared = CpuBackend::new(options).unwrap().prepare(Arc::clone(&data)).unwrap();
+    for (size, samples) in [([5, 3], 1), ([131, 90], 2)] {
+        let mut other = scene.clone();
+        (other.settings.size, other.settings.samples) = (size, samples);
+        let state = states.seen_by(0, other.camera.as_ref(), &other.settings).unwrap();
+        let cancel = AtomicBool::new(false);
+        let control =
+            RenderControl { on_progress: &|_| {}, cancel: &cancel, count_work: false, frame: Some(&state) };
+        let expected = render(&Arc::new(SceneData::flatten(&other).unwrap().0), options);
+        assert!(prepared.render(&control).unwrap().film == expected, "{size:?}");
+        let sums = prepared.sample_rows(0..size[1], 0..samples, &control).unwrap().sums;
+        assert!(sums.film(samples) == expected, "{size:?}");
+        assert!(prepared.sample_rows(0..size[1] + 1, 0..samples, &control).is_err());
+        assert!(prepared.sample_rows(0..size[1], 0..samples + 1, &control).is_err());
+    }
+}
+
 /// The motion from frame to frame of objects, of which one shines: 16 steps of an eighth each, and a turn.
 fn motion(keys: &[f32]) -> Vec<Arc<Move>> {
     let key = |&frame: &f32| MoveKey {

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 
 /// From the bottom to the top. A crate uses crates before it and no others.
-pub(super) const ORDER: [&str; 9] =
-    ["core", "accel", "scene", "render", "cuda", "picture", "eosphor", "cluster", "cli"];
+pub(super) const ORDER: [&str; 10] =
+    ["core", "accel", "scene", "render", "cuda", "picture", "eosphor", "viewer", "cluster", "cli"];
 
 /// Those that stand apart: what they may use of the above.
 const APART: [(&str, &str, &[&str]); 3] = [

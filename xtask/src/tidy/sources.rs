@@ -70,6 +70,7 @@ const RULES: [Rule; 5] = [
             "crates/picture/src/output/",
             "crates/picture/src/still/",
             "crates/scene/src/files/",
+            "crates/viewer/src/watch.rs",
         ],
     },
 ];

@@ -8,7 +8,7 @@ use eosphor::math::Vec3;
 use eosphor::{Camera, Lens, Scene};
 use std::ops::Bound;
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(
     next_help_heading = "Camera (flags override the scene's; a scene without one is framed automatically)"
 )]

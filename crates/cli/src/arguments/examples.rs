@@ -43,6 +43,13 @@ Examples:
   eosphor bench rays builtin:hare --size 3840x2160 --repeats 10
   eosphor bench rays builtin:hare --accel kdtree --json";
 
+#[cfg(feature = "view")]
+pub(super) const VIEW: &str = "\
+Examples:
+  eosphor view builtin:cornell
+  eosphor view model.glb --size 1280x720 --samples 64
+  eosphor view scene.json --port 8080 --no-open";
+
 pub(super) const BENCH_RENDER: &str = "\
 Examples:
   eosphor bench render builtin:glass

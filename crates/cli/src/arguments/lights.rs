@@ -13,7 +13,7 @@ const SUN: f32 = 3.0;
 /// Intensity of a light that states none.
 const LIGHT: f32 = 10.0;
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Lights")]
 pub(crate) struct LightFlags {
     /// Add a directional light: the direction in which its light travels (0,-1,0 comes from above), and the irradiance of a

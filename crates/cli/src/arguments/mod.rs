@@ -16,6 +16,8 @@ mod settings;
 mod tests;
 mod textures;
 mod values;
+#[cfg(feature = "view")]
+mod view;
 
 pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
 pub(crate) use camera::CameraFlags;
@@ -29,6 +31,8 @@ pub(crate) use needs::{Need, check, would_do_nothing};
 pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, SampleRange, Share, Show};
 pub(crate) use settings::SettingsFlags;
 pub(crate) use textures::TextureFlags;
+#[cfg(feature = "view")]
+pub(crate) use view::ViewFlags;
 
 use crate::failure::Failure;
 use clap::parser::ValueSource;
@@ -89,6 +93,14 @@ pub(crate) enum Command {
     /// Render a scene to a picture
     #[command(after_help = examples::RENDER)]
     Render(Box<RenderFlags>),
+    /// Show a scene in a browser, rendered by this machine: fly through it, change settings, follow its files
+    ///
+    /// Prints the address of the page and opens it. What rests on the screen is the picture that render makes of the same view,
+    /// byte for byte; the page has the command line for it. On a machine without a screen, make a tunnel to the port
+    /// (ssh -L 8080:127.0.0.1:8080 HOST) and open the address here.
+    #[cfg(feature = "view")]
+    #[command(after_help = examples::VIEW)]
+    View(Box<ViewFlags>),
     /// Render a flight around Platonic solids (PLATO's course)
     ///
     /// Reads the input text of PLATO's course from standard input. Writes one frame after another to the path in the input, and

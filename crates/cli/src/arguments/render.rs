@@ -71,7 +71,7 @@ impl RenderFlags {
 }
 
 /// What `render` and `bench render` share besides the larger groups.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct PictureFlags {
     /// Use the settings of a reference system: eos (Thessaly 2015), pg1 (CTU Prague 2025) or course (PLATO); other flags
     /// override them
@@ -108,7 +108,7 @@ pub(crate) enum Show {
 }
 
 /// What the file is like. None of these changes the picture.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "File")]
 pub(crate) struct FileFlags {
     /// Format of the picture on standard output (-o -) [default: png]
@@ -223,7 +223,7 @@ impl FileFlags {
     }
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Report")]
 pub(crate) struct ReportFlags {
     /// Print the statistics as JSON to standard output

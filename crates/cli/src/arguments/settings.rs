@@ -10,7 +10,7 @@ use eosphor::settings::{FresnelMode, LightingModel, ShadowMode};
 use eosphor::{Composition, LightUnits, LoadOptions, NormalMode, PixelSampling, RenderSettings, Transfer};
 
 /// Each wins over the preset, which wins over the scene.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Settings (flags override the preset, which overrides the scene)")]
 pub(crate) struct SettingsFlags {
     /// Picture size in pixels, each side 1 to 65535 [default: 800x600]

@@ -123,10 +123,10 @@ impl PreparedScene for PreparedCluster {
     }
 
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
-        let (width, height) = self.size();
+        let (width, height) = control.size_of(self);
         check_rows(&rows, height)?;
         let mut film = Film::new(width, rows.end - rows.start);
-        let step = self.rows_of_unit(width, rows.end - rows.start, self.crew.samples);
+        let step = self.rows_of_unit(width, rows.end - rows.start, control.samples_of(self));
         let units = units(rows.clone(), step, None);
         let (complete, statistics) = self.run(units, (rows, width), control, |start, bytes| {
             let unit = wire::decode_film(bytes).map_err(BackendError::Failed)?;
@@ -143,9 +143,9 @@ impl PreparedScene for PreparedCluster {
         samples: Range<u32>,
         control: &RenderControl,
     ) -> Result<Sampled, BackendError> {
-        let (width, height) = self.size();
+        let (width, height) = control.size_of(self);
         check_rows(&rows, height)?;
-        check_samples(&samples, self.samples())?;
+        check_samples(&samples, control.samples_of(self))?;
         let mut sums = SampleSums::new(width, rows.end - rows.start);
         let count = samples.len() as u32;
         let step = self.rows_of_unit(width, rows.end - rows.start, count);

@@ -16,6 +16,8 @@ mod scene;
 mod schema;
 mod still;
 mod structures;
+#[cfg(feature = "view")]
+mod view;
 
 pub(crate) use bench::{bench_rays, bench_render};
 pub(crate) use compare::compare;
@@ -26,3 +28,5 @@ pub(crate) use info::info;
 pub(crate) use merge::merge;
 pub(crate) use render::render;
 pub(crate) use schema::schema;
+#[cfg(feature = "view")]
+pub(crate) use view::view;

@@ -39,10 +39,10 @@ pub trait PreparedScene: Send + Sync {
     /// The hierarchy itself, where it is in the memory of the CPU.
     fn hierarchy(&self) -> Option<Arc<Hierarchy>>;
 
-    /// Width and height of the picture in pixels.
+    /// Width and height of the picture in pixels, where a frame does not say otherwise ([`RenderControl::size_of`]).
     fn size(&self) -> (u32, u32);
 
-    /// Samples of a pixel.
+    /// Samples of a pixel, where a frame does not say otherwise ([`RenderControl::samples_of`]).
     fn samples(&self) -> u32;
 
     /// How many pixels keep all of it busy: who asks for rows in pieces asks for no fewer.
@@ -92,7 +92,7 @@ pub trait PreparedScene: Send + Sync {
 
     /// Renders the whole picture, as [`PreparedScene::render_rows`] does.
     fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
-        self.render_rows(0..self.size().1, control)
+        self.render_rows(0..control.size_of(self).1, control)
     }
 }
 
@@ -138,8 +138,20 @@ pub struct RenderControl<'a> {
     /// Count what queries do and time it ([`RayStatistics`]). Rays are then traced one by one and clocks are read often, which
     /// takes a few times as long and changes no pixel. A GPU has kernels of their own for that: its backend is made for it.
     pub count_work: bool,
-    /// State of the frame to render; `None`: the scene as it was prepared.
+    /// State of the frame to render; `None`: the scene as it was prepared. It may have another size and other samples.
     pub frame: Option<&'a FrameState>,
+}
+
+impl RenderControl<'_> {
+    /// Width and height in pixels of what is rendered.
+    pub fn size_of<P: PreparedScene + ?Sized>(&self, prepared: &P) -> (u32, u32) {
+        self.frame.map_or_else(|| prepared.size(), |frame| (frame.settings.width, frame.settings.height))
+    }
+
+    /// Samples of each pixel of what is rendered.
+    pub fn samples_of<P: PreparedScene + ?Sized>(&self, prepared: &P) -> u32 {
+        self.frame.map_or_else(|| prepared.samples(), |frame| frame.settings.samples)
+    }
 }
 
 /// What a render gives back.

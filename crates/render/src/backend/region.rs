@@ -73,8 +73,8 @@ pub(crate) fn sample_whole_rows<P: PreparedScene + ?Sized>(
     samples: Range<u32>,
     control: &RenderControl,
 ) -> Result<Sampled, BackendError> {
-    let (width, _) = prepared.size();
-    check_region(region, prepared.size())?;
+    let (width, _) = control.size_of(prepared);
+    check_region(region, control.size_of(prepared))?;
     let of_region = |pixels: u64| pixels * u64::from(region.width) / u64::from(width);
     let mut all = Sampled {
         sums: SampleSums::new(region.width, region.height),

@@ -162,11 +162,11 @@ impl PreparedScene for PreparedCpu {
     }
 
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
-        let (width, height) = self.size();
+        let (width, height) = control.size_of(self);
         check_rows(&rows, height)?;
         let region = Region::whole((width, height)).rows(&rows);
         let film = Mutex::new(Film::new(width, region.height));
-        let samples = 0..self.samples();
+        let samples = 0..control.samples_of(self);
         let view = self.scene.view_at(control.frame);
         let color = |sum: &ExactSum| pixel_color(&view, sum);
         let (complete, statistics) = self.trace_tiles(region, samples, control, &|tile, sums| {
@@ -184,8 +184,9 @@ impl PreparedScene for PreparedCpu {
         samples: Range<u32>,
         control: &RenderControl,
     ) -> Result<Sampled, BackendError> {
-        check_rows(&rows, self.size().1)?;
-        self.sample_region(&Region::whole(self.size()).rows(&rows), samples, control)
+        let size = control.size_of(self);
+        check_rows(&rows, size.1)?;
+        self.sample_region(&Region::whole(size).rows(&rows), samples, control)
     }
 
     fn sample_region(
@@ -194,8 +195,8 @@ impl PreparedScene for PreparedCpu {
         samples: Range<u32>,
         control: &RenderControl,
     ) -> Result<Sampled, BackendError> {
-        check_region(region, self.size())?;
-        check_samples(&samples, self.samples())?;
+        check_region(region, control.size_of(self))?;
+        check_samples(&samples, control.samples_of(self))?;
         let sums = Mutex::new(SampleSums::new(region.width, region.height));
         let (complete, statistics) = self.trace_tiles(*region, samples, control, &|tile, of_tile| {
             let mut sums = sums.lock().unwrap_or_else(PoisonError::into_inner);

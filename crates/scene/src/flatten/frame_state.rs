@@ -4,13 +4,15 @@
 use super::lights::Emitters;
 use super::{SceneData, camera, lights, places, settings};
 use crate::error::SceneError;
-use crate::model::Scene;
+use crate::model::{Camera as ModelCamera, RenderSettings, Scene};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Bounds, Geometry, Instance};
 use eosphor_core::light::Light;
+use eosphor_core::math::Vec3;
 use eosphor_core::settings::Settings;
 use eosphor_core::view::SceneView;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// The state of a frame of an animation: all that may differ between frames. The rest of the [`SceneData`] is the same for all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +38,12 @@ pub struct Places {
 pub struct FrameStates<'a> {
     scene: &'a Scene,
     data: &'a SceneData,
+    bounds: Cow<'a, FrameBounds>,
+}
+
+/// What the states of all frames of a scene need, which takes a look at every primitive.
+#[derive(Clone)]
+pub struct FrameBounds {
     /// Bounds of each geometry, not padded.
     bounds: Vec<Bounds>,
     /// Bounds of the whole scene, where nothing moves.
@@ -46,9 +54,9 @@ pub struct FrameStates<'a> {
     has_headlight: bool,
 }
 
-impl<'a> FrameStates<'a> {
+impl FrameBounds {
     /// `data` is what [`SceneData::flatten`] made of `scene`.
-    pub fn new(scene: &'a Scene, data: &'a SceneData) -> FrameStates<'a> {
+    pub fn new(scene: &Scene, data: &SceneData) -> FrameBounds {
         let is_own = |light: &Light| matches!(light, Light::Triangle { .. });
         let has_headlight = scene.lights.is_empty() && data.lights.len() == 1 && !is_own(&data.lights[0]);
         let part = |first: u32, count: u32| first as usize..first as usize + count as usize;
@@ -59,7 +67,29 @@ impl<'a> FrameStates<'a> {
         let bounds: Vec<Bounds> = data.geometries.iter().map(bounds_of).collect();
         let world = places::world_bounds(&bounds, &data.instances);
         let emitters = data.instances_move.then(|| data.emitters());
-        FrameStates { scene, data, bounds, world, emitters, has_headlight }
+        FrameBounds { bounds, world, emitters, has_headlight }
+    }
+
+    /// The middle of the box around the scene as it was flattened; 0 where there is nothing.
+    pub fn center(&self) -> Vec3 {
+        if self.world.is_empty() { Vec3::ZERO } else { (self.world.max + self.world.min) * 0.5 }
+    }
+
+    /// Half the diagonal of the box around the scene as it was flattened, in world units; 0 where there is nothing.
+    pub fn radius(&self) -> f32 {
+        if self.world.is_empty() { 0.0 } else { (self.world.max - self.world.min).length() / 2.0 }
+    }
+}
+
+impl<'a> FrameStates<'a> {
+    /// `data` is what [`SceneData::flatten`] made of `scene`.
+    pub fn new(scene: &'a Scene, data: &'a SceneData) -> FrameStates<'a> {
+        FrameStates { scene, data, bounds: Cow::Owned(FrameBounds::new(scene, data)) }
+    }
+
+    /// The same with bounds that are kept, for programs that ask for a frame now and then.
+    pub fn with_bounds(scene: &'a Scene, data: &'a SceneData, bounds: &'a FrameBounds) -> FrameStates<'a> {
+        FrameStates { scene, data, bounds: Cow::Borrowed(bounds) }
     }
 
     /// The state of a frame (0 is the first): what [`SceneData::flatten`] would make of the scene at that frame.
@@ -67,32 +97,53 @@ impl<'a> FrameStates<'a> {
     /// # Errors
     /// Where the camera of this frame spans no view, or an instance leaves the range of coordinates.
     pub fn at(&self, frame: u32) -> Result<FrameState, SceneError> {
+        self.seen_by(frame, self.scene.camera_at(frame).as_ref(), &self.scene.settings)
+    }
+
+    /// The state of a frame as another camera sees it, under other settings; without a camera, that of the scene. The size may
+    /// be another, too. What flattening has made of the scene stays: normals, textures, what materials are composed of, units of
+    /// light and falloff are those of the scene's own settings.
+    ///
+    /// # Errors
+    /// Where the camera spans no view, or an instance leaves the range of coordinates.
+    pub fn seen_by(
+        &self,
+        frame: u32,
+        camera: Option<&ModelCamera>,
+        settings: &RenderSettings,
+    ) -> Result<FrameState, SceneError> {
         let places = self.data.instances_move.then(|| self.places(frame)).transpose()?;
         let world = match &places {
-            Some(places) => places::world_bounds(&self.bounds, &places.instances),
-            None => self.world,
+            Some(places) => places::world_bounds(&self.bounds.bounds, &places.instances),
+            None => self.bounds.world,
         };
-        let [width, height] = self.scene.settings.size;
-        let camera = match self.scene.camera_at(frame) {
-            Some(camera) => camera::from_model(&camera, width, height)?,
+        let [width, height] = settings.size;
+        let camera = match camera {
+            Some(camera) => camera::from_model(camera, width, height)?,
             None => self.data.camera,
         };
-        let mut settings = settings::build(&self.scene.settings, &camera, &world);
+        let light_samples = settings.light_samples;
+        let mut settings = settings::build(settings, &camera, &world);
         settings.light_falloff = self.data.settings.light_falloff;
-        let lights = match self.has_headlight {
+        let lights = match self.bounds.has_headlight {
             true => vec![camera::headlight(&camera)],
-            false => self.lights(frame, places.as_ref()),
+            false => self.lights(frame, places.as_ref(), light_samples),
         };
         Ok(FrameState { camera, lights, settings, places })
     }
 
-    fn lights(&self, frame: u32, places: Option<&Places>) -> Vec<Light> {
+    fn lights(&self, frame: u32, places: Option<&Places>, light_samples: u32) -> Vec<Light> {
         let mut all = lights::explicit(self.scene, frame);
-        match (&self.emitters, places) {
+        match (&self.bounds.emitters, places) {
             (Some(emitters), Some(Places { instances, .. })) => {
                 all.extend(emitters.lights(&self.scene.settings, self.data, instances));
             }
             _ => all.extend_from_slice(&self.data.lights[all.len()..]),
+        }
+        for light in &mut all {
+            if let Light::Triangle { samples, .. } = light {
+                *samples = light_samples;
+            }
         }
         all
     }
@@ -105,7 +156,7 @@ impl<'a> FrameStates<'a> {
             if self.scene.instances[number].moves.is_empty() {
                 continue;
             }
-            let bounds = &self.bounds[instance.geometry as usize];
+            let bounds = &self.bounds.bounds[instance.geometry as usize];
             let (map, inverse) = places::maps_of_geometry(self.scene, number, frame, bounds)?;
             (instance.world_from_object, instance.object_from_world) = (map, inverse);
             instance.world_bounds = bounds.placed(&map, &inverse);
@@ -130,7 +181,7 @@ impl SceneData {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Animation, Camera as ModelCamera, CameraMotion, Interpolation, Move, MoveKey};
+    use crate::model::{Animation, CameraMotion, Interpolation, Move, MoveKey};
     use crate::{LoadOptions, load};
     use eosphor_core::math::vec3;
     use std::sync::Arc;
@@ -150,7 +201,7 @@ mod tests {
             }
             let (data, _) = SceneData::flatten(&scene).unwrap();
             let states = FrameStates::new(&scene, &data);
-            assert_eq!(states.has_headlight, is_dark);
+            assert_eq!(states.bounds.has_headlight, is_dark);
             for frame in 0..7 {
                 let mut still = Scene { lights: scene.lights_at(frame), ..scene.clone() };
                 still.camera = scene.camera_at(frame);
@@ -166,6 +217,24 @@ mod tests {
         let (data, _) =
             SceneData::flatten(&load("builtin:cornell", &LoadOptions::default()).unwrap().scene).unwrap();
         assert!(FrameStates::new(&scene, &data).at(0).is_err());
+    }
+
+    /// The same for another camera, size and settings than the scene's.
+    #[test]
+    fn another_view_is_what_flattening_makes() {
+        let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        let (data, _) = SceneData::flatten(&scene).unwrap();
+        let mut other = scene.clone();
+        let camera = other.camera.as_mut().unwrap();
+        (camera.position, camera.fov_x_degrees) = (camera.position + vec3(0.1, -0.2, 0.3), 61.0);
+        (other.settings.size, other.settings.samples) = ([77, 41], 3);
+        (other.settings.light_samples, other.settings.depth, other.settings.seed) = (5, 2, 9);
+        let (expected, _) = SceneData::flatten(&other).unwrap();
+        assert_ne!((&expected.lights, &expected.settings), (&data.lights, &data.settings));
+        let state =
+            FrameStates::new(&scene, &data).seen_by(0, other.camera.as_ref(), &other.settings).unwrap();
+        let SceneData { camera, lights, settings, .. } = expected;
+        assert_eq!(state, FrameState { camera, lights, settings, places: None });
     }
 
     /// The same where an object moves: here to places that single precision can name.

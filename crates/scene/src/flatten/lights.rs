@@ -51,6 +51,7 @@ fn cos_degrees(degrees: f32) -> f32 {
 }
 
 /// Triangles that shine, geometry after geometry: looked for once, however often geometries are placed.
+#[derive(Clone)]
 pub(super) struct Emitters {
     /// Of each geometry, numbers there.
     shining: Vec<Vec<u32>>,

@@ -29,7 +29,7 @@ use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3,
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-pub use frame_state::{FrameState, FrameStates, Places};
+pub use frame_state::{FrameBounds, FrameState, FrameStates, Places};
 pub use framing::{LeftOut, View};
 pub use note::Note;
 

@@ -24,8 +24,5 @@ pub fn branches_at(point: &SurfacePoint, depth: u32, depth_limit: u32) -> u32 {
 #[inline(always)]
 pub fn ray_behind(view: &SceneView, point: &SurfacePoint, ray: &PathRay, t: f32) -> Option<PathRay> {
     let lobe_density = if lamps_shine_through(view.settings) { ray.lobe_density } else { 0.0 };
-    match ray_through_hole(view, point, ray, t) {
-        Some(behind) => Some(PathRay { lobe_density, ..behind }),
-        None => None,
-    }
+    ray_through_hole(view, point, ray, t).map(|behind| PathRay { lobe_density, ..behind })
 }

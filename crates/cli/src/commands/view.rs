@@ -1,0 +1,94 @@
+//! `eosphor view SCENE`: a page that shows the scene.
+
+use super::scene::apply;
+use crate::arguments::ViewFlags;
+use crate::backend::{backend_for, limit_threads};
+use crate::command_line::render_of_view;
+use crate::failure::Failure;
+use crate::streams::{self, Verbosity};
+use eosphor::{Backend, load};
+use eosphor_viewer::{SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+
+/// The scene of the command line, read with its flags.
+struct FlaggedScene(Arc<ViewFlags>);
+
+pub(crate) fn view(flags: &ViewFlags) -> Result<(), Failure> {
+    limit_threads(&flags.device)?;
+    let flags = Arc::new(flags.clone());
+    let options = ViewerOptions { address: flags.listen, port: flags.port };
+    let source = Box::new(FlaggedScene(Arc::clone(&flags)));
+    // What is wrong at the start is said as by any other command.
+    source.load()?;
+    let viewer = Viewer::start(source, &options).map_err(Failure::because)?;
+    let url = viewer.url();
+    streams::result(&format!("{url}\n"))?;
+    if !flags.listen.is_loopback() {
+        let warning = "eosphor: warning: nothing is encrypted: whoever can read this network can see the page and its token";
+        streams::message(warning);
+    }
+    if !flags.no_open && has_screen() {
+        open_browser(&url);
+    }
+    streams::message("eosphor: Ctrl-C ends the viewer");
+    loop {
+        std::thread::park();
+    }
+}
+
+impl FlaggedScene {
+    fn load(&self) -> Result<SourceScene, Failure> {
+        let FlaggedScene(flags) = self;
+        let options =
+            flags.settings.load_options(flags.camera.choice(), flags.picture.are_lit(), &flags.textures);
+        let loaded = load(&flags.scene, &options)?;
+        let mut scene = loaded.scene;
+        apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
+        scene.settle_orbit()?;
+        Ok(SourceScene { scene, files: loaded.files_read })
+    }
+}
+
+impl SceneSource for FlaggedScene {
+    fn name(&self) -> String {
+        self.0.scene.display().to_string()
+    }
+
+    fn read(&self) -> Result<SourceScene, SourceError> {
+        self.load().map_err(|failure| {
+            let line = failure.line().unwrap_or_default();
+            let snippet = failure.snippet().map(|snippet| format!("\n{snippet}"));
+            SourceError(line + &snippet.unwrap_or_default())
+        })
+    }
+
+    fn backend(&self) -> Result<Box<dyn Backend>, SourceError> {
+        let FlaggedScene(flags) = self;
+        backend_for(&flags.device, flags.picture.accel, false, Verbosity::Normal)
+            .map_err(|failure| SourceError(failure.line().unwrap_or_default()))
+    }
+
+    fn command(&self) -> Vec<String> {
+        render_of_view()
+    }
+}
+
+/// Whether a browser could be seen on this machine.
+fn has_screen() -> bool {
+    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    cfg!(not(target_os = "linux")) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
+}
+
+/// Opens the page; where that fails, its address has been printed.
+fn open_browser(url: &str) {
+    let mut command = match std::env::consts::OS {
+        "macos" => Command::new("open"),
+        "windows" => Command::new("explorer"),
+        _ => Command::new("xdg-open"),
+    };
+    command.arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    if command.spawn().is_err() {
+        streams::message("eosphor: note: no browser was found; open the address in one");
+    }
+}

@@ -1,0 +1,28 @@
+//! The viewer: a scene in a browser, rendered by the machine that this runs on.
+//!
+//! [`Viewer::start`] serves a page on a port of this machine. The page sends where its camera is and which settings it has;
+//! frames come back over a WebSocket. While the camera moves they are JPEGs of a resolution that can be rendered and sent in
+//! time; when it rests, samples are added up, and the last frame is a PNG: the same bytes as the file that `eosphor render`
+//! writes for that view.
+//!
+//! The way of a frame: [`page_view::PageView`] (what the page wants) → [`stage::Stage`] (the scene, prepared on a backend) →
+//! the renderer's thread → JPEG or PNG → [`client::Client`] → the page. The renderer has a thread of its own, and so has the
+//! server: neither a frame waits for a socket, nor a socket for a frame.
+#![warn(missing_docs)]
+
+mod client;
+mod encode;
+mod message;
+mod page_view;
+mod progress;
+mod quality;
+mod renderer;
+mod server;
+mod source;
+mod stage;
+mod viewer;
+mod watch;
+
+pub use page_view::{PageCamera, PageView};
+pub use source::{SceneSource, SourceError, SourceScene};
+pub use viewer::{Viewer, ViewerError, ViewerOptions};

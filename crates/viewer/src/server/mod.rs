@@ -1,0 +1,119 @@
+//! The server: a page, and a WebSocket for each page that is open.
+
+mod guard;
+mod limited;
+mod socket;
+
+pub(crate) use guard::Guard;
+
+use crate::renderer::Shared;
+use axum::Router;
+use axum::extract::{Request, State, WebSocketUpgrade};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::get;
+use limited::Limited;
+use std::net::TcpListener;
+use std::sync::Arc;
+use tokio::sync::oneshot;
+
+const PAGE: &str = include_str!("../page/index.html");
+const STYLE: &str = include_str!("../page/style.css");
+const SCRIPT: &str = include_str!("../page/viewer.js");
+
+/// What a page may load and do: only what this server has.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; \
+    base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+#[derive(Clone)]
+struct Site {
+    shared: Arc<Shared>,
+    guard: Arc<Guard>,
+}
+
+/// Serves pages until it is stopped.
+pub(crate) async fn serve(
+    listener: TcpListener,
+    shared: Arc<Shared>,
+    guard: Guard,
+    stopped: oneshot::Receiver<()>,
+) {
+    let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
+    let site = Site { shared, guard: Arc::new(guard) };
+    let router = Router::new()
+        .route("/", get(page))
+        .route("/style.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))
+        .route("/viewer.js", get(|| async { file("text/javascript; charset=utf-8", SCRIPT) }))
+        .route("/socket", get(open_socket))
+        .layer(middleware::from_fn_with_state(site.clone(), check))
+        .with_state(site);
+    let serve = axum::serve(Limited::new(listener), router);
+    // Sockets that are open do not hold up the end.
+    tokio::select! {
+        _ = serve.into_future() => {}
+        _ = stopped => {}
+    }
+}
+
+/// What every request has to pass, and what every answer says.
+async fn check(State(site): State<Site>, request: Request, next: Next) -> Response {
+    let mut response = match site.guard.check_host(request.headers()) {
+        true => next.run(request).await,
+        false => refuse("this server is not called so"),
+    };
+    let headers = response.headers_mut();
+    let mut say = |name: HeaderName, value: &'static str| {
+        headers.insert(name, HeaderValue::from_static(value));
+    };
+    say(header::CONTENT_SECURITY_POLICY, POLICY);
+    say(header::X_CONTENT_TYPE_OPTIONS, "nosniff");
+    say(header::REFERRER_POLICY, "no-referrer");
+    say(header::CACHE_CONTROL, "no-store");
+    response
+}
+
+/// The page; who comes with the token gets a cookie, and the token leaves the address bar.
+async fn page(State(site): State<Site>, request: Request) -> Response {
+    // A token is of letters and digits, which nothing is escaped in.
+    let mut pairs = request.uri().query().unwrap_or_default().split('&');
+    let token = pairs.find_map(|pair| pair.strip_prefix("token="));
+    if token.is_some_and(|token| site.guard.is_token(token)) {
+        let mut response = Redirect::to("/").into_response();
+        if let Ok(cookie) = HeaderValue::from_str(&site.guard.cookie(request.headers())) {
+            response.headers_mut().insert(header::SET_COOKIE, cookie);
+        }
+        return response;
+    }
+    match site.guard.is_known(request.headers()) {
+        true => file("text/html; charset=utf-8", PAGE),
+        false => refuse("open the address that `eosphor view` printed, with its token"),
+    }
+}
+
+async fn open_socket(State(site): State<Site>, socket: WebSocketUpgrade, request: Request) -> Response {
+    if !site.guard.is_known(request.headers()) {
+        return refuse("open the address that `eosphor view` printed, with its token");
+    }
+    if !site.guard.is_own_page(request.headers()) {
+        return refuse("pages of other sites may not see this");
+    }
+    let Some(client) = site.shared.enter() else {
+        return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open\n").into_response();
+    };
+    let shared = Arc::clone(&site.shared);
+    let failed = (Arc::clone(&site.shared), Arc::clone(&client));
+    let socket =
+        socket.max_message_size(crate::message::MAX_MESSAGE).max_frame_size(crate::message::MAX_MESSAGE);
+    socket
+        .on_failed_upgrade(move |_| failed.0.leave(&failed.1))
+        .on_upgrade(move |socket| socket::run(socket, shared, client))
+}
+
+fn file(kind: &'static str, text: &'static str) -> Response {
+    ([(header::CONTENT_TYPE, kind)], text).into_response()
+}
+
+fn refuse(why: &str) -> Response {
+    (StatusCode::FORBIDDEN, format!("{why}\n")).into_response()
+}

@@ -1,0 +1,102 @@
+//! The socket of a page: its messages in, texts and frames out.
+
+use crate::client::Client;
+use crate::message::{FromPage, ToPage};
+use crate::renderer::{Shared, command_line, pixel};
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::time::timeout;
+
+/// A page that takes nothing for so long is gone.
+const SEND_TIME: Duration = Duration::from_secs(20);
+
+/// Serves a page until it leaves. What comes in does not wait for what goes out.
+pub(super) async fn run(socket: WebSocket, shared: Arc<Shared>, client: Arc<Client>) {
+    let (sink, stream) = socket.split();
+    tokio::select! {
+        () = hear_all(stream, &shared, &client) => {}
+        () = send_all(sink, &client) => {}
+    }
+    shared.leave(&client);
+}
+
+async fn hear_all(mut stream: SplitStream<WebSocket>, shared: &Shared, client: &Client) {
+    while let Some(Ok(message)) = stream.next().await {
+        match message {
+            Message::Text(text) => hear(shared, client, &text),
+            Message::Binary(_) => client.tell(ToPage::Refused { text: "pages send texts".into() }),
+            // Pings are answered by the library.
+            Message::Ping(_) | Message::Pong(_) => {}
+            Message::Close(_) => break,
+        }
+    }
+}
+
+async fn send_all(mut sink: SplitSink<WebSocket, Message>, client: &Client) {
+    loop {
+        client.to_send.notified().await;
+        if !send(&mut sink, client).await {
+            break;
+        }
+    }
+}
+
+/// Takes a message of the page.
+fn hear(shared: &Shared, client: &Client, text: &str) {
+    let message = match serde_json::from_str(text) {
+        Ok(message) => message,
+        Err(error) => return client.tell(ToPage::Refused { text: format!("no message: {error}") }),
+    };
+    match message {
+        FromPage::View { input, moving, view } => {
+            let stage = shared.stage();
+            match view.check(&stage.scene, &stage.own) {
+                Ok(()) => client.want(view, input, moving),
+                Err(text) => return client.tell(ToPage::Refused { text }),
+            }
+        }
+        FromPage::Ack { frame } => client.state().acknowledged(frame, Instant::now()),
+        FromPage::Alive {} => return,
+        FromPage::Pixel { x, y } => {
+            if let Some((linear, samples)) = pixel(client, x, y) {
+                client.tell(ToPage::Pixel { x, y, linear, samples });
+            }
+            return;
+        }
+        FromPage::Command {} => {
+            let wanted = client.state().wanted;
+            if let Some(wanted) = wanted {
+                let text = command_line(shared, &shared.stage(), &wanted.view);
+                client.tell(ToPage::Command { text });
+            }
+            return;
+        }
+    }
+    shared.wake();
+}
+
+/// Sends what there is. Whether the page takes it.
+async fn send(socket: &mut SplitSink<WebSocket, Message>, client: &Client) -> bool {
+    loop {
+        let text = client.state().take_text();
+        let message = match text {
+            Some(text) => match serde_json::to_string(&text) {
+                Ok(text) => Message::Text(text.into()),
+                Err(_) => continue,
+            },
+            None => {
+                let frame = client.state().take_frame(Instant::now());
+                match frame {
+                    Some(frame) => Message::Binary(frame.to_message().into()),
+                    None => return true,
+                }
+            }
+        };
+        if !matches!(timeout(SEND_TIME, socket.send(message)).await, Ok(Ok(()))) {
+            return false;
+        }
+    }
+}

@@ -1,0 +1,388 @@
+//! Viewers and pages that talk to them.
+
+use eosphor::{
+    Backend, CpuBackend, CpuOptions, LoadOptions, Metadata, SaveOptions, Scene, load, render, save,
+};
+use eosphor_viewer::{PageView, SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
+use serde_json::{Value, json};
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+/// A scene file, or a built-in scene, of a size and samples that tests have time for.
+struct Small(PathBuf);
+
+impl SceneSource for Small {
+    fn name(&self) -> String {
+        self.0.display().to_string()
+    }
+
+    fn read(&self) -> Result<SourceScene, SourceError> {
+        let loaded =
+            load(&self.0, &LoadOptions::default()).map_err(|error| SourceError(error.to_string()))?;
+        let mut scene = loaded.scene;
+        (scene.settings.size, scene.settings.samples, scene.settings.light_samples) = ([64, 36], 5, 1);
+        Ok(SourceScene { scene, files: loaded.files_read })
+    }
+
+    fn backend(&self) -> Result<Box<dyn Backend>, SourceError> {
+        let options = CpuOptions { threads: Some(2), ..CpuOptions::default() };
+        Ok(Box::new(CpuBackend::new(options).map_err(|error| SourceError(error.to_string()))?))
+    }
+
+    fn command(&self) -> Vec<String> {
+        ["eosphor", "render", "a scene.json"].map(str::to_owned).to_vec()
+    }
+}
+
+fn start(scene: &Path) -> Viewer {
+    Viewer::start(Box::new(Small(scene.to_owned())), &ViewerOptions::default()).unwrap()
+}
+
+/// A page, as a program.
+struct Page {
+    socket: WebSocket<TcpStream>,
+    input: u64,
+}
+
+/// What came in.
+enum Heard {
+    Text(Value),
+    Frame(Value, Vec<u8>),
+}
+
+fn token_of(viewer: &Viewer) -> String {
+    viewer.url().split_once("token=").unwrap().1.to_owned()
+}
+
+fn connect(address: SocketAddr, token: &str, headers: &[(&'static str, &str)]) -> Result<Page, String> {
+    let mut request = format!("ws://{address}/socket").into_client_request().unwrap();
+    let cookie = format!("eosphor-{}={token}", address.port());
+    let origin = format!("http://{address}");
+    let usual = [("cookie", cookie.as_str()), ("origin", origin.as_str())];
+    for (name, value) in usual.iter().chain(headers) {
+        request.headers_mut().insert(*name, value.parse().unwrap());
+    }
+    let stream = TcpStream::connect(address).map_err(|error| error.to_string())?;
+    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    let (socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
+    Ok(Page { socket, input: 0 })
+}
+
+impl Page {
+    fn open(viewer: &Viewer) -> Page {
+        connect(viewer.address(), &token_of(viewer), &[]).unwrap()
+    }
+
+    fn say(&mut self, message: Value) {
+        self.socket.send(Message::text(message.to_string())).unwrap();
+    }
+
+    fn want(&mut self, view: &PageView, moving: bool) -> u64 {
+        self.input += 1;
+        let input = self.input;
+        self.say(json!({ "type": "view", "input": input, "moving": moving, "view": view }));
+        input
+    }
+
+    fn hear(&mut self) -> Heard {
+        loop {
+            match self.socket.read().unwrap() {
+                Message::Text(text) => return Heard::Text(serde_json::from_str(&text).unwrap()),
+                Message::Binary(bytes) => {
+                    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+                    let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
+                    self.say(json!({ "type": "ack", "frame": header["frame"] }));
+                    return Heard::Frame(header, bytes[4 + length..].to_vec());
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The next text of a kind; frames pass by.
+    fn text(&mut self, kind: &str) -> Value {
+        loop {
+            if let Heard::Text(text) = self.hear()
+                && text["type"] == kind
+            {
+                return text;
+            }
+        }
+    }
+
+    /// The picture at rest that shows this input, and the sample counts of the frames before it.
+    fn at_rest(&mut self, input: u64) -> (Vec<u8>, Vec<u64>) {
+        let mut samples = Vec::new();
+        loop {
+            let Heard::Frame(header, bytes) = self.hear() else { continue };
+            if header["input"] != input || header["at-rest"] != true {
+                continue;
+            }
+            samples.push(header["samples"].as_u64().unwrap());
+            if header["format"] == "image/png" {
+                return (bytes, samples);
+            }
+        }
+    }
+
+    fn scene(&mut self) -> PageView {
+        serde_json::from_value(self.text("scene")["view"].clone()).unwrap()
+    }
+}
+
+/// The file of a scene as `render --no-metadata` writes it.
+fn file_of(scene: &Scene) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let backend = CpuBackend::new(CpuOptions { threads: Some(2), ..CpuOptions::default() }).unwrap();
+    let film = render(scene, &backend).unwrap().film;
+    let options = SaveOptions { metadata: Metadata::default(), ..SaveOptions::from(&scene.settings) };
+    save(&film, &path, &options).unwrap();
+    std::fs::read(&path).unwrap()
+}
+
+#[test]
+fn what_rests_is_the_file() {
+    let source = Small("builtin:cornell".into());
+    let viewer = start(&source.0);
+    let mut page = Page::open(&viewer);
+    let own = page.scene();
+    let mut scene = source.read().unwrap().scene;
+    let input = page.want(&own, false);
+    let (picture, samples) = page.at_rest(input);
+    assert_eq!(samples, [1, 4, 5]);
+    assert!(picture == file_of(&scene), "the file's own view");
+
+    // A view that a page has chosen; first in motion.
+    let mut view = own;
+    view.camera.eye[0] += 0.1;
+    view.camera.fov = 50.5;
+    page.want(&view, true);
+    (view.size, view.samples, view.light_samples, view.exposure) = ([50, 30], 2, 2, 0.75);
+    let input = page.want(&view, false);
+    let (picture, _) = page.at_rest(input);
+    let [eye, look_at] = [view.camera.eye, view.camera.look_at].map(|p| scene.point_of_file(p));
+    let camera = scene.camera.as_mut().unwrap();
+    (camera.position, camera.look_at) = (eye, Some(look_at));
+    (camera.fov_x_degrees, camera.fov_y_degrees) = (50.5, None);
+    let settings = &mut scene.settings;
+    (settings.size, settings.samples, settings.light_samples, settings.exposure) = ([50, 30], 2, 2, 0.75);
+    assert!(picture == file_of(&scene), "a view of the page");
+
+    // A pixel of it, and its command line.
+    page.say(json!({ "type": "pixel", "x": 25, "y": 15 }));
+    let pixel = page.text("pixel");
+    assert_eq!(pixel["samples"], 2);
+    assert!(pixel["linear"][0].as_f64().unwrap() > 0.0);
+    page.say(json!({ "type": "command" }));
+    let command = page.text("command")["text"].as_str().unwrap().to_owned();
+    assert!(command.starts_with("eosphor render 'a scene.json' --size=50x30 --eye="), "{command}");
+    assert!(
+        command.ends_with("--no-metadata -o picture.png") && command.contains("--samples=2"),
+        "{command}"
+    );
+}
+
+#[test]
+fn moving_frames_show_the_newest_input_and_wait_for_the_page() {
+    let viewer = start(Path::new("builtin:cornell"));
+    let mut page = Page::open(&viewer);
+    let mut view = page.scene();
+    for _ in 0..50 {
+        view.camera.eye[1] += 0.001;
+        page.want(&view, true);
+    }
+    let last = page.want(&view, false);
+    let mut inputs = Vec::new();
+    loop {
+        let Heard::Frame(header, _) = page.hear() else { continue };
+        inputs.push(header["input"].as_u64().unwrap());
+        if header["input"] == last {
+            break;
+        }
+    }
+    // None is older than one before, and those in between were never rendered.
+    assert!(inputs.is_sorted() && inputs.len() < 50, "{inputs:?}");
+
+    // A page that takes no frames gets two, and no more.
+    let mut silent = connect(viewer.address(), &token_of(&viewer), &[]).unwrap();
+    let mut frames = 0;
+    let text = silent.socket.read().unwrap();
+    let scene: Value = serde_json::from_str(text.to_text().unwrap()).unwrap();
+    let mut view: PageView = serde_json::from_value(scene["view"].clone()).unwrap();
+    silent.socket.get_ref().set_read_timeout(Some(Duration::from_millis(300))).unwrap();
+    for _ in 0..10 {
+        view.camera.eye[1] += 0.001;
+        silent.want(&view, true);
+        match silent.socket.read() {
+            Ok(Message::Binary(_)) => frames += 1,
+            Ok(_) => {}
+            Err(tungstenite::Error::Io(_)) => break,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert_eq!(frames, 2);
+}
+
+#[test]
+fn only_who_has_the_token_comes_in_from_the_page_itself() {
+    let viewer = start(Path::new("builtin:cornell"));
+    let (address, token) = (viewer.address(), token_of(&viewer));
+    assert!(connect(address, &token, &[]).is_ok());
+    let wrong: String = token.chars().rev().collect();
+    for (token, headers) in [
+        (wrong.as_str(), vec![]),
+        ("", vec![]),
+        (token.as_str(), vec![("origin", "http://evil.example")]),
+        (token.as_str(), vec![("origin", "null")]),
+        (token.as_str(), vec![("host", "evil.example")]),
+    ] {
+        let error = connect(address, token, &headers).err().unwrap();
+        assert!(error.contains("403"), "{headers:?}: {error}");
+    }
+    let ask = |line: &str, headers: &str| {
+        let mut stream = TcpStream::connect(address).unwrap();
+        write!(stream, "GET {line} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n{headers}\r\n")
+            .unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer
+    };
+    assert!(ask("/", "").starts_with("HTTP/1.1 403"));
+    assert!(ask("/?token=0", "").starts_with("HTTP/1.1 403"));
+    let first = ask(&format!("/?token={token}"), "");
+    assert!(first.starts_with("HTTP/1.1 303") && first.contains("location: /\r\n"), "{first}");
+    assert!(first.contains("SameSite=Strict; HttpOnly") && first.contains("default-src 'none'"), "{first}");
+    let cookie = format!("Cookie: eosphor-{}={token}\r\n", address.port());
+    let page = ask("/", &cookie);
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("<canvas"), "{page}");
+    // Nothing of it comes from elsewhere.
+    for path in ["/", "/style.css", "/viewer.js"] {
+        let text = ask(path, &cookie);
+        assert!(text.starts_with("HTTP/1.1 200"), "{path}");
+        assert!(!text.contains("https:") && !text.contains("src=\"http"), "{path}");
+    }
+}
+
+#[test]
+fn messages_that_make_no_sense_are_answered_and_the_picture_goes_on() {
+    let viewer = start(Path::new("builtin:cornell"));
+    let mut page = Page::open(&viewer);
+    let own = page.scene();
+    let text = |view: &PageView| json!({ "type": "view", "input": 1, "moving": false, "view": view });
+    let mut wrong = vec![
+        json!(null),
+        json!([1, 2]),
+        json!({ "type": "view" }),
+        json!({ "type": "nothing" }),
+        json!({ "type": "ack", "frame": -1 }),
+        json!({ "type": "pixel", "x": 1e30, "y": 0 }),
+        json!({ "type": "command", "more": 1 }),
+    ];
+    for change in [
+        |view: &mut PageView| view.size = [u32::MAX, u32::MAX],
+        |view: &mut PageView| view.size = [0, 10],
+        |view: &mut PageView| view.samples = 0,
+        |view: &mut PageView| view.depth = 65,
+        |view: &mut PageView| view.camera.fov = 180.0,
+        |view: &mut PageView| view.camera.eye[1] = 1e300,
+        |view: &mut PageView| view.camera.look_at = view.camera.eye,
+        |view: &mut PageView| view.camera.up = [0.0; 3],
+        |view: &mut PageView| view.exposure = 1e9,
+    ] {
+        let mut view = own;
+        change(&mut view);
+        wrong.push(text(&view));
+    }
+    for message in wrong {
+        page.say(message.clone());
+        let answer = page.text("refused");
+        assert!(!answer["text"].as_str().unwrap().is_empty(), "{message}");
+    }
+    page.socket.send(Message::binary(vec![0; 100])).unwrap();
+    page.text("refused");
+    // Pixels that are not there are not answered.
+    page.say(json!({ "type": "pixel", "x": 4_000_000_000u32, "y": 0 }));
+    let input = page.want(&own, false);
+    page.at_rest(input);
+    // One that is too long ends the connection, and no other.
+    let mut other = Page::open(&viewer);
+    other.scene();
+    page.socket.send(Message::text("x".repeat(100_000))).unwrap();
+    while page.socket.read().is_ok() {}
+    let input = other.want(&own, false);
+    other.at_rest(input);
+}
+
+#[test]
+fn pages_beyond_the_limit_are_refused_until_one_leaves() {
+    let viewer = start(Path::new("builtin:cornell"));
+    let (address, token) = (viewer.address(), token_of(&viewer));
+    let mut pages: Vec<Page> = (0..64).map(|_| Page::open(&viewer)).collect();
+    let error = connect(address, &token, &[]).err().unwrap();
+    assert!(error.contains("503"), "{error}");
+    drop(pages.pop());
+    // The server hears of it soon.
+    let again = (0..200).any(|_| {
+        std::thread::sleep(Duration::from_millis(20));
+        connect(address, &token, &[]).is_ok()
+    });
+    assert!(again);
+    // The others are still served.
+    let page = &mut pages[0];
+    let view = page.scene();
+    let input = page.want(&view, false);
+    page.at_rest(input);
+}
+
+#[test]
+fn files_are_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    let scene = |x: f64, color: &str| {
+        format!(
+            r#"{{ "eosphor": 2, "camera": {{ "position": [{x}, 0, 5], "look-at": [0, 0, 0] }},
+            "materials": {{ "m": {{ "matte": {{ "color": {color} }} }} }},
+            "spheres": [{{ "center": [0, 0, 0], "radius": 1, "material": "m" }}] }}"#
+        )
+    };
+    std::fs::write(&path, scene(0.0, "[1, 0, 0]")).unwrap();
+    let viewer = start(&path);
+    let mut page = Page::open(&viewer);
+    let own = page.scene();
+    let input = page.want(&own, false);
+    let (red, _) = page.at_rest(input);
+    // A mistake: it is shown with its place, and the last picture stays.
+    std::fs::write(&path, scene(0.0, "[1, 0, \"blue\"]")).unwrap();
+    let error = page.text("error")["text"].as_str().unwrap().to_owned();
+    assert!(error.contains("scene.json") && error.contains(":2:"), "{error}");
+    let input = page.want(&own, false);
+    assert!(input > 0);
+    // Repaired, in another colour: the picture follows by itself.
+    std::fs::write(&path, scene(0.0, "[0, 0, 1]")).unwrap();
+    let message = page.text("scene");
+    assert_eq!((&message["version"], &message["take-camera"]), (&json!(2), &json!(false)));
+    let (blue, _) = page.at_rest(input);
+    assert!(blue != red);
+    // Another camera in the file is one to take.
+    std::fs::write(&path, scene(0.25, "[0, 0, 1]")).unwrap();
+    let message = page.text("scene");
+    assert_eq!((&message["version"], &message["take-camera"]), (&json!(3), &json!(true)));
+    assert_eq!(message["view"]["camera"]["eye"][0], 0.25);
+}
+
+#[test]
+fn what_cannot_be_shown_is_said_at_the_start() {
+    let missing = Small("no such file.json".into());
+    let error = Viewer::start(Box::new(missing), &ViewerOptions::default()).err().unwrap().to_string();
+    assert!(error.contains("no such file.json"), "{error}");
+    let viewer = start(Path::new("builtin:cornell"));
+    let taken = ViewerOptions { port: viewer.address().port(), ..ViewerOptions::default() };
+    let error = Viewer::start(Box::new(Small("builtin:cornell".into())), &taken).err().unwrap().to_string();
+    assert!(error.contains("cannot listen on 127.0.0.1"), "{error}");
+    viewer.end();
+}
