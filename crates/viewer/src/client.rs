@@ -83,7 +83,10 @@ impl Client {
         let is_same = state.wanted.is_some_and(|wanted| wanted.view == view);
         let is_shown = is_same && state.wanted.is_some_and(|wanted| wanted.is_shown);
         state.wanted = Some(Wanted { view, input, moving, since: Instant::now(), is_shown });
-        if !is_same {
+        if is_same {
+            // Who has all of it asks for the last frame again, under the number of the new input.
+            state.progress.iter_mut().for_each(|progress| progress.is_sent = false);
+        } else {
             state.progress = None;
             self.cancel.store(true, Ordering::Relaxed);
         }

@@ -156,6 +156,9 @@ fn what_rests_is_the_file() {
     let (picture, samples) = page.at_rest(input);
     assert_eq!(samples, [1, 4, 5]);
     assert!(picture == file_of(&scene), "the file's own view");
+    // The same again, for an input that changed nothing.
+    let input = page.want(&own, false);
+    assert!(page.at_rest(input) == (picture, vec![5]));
 
     // A view that a page has chosen; first in motion.
     let mut view = own;

@@ -16,7 +16,7 @@ pub(crate) struct CameraFlags {
     /// Use this camera of a glTF file: a name, or a number from 0 [default: the first]
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
-    /// Position of the camera
+    /// Position of the camera. Together with --look-at or --direction it also takes the place of an animation of the camera
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
     eye: Option<[f64; 3]>,
     /// The point in the middle of the picture
@@ -51,6 +51,12 @@ impl CameraFlags {
         if !self.is_given() {
             return Ok(());
         }
+        // A camera that is said as a whole stands still.
+        if self.eye.is_some() && (self.look_at.is_some() || self.direction.is_some()) && scene.camera_is_led()
+        {
+            scene.camera = scene.camera_at(0);
+            scene.animation.iter_mut().for_each(|animation| animation.camera = None);
+        }
         self.check(scene)?;
         let mut camera = match scene.camera {
             Some(camera) => camera,
@@ -76,7 +82,8 @@ impl CameraFlags {
             flag,
             is_given,
             is_met: !scene.camera_is_led(),
-            needs: "a camera that stands still or orbits (--orbit): the scene's animation moves this one",
+            needs: "a camera that stands still or orbits (--orbit): the scene's animation moves this one; --eye together with \
+                    --look-at or --direction takes its place",
         };
         check(&[
             need("--eye", self.eye.is_some()),
@@ -110,5 +117,38 @@ impl CameraFlags {
             None => None,
         };
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+    use eosphor::{LoadOptions, load};
+
+    #[derive(Parser)]
+    struct Flags {
+        #[command(flatten)]
+        camera: CameraFlags,
+    }
+
+    #[test]
+    fn a_whole_camera_takes_the_place_of_one_that_moves() {
+        let scene = || load("builtin:solids", &LoadOptions::default()).unwrap().scene;
+        assert!(scene().camera_is_led());
+        for alone in ["--eye=1,2,3", "--look-at=1,2,3", "--direction=0,1,0"] {
+            let failure = Flags::parse_from(["", alone]).camera.apply(&mut scene()).unwrap_err();
+            assert!(failure.line().unwrap().contains("takes its place"));
+        }
+        for aim in ["--look-at=0,0,1", "--direction=-1,-2,-2"] {
+            let mut fixed = scene();
+            Flags::parse_from(["", "--eye=1,2,3", aim]).camera.apply(&mut fixed).unwrap();
+            assert!(!fixed.camera_is_led());
+            let (first, last) = (fixed.camera_at(0).unwrap(), fixed.camera_at(50).unwrap());
+            assert_eq!(first, last);
+            assert_eq!(first.position, fixed.point_of_file([1.0, 2.0, 3.0]));
+            // What the flags do not say is that of the first frame.
+            assert_eq!(first.fov_x_degrees, scene().camera_at(0).unwrap().fov_x_degrees);
+        }
     }
 }

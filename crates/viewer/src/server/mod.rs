@@ -45,6 +45,8 @@ pub(crate) async fn serve(
         .route("/", get(page))
         .route("/style.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))
         .route("/viewer.js", get(|| async { file("text/javascript; charset=utf-8", SCRIPT) }))
+        // Browsers ask for it; there is none.
+        .route("/favicon.ico", get(|| async { StatusCode::NO_CONTENT }))
         .route("/socket", get(open_socket))
         .layer(middleware::from_fn_with_state(site.clone(), check))
         .with_state(site);
