@@ -5,9 +5,9 @@
 //! time; when it rests, samples are added up, and the last frame is a PNG: the same bytes as the file that `eosphor render`
 //! writes for that view.
 //!
-//! The way of a frame: [`page_view::PageView`] (what the page wants) → [`stage::Stage`] (the scene, prepared on a backend) →
-//! the renderer's thread → JPEG or PNG → [`client::Client`] → the page. The renderer has a thread of its own, and so has the
-//! server: neither a frame waits for a socket, nor a socket for a frame.
+//! The way of a frame: [`PageView`] (what the page wants) → `Stage` (the scene, prepared on a backend) → the renderer's thread →
+//! JPEG or PNG → `Client` → the page. The renderer has a thread of its own, and so has the server: neither a frame waits for a
+//! socket, nor a socket for a frame.
 #![warn(missing_docs)]
 
 mod client;
