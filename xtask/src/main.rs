@@ -1,6 +1,7 @@
 //! The project's own commands: `cargo xtask COMMAND`.
 
 mod asan;
+mod browser;
 mod fma;
 mod fuzz;
 mod kills;
@@ -23,6 +24,7 @@ const COMMANDS: &[Command] = &[
         "run the tests of unsafe code under AddressSanitizer, or in the release profile with debug assertions [--release]",
         asan::run,
     ),
+    ("browser", "try the page of eosphor view in headless Chromium [SECONDS]", browser::run),
     (
         "ptx",
         "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there, --registers what it takes",

@@ -124,7 +124,23 @@ function changed(isMoving) {
   }
   clearTimeout(restTimer);
   if (isMoving) restTimer = setTimeout(() => changed(false), 120);
+  else remember();
   if (file) setFile(null);
+}
+
+/** The view of this tab, for when it is loaded again: with the viewer's next address, say. */
+const memory = () => `view of ${scene.name}`;
+function remember() {
+  try { sessionStorage.setItem(memory(), JSON.stringify({ of: scene.view, view })); } catch { /* Then it is not kept. */ }
+}
+function remembered() {
+  try {
+    const { of, view } = JSON.parse(sessionStorage.getItem(memory()));
+    // Of a scene whose file says something else now the file counts.
+    return JSON.stringify(of) === JSON.stringify(scene.view) ? view : null;
+  } catch {
+    return null;
+  }
 }
 
 function setFile(blob) {
@@ -158,7 +174,8 @@ function hear(message) {
       document.title = `${message.name} - Eosphor`;
       $("s-device").textContent = message.backend;
       $("s-triangles").textContent = message.triangles.toLocaleString("en");
-      // A page that comes back keeps what it showed.
+      // A page that comes back keeps what it showed, and so does one that is loaded again in this tab.
+      view ??= remembered();
       if (!view || (message["take-camera"] && message.version > 1)) {
         const camera = structuredClone(message.view.camera);
         view = view ? { ...view, camera } : structuredClone(message.view);
