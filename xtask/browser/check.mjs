@@ -148,7 +148,8 @@ report(same === all.length * changes.length, `${same} of ${all.length * changes.
   const text = (color) => `{ "eosphor": 2, "camera": { "position": [0, 0, 5], "look-at": [0, 0, 0] },
     "materials": { "m": { "matte": { "color": ${color} } } }, "spheres": [{ "center": [0, 0, 0], "radius": 1, "material": "m" }] }`;
   fs.writeFileSync(scene, text("[1, 0, 0]"));
-  let { viewer, url } = await view([scene, "--size", "160x100", "--samples", "1"]);
+  // A port of one's own keeps its token.
+  let { viewer, url } = await view([scene, "--size", "160x100", "--samples", "1"], 20000 + (process.pid % 20000));
   const [first, second] = [await open(url), await open(url)];
   await rest(first);
   await first.focus("#picture");
@@ -170,8 +171,10 @@ report(same === all.length * changes.length, `${same} of ${all.length * changes.
   viewer.kill();
   await first.waitForFunction("!window.eosphor.connected");
   ({ viewer, url } = await view([scene, "--size", "160x100", "--samples", "1"], port));
-  await first.goto(url);
-  await first.waitForFunction("window.eosphor?.measured.frames > 0");
+  const started = Date.now();
+  await first.waitForFunction("window.eosphor.connected");
+  console.log(`     connected again ${Date.now() - started} ms after the server has come back`);
+  await rest(first);
   report((await eye(first)) === before, "after a restart of the server the tab has the same camera");
   for (const page of [first, second]) await page.browserContext().close();
   viewer.kill();

@@ -10,8 +10,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const TARGETS: [&str; 11] =
-    ["obj", "mtl", "gltf", "glb", "ply", "json", "pg1", "texture", "picture", "builders", "traversals"];
+const TARGETS: [&str; 12] = [
+    "obj",
+    "mtl",
+    "gltf",
+    "glb",
+    "ply",
+    "json",
+    "pg1",
+    "texture",
+    "picture",
+    "builders",
+    "traversals",
+    "message",
+];
 
 /// What libFuzzer needs of the compiler; these are cargo-fuzz's, without a sanitizer. The readers have no unsafe
 /// code to sanitize; the traversals have debug assertions where they index unchecked.

@@ -12,6 +12,8 @@
 
 mod client;
 mod encode;
+#[cfg(fuzzing)]
+mod fuzzed;
 mod message;
 mod page_view;
 mod progress;
@@ -23,6 +25,8 @@ mod stage;
 mod viewer;
 mod watch;
 
+#[cfg(fuzzing)]
+pub use fuzzed::fuzz_message;
 pub use page_view::{PageCamera, PageView};
 pub use source::{SceneSource, SourceError, SourceScene};
 pub use viewer::{Viewer, ViewerError, ViewerOptions};

@@ -28,6 +28,17 @@ pub(crate) enum FromPage {
     Command {},
 }
 
+impl FromPage {
+    /// Reads a message.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it.
+    pub(crate) fn read(text: &str) -> Result<FromPage, String> {
+        serde_json::from_str(text).map_err(|error| format!("no message: {error}"))
+    }
+}
+
 /// What the server says.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "type", rename_all = "kebab-case", rename_all_fields = "kebab-case")]

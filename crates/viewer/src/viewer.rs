@@ -9,17 +9,20 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 /// Where a viewer listens.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ViewerOptions {
     /// The address: 127.0.0.1 unless others are to see it. Nothing is encrypted.
     pub address: IpAddr,
     /// The port; 0 is any that is free.
     pub port: u16,
+    /// The token of an earlier viewer at this port ([`Viewer::token`]), so that its pages find this one; `None`, or what is none:
+    /// a new one.
+    pub token: Option<String>,
 }
 
 impl Default for ViewerOptions {
     fn default() -> ViewerOptions {
-        ViewerOptions { address: IpAddr::V4(Ipv4Addr::LOCALHOST), port: 0 }
+        ViewerOptions { address: IpAddr::V4(Ipv4Addr::LOCALHOST), port: 0, token: None }
     }
 }
 
@@ -65,7 +68,7 @@ impl Viewer {
         listener.set_nonblocking(true).map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
         let system = |error: &dyn std::fmt::Display| ViewerError::System(error.to_string());
-        let guard = Guard::new(address.ip()).map_err(|error| system(&error))?;
+        let guard = Guard::new(address.ip(), options.token.as_deref()).map_err(|error| system(&error))?;
         let token = guard.token().to_owned();
         let shared = Arc::new(Shared::open(source)?);
         let (stop_server, stopped) = tokio::sync::oneshot::channel();
@@ -92,6 +95,11 @@ impl Viewer {
     /// The address and port that it listens on.
     pub fn address(&self) -> SocketAddr {
         self.address
+    }
+
+    /// What lets pages in. Whoever has it may see the scene.
+    pub fn token(&self) -> &str {
+        &self.token
     }
 
     /// The address to open in a browser. Whoever has it may see the scene, and change what is rendered.

@@ -384,8 +384,14 @@ fn what_cannot_be_shown_is_said_at_the_start() {
     let error = Viewer::start(Box::new(missing), &ViewerOptions::default()).err().unwrap().to_string();
     assert!(error.contains("no such file.json"), "{error}");
     let viewer = start(Path::new("builtin:cornell"));
-    let taken = ViewerOptions { port: viewer.address().port(), ..ViewerOptions::default() };
+    let port = viewer.address().port();
+    let taken = ViewerOptions { port, ..ViewerOptions::default() };
     let error = Viewer::start(Box::new(Small("builtin:cornell".into())), &taken).err().unwrap().to_string();
     assert!(error.contains("cannot listen on 127.0.0.1"), "{error}");
+    // The next one at this port is found with the same token.
+    let token = viewer.token().to_owned();
     viewer.end();
+    let again = ViewerOptions { port, token: Some(token.clone()), ..ViewerOptions::default() };
+    let viewer = Viewer::start(Box::new(Small("builtin:cornell".into())), &again).unwrap();
+    connect(viewer.address(), &token, &[]).unwrap().scene();
 }

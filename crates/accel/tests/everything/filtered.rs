@@ -139,6 +139,8 @@ fn check_chain(tracer: &impl Tracer, ray: &Ray, filter: &RayFilter, seen: &[Cand
     let mut sorted: Vec<&Candidate> = seen.iter().collect();
     let key = |c: &Candidate| (c.hit.id.instance, c.hit.id.primitive);
     sorted.sort_by(|a, b| a.t.total_cmp(&b.t).then_with(|| key(a).cmp(&key(b))));
+    // A ray that touches a sphere meets it twice at one place: that is one hit.
+    sorted.dedup_by(|a, b| a.t == b.t && key(a) == key(b));
     let mut hit = Hit::miss(f32::NEG_INFINITY);
     for candidate in sorted.iter().take(4) {
         hit = tracer.next_hit(ray, filter, &hit);

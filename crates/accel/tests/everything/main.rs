@@ -222,3 +222,11 @@ fn products_that_overflow_in_another_order() {
     let world = scenes::world([Kind::Mesh, Kind::Soup], [30, 20], 0, &frame, &mut random);
     check_world(&world, frame, 120, Wildness::Wild, &mut random);
 }
+
+/// What proptest has found: one of the rays touches a sphere.
+#[test]
+fn a_ray_that_touches_a_sphere_hits_it_once() {
+    let mut random = Random(4_079_957_143_426_768_048);
+    let world = scenes::world([Kind::Mixed, Kind::Spheres], [45, 28], 0, &Frame::UNIT, &mut random);
+    check_filtered(&world, 100, Wildness::Wild, &mut random);
+}

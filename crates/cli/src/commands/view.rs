@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
 use eosphor::{Backend, load};
 use eosphor_viewer::{SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
@@ -17,11 +18,13 @@ struct FlaggedScene(Arc<ViewFlags>);
 pub(crate) fn view(flags: &ViewFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
     let flags = Arc::new(flags.clone());
-    let options = ViewerOptions { address: flags.listen, port: flags.port };
+    let token = token_file(flags.port).and_then(|path| std::fs::read_to_string(path).ok());
+    let options = ViewerOptions { address: flags.listen, port: flags.port, token };
     let source = Box::new(FlaggedScene(Arc::clone(&flags)));
     // What is wrong at the start is said as by any other command.
     source.load()?;
     let viewer = Viewer::start(source, &options).map_err(Failure::because)?;
+    keep_token(flags.port, viewer.token());
     let url = viewer.url();
     streams::result(&format!("{url}\n"))?;
     if !flags.listen.is_loopback() {
@@ -73,6 +76,32 @@ impl SceneSource for FlaggedScene {
         render_of_view()
     }
 }
+
+/// Where the token of a port is kept that the user has named, so that its pages find the next viewer there.
+fn token_file(port: u16) -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let state = folder("XDG_STATE_HOME").or_else(|| Some(folder("HOME")?.join(".local/state")))?;
+    (port != 0).then(|| state.join(format!("eosphor/view-{port}.token")))
+}
+
+/// Keeps a token where only this user can read it. Where that fails, the next viewer has a token of its own.
+#[cfg(unix)]
+fn keep_token(port: u16, token: &str) {
+    use std::io::Write;
+    use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+    let Some(path) = token_file(port) else { return };
+    let Some(folder) = path.parent() else { return };
+    let _ = std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder);
+    // A file that others can read, or that leads elsewhere, is not written to.
+    let _ = std::fs::remove_file(&path);
+    let mut options = std::fs::OpenOptions::new();
+    if let Ok(mut file) = options.write(true).create_new(true).mode(0o600).open(&path) {
+        let _ = file.write_all(token.as_bytes());
+    }
+}
+
+#[cfg(not(unix))]
+fn keep_token(_port: u16, _token: &str) {}
 
 /// Whether a browser could be seen on this machine.
 fn has_screen() -> bool {

@@ -19,6 +19,8 @@ let restTimer = 0;
 let sendPending = false;
 /** The last frame: header and bitmap; the picture that K has kept. */
 let shown = null;
+/** Its number; each connection counts anew. */
+let lastFrame = 0;
 let kept = null;
 let comparing = false;
 /** The picture at rest, as a file, and where the page has it. */
@@ -154,6 +156,7 @@ function setFile(blob) {
 }
 
 function connect() {
+  lastFrame = 0;
   socket = new WebSocket(`ws://${location.host}/socket`);
   socket.binaryType = "arraybuffer";
   socket.onopen = () => { $("status").hidden = true; };
@@ -208,7 +211,8 @@ async function draw(data) {
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, headerLength)));
   const blob = new Blob([new Uint8Array(data, 4 + headerLength)], { type: header.format });
   const bitmap = await createImageBitmap(blob);
-  if (!shown || shown.header.frame < header.frame || shown.header.frame > header.frame + 1000) {
+  if (lastFrame < header.frame) {
+    lastFrame = header.frame;
     shown?.bitmap.close();
     shown = { header, bitmap };
     paint();

@@ -13,12 +13,17 @@ pub(crate) struct Guard {
 }
 
 impl Guard {
-    /// With a new token.
+    /// With this token, or with a new one.
     ///
     /// # Errors
     ///
     /// Where the system has no random numbers.
-    pub(crate) fn new(address: IpAddr) -> Result<Guard, getrandom::Error> {
+    pub(crate) fn new(address: IpAddr, token: Option<&str>) -> Result<Guard, getrandom::Error> {
+        let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+        let is_token = |text: &&str| text.len() == 2 * TOKEN_BYTES && text.bytes().all(is_digit);
+        if let Some(token) = token.filter(is_token) {
+            return Ok(Guard { token: token.to_owned(), address });
+        }
         let mut bytes = [0; TOKEN_BYTES];
         getrandom::fill(&mut bytes)?;
         let token = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -103,8 +108,8 @@ mod tests {
 
     #[test]
     fn names_of_the_server() {
-        let local = Guard::new(IpAddr::from([127, 0, 0, 1])).unwrap();
-        let others = Guard::new(IpAddr::from([0, 0, 0, 0])).unwrap();
+        let local = Guard::new(IpAddr::from([127, 0, 0, 1]), None).unwrap();
+        let others = Guard::new(IpAddr::from([0, 0, 0, 0]), None).unwrap();
         for host in ["127.0.0.1:8000", "localhost:81", "localhost", "[::1]:8000", "127.1.2.3"] {
             assert!(local.check_host(&headers(&[(header::HOST, host)])), "{host}");
             assert!(others.check_host(&headers(&[(header::HOST, host)])), "{host}");
@@ -120,9 +125,14 @@ mod tests {
 
     #[test]
     fn tokens_cookies_and_origins() {
-        let guard = Guard::new(IpAddr::from([127, 0, 0, 1])).unwrap();
-        let other = Guard::new(IpAddr::from([127, 0, 0, 1])).unwrap();
+        let guard = Guard::new(IpAddr::from([127, 0, 0, 1]), None).unwrap();
+        let other = Guard::new(IpAddr::from([127, 0, 0, 1]), None).unwrap();
         assert_eq!(guard.token().len(), 32);
+        let again = |token: &str| Guard::new(IpAddr::from([127, 0, 0, 1]), Some(token)).unwrap();
+        assert_eq!(again(guard.token()).token(), guard.token());
+        for wrong in ["", "0", &guard.token()[1..], &"x".repeat(32), &"A".repeat(32)] {
+            assert!(again(wrong).token() != wrong && again(wrong).token().len() == 32);
+        }
         assert!(guard.is_token(guard.token()) && !guard.is_token(other.token()) && !guard.is_token(""));
         let mut asked = headers(&[(header::HOST, "localhost:8000")]);
         assert!(!guard.is_known(&asked));

@@ -46,9 +46,9 @@ async fn send_all(mut sink: SplitSink<WebSocket, Message>, client: &Client) {
 
 /// Takes a message of the page.
 fn hear(shared: &Shared, client: &Client, text: &str) {
-    let message = match serde_json::from_str(text) {
+    let message = match FromPage::read(text) {
         Ok(message) => message,
-        Err(error) => return client.tell(ToPage::Refused { text: format!("no message: {error}") }),
+        Err(text) => return client.tell(ToPage::Refused { text }),
     };
     match message {
         FromPage::View { input, moving, view } => {
