@@ -14,7 +14,7 @@ pub(crate) struct ViewFlags {
     pub(crate) port: u16,
     /// The address that the page can be reached at. Nothing is encrypted: others on the network can read what is sent, the
     /// address of the page with its token too
-    #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST), allow_hyphen_values = true)]
     pub(crate) listen: IpAddr,
     /// Do not open the page in a browser
     #[arg(long)]
