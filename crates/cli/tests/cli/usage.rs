@@ -4,7 +4,7 @@ use crate::place::Place;
 use std::fs;
 
 /// Every command, with what it needs at least.
-const COMMANDS: [&[&str]; 11] = [
+const COMMANDS: [&[&str]; 12] = [
     &["render", "builtin:cornell", "-o", "a.png"],
     &["course", "--default"],
     &["info", "builtin:cornell"],
@@ -12,6 +12,7 @@ const COMMANDS: [&[&str]; 11] = [
     &["merge", "-o", "a.png"],
     &["bench", "rays", "builtin:cornell"],
     &["bench", "render", "builtin:cornell"],
+    &["view", "builtin:cornell", "--no-open"],
     &["devices"],
     &["schema"],
     &["completions", "bash"],
@@ -21,7 +22,7 @@ const COMMANDS: [&[&str]; 11] = [
 #[test]
 fn unknown_flags_and_arguments_are_wrong_usage() {
     let place = Place::new();
-    for command in &COMMANDS[..10] {
+    for command in &COMMANDS[..11] {
         place.run(&[command, &["--nonsense"][..]].concat()).is_wrong_usage(&["--nonsense"]);
         if command[0] != "merge" {
             place.run(&[command, &["too-much"][..]].concat()).is_wrong_usage(&["too-much"]);
