@@ -93,7 +93,7 @@ pub(crate) enum Command {
     /// Render a scene to a picture
     #[command(after_help = examples::RENDER)]
     Render(Box<RenderFlags>),
-    /// Show a scene in a browser, rendered by this machine: fly through it, change settings, follow its files
+    /// Show a scene in a browser, rendered by this machine
     ///
     /// Prints the address of the page and opens it. What rests on the screen is the picture that render makes of the same view,
     /// byte for byte; the page has the command line for it. On a machine without a screen, make a tunnel to the port
