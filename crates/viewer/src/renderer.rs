@@ -293,9 +293,12 @@ fn show_resting(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), F
 }
 
 /// Keeps samples for the next turn, if the page still wants this view.
-fn keep(client: &Client, wanted: &Wanted, progress: Progress) -> bool {
+fn keep(client: &Client, wanted: &Wanted, mut progress: Progress) -> bool {
     let mut client_state = client.state();
-    let is_wanted = client_state.wanted.is_some_and(|now| now.view == wanted.view);
+    let Some(now) = client_state.wanted else { return false };
+    let is_wanted = now.view == wanted.view;
+    // The same view under the number of a newer input is sent once more.
+    progress.is_sent &= now.input == wanted.input;
     if is_wanted {
         client_state.progress = Some(progress);
     }
