@@ -9,13 +9,14 @@ const LEFT_OUT: [(&str, bool); 4] =
 #[cfg(feature = "view")]
 const OF_VIEWERS: [(&str, bool); 3] = [("--port", true), ("--listen", true), ("--no-open", false)];
 
-/// The words that render what a viewer shows: those that `view` was called with, but for the page's.
+/// The command line that renders what a viewer shows: the words that `view` was called with, but for the page's, and these flags.
 #[cfg(feature = "view")]
-pub(crate) fn render_of_view() -> Vec<String> {
+pub(crate) fn render_of_view(flags: Vec<String>) -> String {
     // The program's name and `view` come first.
     let arguments = std::env::args_os().skip(2).map(|argument| argument.to_string_lossy().into_owned());
     let arguments = without(arguments.collect(), &OF_VIEWERS);
-    ["eosphor", "render"].map(str::to_owned).into_iter().chain(arguments).collect()
+    let words = ["eosphor", "render"].map(str::to_owned).into_iter().chain(arguments).chain(flags);
+    words.map(|word| quoted(&word)).collect::<Vec<_>>().join(" ")
 }
 
 /// The program's name and its arguments, quoted so that a shell reads them as they were, as if one undisturbed call had made

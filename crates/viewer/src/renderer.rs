@@ -337,17 +337,7 @@ pub(crate) fn pixel(client: &Client, x: u32, y: u32) -> Option<([f32; 3], u32)> 
 
 /// The command line that renders a page's view.
 pub(crate) fn command_line(shared: &Shared, stage: &Stage, view: &PageView) -> String {
-    let flags = view.flags(&stage.scene, &stage.own);
-    let words = shared.source.command().into_iter().chain(flags);
-    let quoted: Vec<String> = words.map(|word| quoted(&word)).collect();
-    format!("{} --no-metadata -o picture.png", quoted.join(" "))
-}
-
-/// A word as a POSIX shell reads it.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_=+.,:/@%".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', r"'\''")),
-    }
+    let mut flags = view.flags(&stage.scene, &stage.own);
+    flags.extend(["--no-metadata", "-o", "picture.png"].map(str::to_owned));
+    shared.source.command(flags)
 }

@@ -22,9 +22,9 @@ pub trait SceneSource: Send + Sync {
     /// Where there is none.
     fn backend(&self) -> Result<Box<dyn Backend>, SourceError>;
 
-    /// The command line that renders the scene as it was read, without the flags of a view: `eosphor render FILE`. Flags of the
-    /// view are put after it, and an output.
-    fn command(&self) -> Vec<String>;
+    /// The command line that renders the scene as it was read, with these flags after its own, as a shell reads it:
+    /// `eosphor render FILE FLAGS`.
+    fn command(&self, flags: Vec<String>) -> String;
 }
 
 /// A scene that was read.

@@ -33,8 +33,8 @@ impl SceneSource for Small {
         Ok(Box::new(CpuBackend::new(options).map_err(|error| SourceError(error.to_string()))?))
     }
 
-    fn command(&self) -> Vec<String> {
-        ["eosphor", "render", "a scene.json"].map(str::to_owned).to_vec()
+    fn command(&self, flags: Vec<String>) -> String {
+        format!("eosphor render a.json {}", flags.join(" "))
     }
 }
 
@@ -183,7 +183,7 @@ fn what_rests_is_the_file() {
     assert!(pixel["linear"][0].as_f64().unwrap() > 0.0);
     page.say(json!({ "type": "command" }));
     let command = page.text("command")["text"].as_str().unwrap().to_owned();
-    assert!(command.starts_with("eosphor render 'a scene.json' --size=50x30 --eye="), "{command}");
+    assert!(command.starts_with("eosphor render a.json --size=50x30 --eye="), "{command}");
     assert!(
         command.ends_with("--no-metadata -o picture.png") && command.contains("--samples=2"),
         "{command}"

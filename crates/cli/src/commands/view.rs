@@ -72,8 +72,8 @@ impl SceneSource for FlaggedScene {
             .map_err(|failure| SourceError(failure.line().unwrap_or_default()))
     }
 
-    fn command(&self) -> Vec<String> {
-        render_of_view()
+    fn command(&self, flags: Vec<String>) -> String {
+        render_of_view(flags)
     }
 }
 
