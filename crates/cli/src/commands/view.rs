@@ -2,7 +2,7 @@
 
 use super::scene::apply;
 use crate::arguments::ViewFlags;
-use crate::backend::{backend_for, limit_threads};
+use crate::backend::{backend_for, check_device, limit_threads};
 use crate::command_line::render_of_view;
 use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
@@ -10,19 +10,23 @@ use eosphor::{Backend, load};
 use eosphor_viewer::{SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::sync::Arc;
+use std::sync::{Mutex, PoisonError};
 
 /// The scene of the command line, read with its flags.
-struct FlaggedScene(Arc<ViewFlags>);
+struct FlaggedScene {
+    flags: ViewFlags,
+    /// The first reading, until the viewer takes it.
+    first: Mutex<Option<SourceScene>>,
+}
 
 pub(crate) fn view(flags: &ViewFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
-    let flags = Arc::new(flags.clone());
+    check_device(&flags.device, flags.picture.accel)?;
     let token = token_file(flags.port).and_then(|path| std::fs::read_to_string(path).ok());
     let options = ViewerOptions { address: flags.listen, port: flags.port, token };
-    let source = Box::new(FlaggedScene(Arc::clone(&flags)));
     // What is wrong at the start is said as by any other command.
-    source.load()?;
+    let first = Mutex::new(Some(load_scene(flags)?));
+    let source = Box::new(FlaggedScene { flags: flags.clone(), first });
     let viewer = Viewer::start(source, &options).map_err(Failure::because)?;
     keep_token(flags.port, viewer.token());
     let url = viewer.url();
@@ -40,26 +44,27 @@ pub(crate) fn view(flags: &ViewFlags) -> Result<(), Failure> {
     }
 }
 
-impl FlaggedScene {
-    fn load(&self) -> Result<SourceScene, Failure> {
-        let FlaggedScene(flags) = self;
-        let options =
-            flags.settings.load_options(flags.camera.choice(), flags.picture.are_lit(), &flags.textures);
-        let loaded = load(&flags.scene, &options)?;
-        let mut scene = loaded.scene;
-        apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
-        scene.settle_orbit()?;
-        Ok(SourceScene { scene, files: loaded.files_read })
-    }
+fn load_scene(flags: &ViewFlags) -> Result<SourceScene, Failure> {
+    let options =
+        flags.settings.load_options(flags.camera.choice(), flags.picture.are_lit(), &flags.textures);
+    let loaded = load(&flags.scene, &options)?;
+    loaded.warnings.iter().for_each(|warning| streams::message(&format!("eosphor: note: {warning}")));
+    let mut scene = loaded.scene;
+    apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
+    scene.settle_orbit()?;
+    Ok(SourceScene { scene, files: loaded.files_read })
 }
 
 impl SceneSource for FlaggedScene {
     fn name(&self) -> String {
-        self.0.scene.display().to_string()
+        self.flags.scene.display().to_string()
     }
 
     fn read(&self) -> Result<SourceScene, SourceError> {
-        self.load().map_err(|failure| {
+        if let Some(first) = self.first.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            return Ok(first);
+        }
+        load_scene(&self.flags).map_err(|failure| {
             let line = failure.line().unwrap_or_default();
             let snippet = failure.snippet().map(|snippet| format!("\n{snippet}"));
             SourceError(line + &snippet.unwrap_or_default())
@@ -67,8 +72,7 @@ impl SceneSource for FlaggedScene {
     }
 
     fn backend(&self) -> Result<Box<dyn Backend>, SourceError> {
-        let FlaggedScene(flags) = self;
-        backend_for(&flags.device, flags.picture.accel, false, Verbosity::Normal)
+        backend_for(&self.flags.device, self.flags.picture.accel, false, Verbosity::Normal)
             .map_err(|failure| SourceError(failure.line().unwrap_or_default()))
     }
 
