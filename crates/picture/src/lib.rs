@@ -5,6 +5,7 @@
 pub mod compare;
 mod cost;
 pub mod frames;
+mod locked_file;
 pub mod output;
 mod process;
 mod scene_hash;

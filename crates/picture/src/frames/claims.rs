@@ -1,6 +1,7 @@
 //! Who has which frames in work: each process has a folder beside the frames, where its files are until they are whole, with
 //! a file that names its frames and is locked for as long as the process lives.
 
+use crate::locked_file::LockedFile;
 use crate::process::this_process;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -16,7 +17,7 @@ const MAX_CLAIMS_BYTES: u64 = 1 << 16;
 /// Frames that this process has in work.
 pub(super) struct Claims {
     folder: PathBuf,
-    file: File,
+    file: LockedFile,
 }
 
 /// Another process that is at work.
@@ -105,7 +106,7 @@ impl Claims {
             let file = options.read(true).write(true).create(true).truncate(true).open(folder.join(FILE))?;
             match file.try_lock() {
                 Err(TryLockError::Error(error)) if error.kind() != io::ErrorKind::Unsupported => Err(error),
-                _ => Ok(file),
+                _ => Ok(LockedFile::of(file)),
             }
         };
         match file() {

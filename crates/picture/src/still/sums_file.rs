@@ -12,6 +12,7 @@
 
 use super::Strip;
 use super::identity::SumsHeader;
+use crate::locked_file::LockedFile;
 use crate::output::{self, MAX_SIDE};
 use crate::process::this_process;
 use eosphor_core::sums::ExactSum;
@@ -85,7 +86,7 @@ struct Place {
 /// A file of sums that this process has open and locked.
 pub(super) struct SumsFile {
     path: PathBuf,
-    file: File,
+    file: LockedFile,
     header: SumsHeader,
     /// Where the next record goes.
     end: u64,
@@ -119,8 +120,9 @@ impl SumsFile {
             Err(error) => return Err(failed(error)),
         };
         lock(path, &mut file)?;
+        let mut file = LockedFile::of(file);
         let length = file.metadata().map_err(failed)?.len();
-        let mut reader = BufReader::with_capacity(1 << 18, &mut file);
+        let mut reader = BufReader::with_capacity(1 << 18, &mut *file);
         let header = match read_header(&mut reader) {
             Ok(Some(header)) => header,
             // Killed before the header was whole: nothing is done.
@@ -157,6 +159,7 @@ impl SumsFile {
         }
         let mut file = options.open(path).map_err(failed)?;
         lock(path, &mut file)?;
+        let mut file = LockedFile::of(file);
         output::take_rights_of(&picture, &file, 0o600);
         let json = serde_json::to_vec(&header).map_err(|error| failed(error.into()))?;
         let mut bytes = MAGIC.to_vec();
@@ -227,7 +230,7 @@ impl SumsFile {
         let mut strip = Strip::new(self.header.size.0, rows.clone());
         if let Some(place) = self.done.get(&rows.start).copied() {
             let found = self.file.seek(SeekFrom::Start(place.offset));
-            let read = found.and_then(|_| read_body(&mut self.file, strip.pixels()));
+            let read = found.and_then(|_| read_body(&mut *self.file, strip.pixels()));
             let body = read.map_err(|error| self.error(error))?;
             if let Some((samples, sums)) = body.filter(|(samples, _)| *samples == place.samples) {
                 (strip.samples, strip.sums.sums) = (samples, sums);
@@ -247,7 +250,7 @@ impl SumsFile {
             .file
             .seek(SeekFrom::Start(begin))
             .and_then(|_| self.file.write_all(&head))
-            .and_then(|()| write_body(&mut self.file, strip));
+            .and_then(|()| write_body(&mut *self.file, strip));
         if let Err(error) = written {
             let _ = self.file.set_len(begin);
             return Err(self.error(error));
@@ -262,7 +265,7 @@ impl SumsFile {
     pub(super) fn overwrite(&mut self, offset: u64, strip: &Strip) -> Result<(), SumsError> {
         self.is_on_disk = false;
         let found = self.file.seek(SeekFrom::Start(offset));
-        found.and_then(|_| write_body(&mut self.file, strip)).map_err(|error| self.error(error))?;
+        found.and_then(|_| write_body(&mut *self.file, strip)).map_err(|error| self.error(error))?;
         let place = Place { end_row: strip.rows.end, samples: strip.samples, offset };
         self.done.insert(strip.rows.start, place);
         Ok(())

@@ -5,6 +5,7 @@ use super::super::{OutputError, atomic, atomic::TemporaryFile};
 use super::segment::Segment;
 use super::settings::Settings;
 use super::{damaged, frame, misuse};
+use crate::locked_file::LockedFile;
 use rayon::prelude::*;
 use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
@@ -18,8 +19,7 @@ const LOCK: &str = "lock";
 pub(super) struct Folder {
     path: PathBuf,
     settings: Settings,
-    /// Locked for as long as it is open.
-    _lock: File,
+    _lock: LockedFile,
 }
 
 /// What is whole in it.
@@ -231,13 +231,13 @@ fn remove(folder: &Path) -> Result<(), Error> {
 
 /// Fails where another program works in the folder. A lock ends with its program, however that ends. Some file systems
 /// have none; they go without.
-fn lock(folder: &Path) -> Result<File, Error> {
+fn lock(folder: &Path) -> Result<LockedFile, Error> {
     let file = File::options().create(true).truncate(false).write(true).open(folder.join(LOCK))?;
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => {
             Err(misuse("another program is making this video; wait for it, or choose another name"))
         }
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(file),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(LockedFile::of(file)),
     }
 }
 
