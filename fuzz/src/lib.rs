@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 /// Files that the fuzzed one may name.
-const COMPANIONS: [(&str, &[u8]); 4] = [
+const COMPANIONS: [(&str, &[u8]); 5] = [
     (
         "a.obj",
         b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl red\nf 1/1 2/2 3/3\n",
@@ -20,6 +20,11 @@ const COMPANIONS: [(&str, &[u8]); 4] = [
     ("m.mtl", b"newmtl red\nKd 1 0 0\nmap_Kd t.ppm\n"),
     ("t.ppm", b"P3\n1 1\n255\n1 2 3\n"),
     ("b.bin", &[0x3f; 256]),
+    (
+        "b.json",
+        br#"{"eosphor": 2, "meshes": [{"file": "a.obj"}], "lights": [{"point": {"position": [0, 2, 0], "color": [1, 1, 1]}}],
+            "animation": {"frames": 2, "camera": {"orbit": {}}}}"#,
+    ),
 ];
 
 /// Loads `start` among the companions, of which `name` has the fuzzed bytes. What loads is flattened too. Errors must say

@@ -2,6 +2,7 @@
 
 mod alpha;
 mod animation;
+mod base;
 mod bench;
 mod cluster;
 mod compare;

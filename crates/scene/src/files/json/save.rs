@@ -94,21 +94,19 @@ fn check_contents(before: &Scene, after: &Scene) -> Result<(), CannotSave> {
         animation.iter_mut().for_each(|animation| animation.camera = None);
         animation
     };
-    match () {
-        () if !is_placed_alike => not_said("the geometry was moved or changed"),
-        () if before.materials != after.materials => not_said("materials were changed"),
-        () if before.textures != after.textures => not_said("textures were changed"),
-        () if without_camera(before) != without_camera(after) => not_said("the animation was changed"),
-        () if before.output.is_some() && after.output.is_none() => {
-            not_said("the name of the picture was taken away")
-        }
-        () if after.settings.headlight && after.lights.is_empty() && !before.lights.is_empty() => {
-            not_said("all lights were taken away, and there is a light at the camera instead")
-        }
-        () if before.meshes != after.meshes => not_said("meshes were changed"),
-        () if before.images != after.images => not_said("pictures of textures were changed"),
-        () => Ok(()),
-    }
+    let takes_output = before.output.is_some() && after.output.is_none();
+    let takes_lights = after.settings.headlight && after.lights.is_empty() && !before.lights.is_empty();
+    let differing = [
+        (!is_placed_alike, "the geometry was moved or changed"),
+        (before.materials != after.materials, "materials were changed"),
+        (before.textures != after.textures, "textures were changed"),
+        (without_camera(before) != without_camera(after), "the animation was changed"),
+        (takes_output, "the name of the picture was taken away"),
+        (takes_lights, "all lights were taken away, and there is a light at the camera instead"),
+        (before.meshes != after.meshes, "meshes were changed"),
+        (before.images != after.images, "pictures of textures were changed"),
+    ];
+    differing.iter().find(|(differs, _)| *differs).map_or(Ok(()), |(_, what)| not_said(what))
 }
 
 fn motion(scene: &Scene) -> Option<&CameraMotion> {
@@ -149,12 +147,9 @@ fn camera_keys(camera: &Camera, scene: &Scene) -> Result<Value, CannotSave> {
     let place = |p| place(p, scene).ok_or_else(|| CannotSave::Digits { what: "the camera".into() });
     let mut keys = short_keys(&seen(camera));
     keys.insert("position".into(), place(camera.position)?);
-    match camera.look_at {
-        Some(point) => {
-            keys.insert("look-at".into(), place(point)?);
-            keys.shift_remove("direction");
-        }
-        None => {}
+    if let Some(point) = camera.look_at {
+        keys.insert("look-at".into(), place(point)?);
+        keys.shift_remove("direction");
     }
     if keys["fov-y-degrees"].is_number() || keys["orthographic-height"].is_number() {
         keys.shift_remove("fov-x-degrees");
