@@ -1,5 +1,6 @@
 //! What the server knows of a page.
 
+use crate::hover::Hover;
 use crate::message::{Frame, ToPage};
 use crate::page_view::PageView;
 use crate::progress::Progress;
@@ -21,7 +22,10 @@ const MAX_TEXTS: usize = 32;
 
 /// A page that is connected.
 pub(crate) struct Client {
+    /// Counts the pages of a viewer.
+    pub(crate) number: u64,
     state: Mutex<ClientState>,
+    pub(crate) hover: Hover,
     /// Told when there is something to send.
     pub(crate) to_send: Notify,
     /// Ends what is being rendered for it.
@@ -69,8 +73,9 @@ pub(crate) enum Next {
 }
 
 impl Client {
-    pub(crate) fn new() -> Client {
-        Client { state: Mutex::default(), to_send: Notify::new(), cancel: AtomicBool::new(false) }
+    pub(crate) fn new(number: u64) -> Client {
+        let (to_send, cancel) = (Notify::new(), AtomicBool::new(false));
+        Client { number, state: Mutex::default(), hover: Hover::default(), to_send, cancel }
     }
 
     pub(crate) fn state(&self) -> MutexGuard<'_, ClientState> {

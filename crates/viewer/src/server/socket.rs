@@ -1,8 +1,10 @@
 //! The socket of a page: its messages in, texts and frames out.
 
 use crate::client::Client;
+use crate::hover;
 use crate::message::{FromPage, ToPage};
-use crate::renderer::{Shared, command_line, pixel};
+use crate::renderer::Shared;
+use crate::take::command_line;
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
@@ -23,7 +25,7 @@ pub(super) async fn run(socket: WebSocket, shared: Arc<Shared>, client: Arc<Clie
     shared.leave(&client);
 }
 
-async fn hear_all(mut stream: SplitStream<WebSocket>, shared: &Shared, client: &Client) {
+async fn hear_all(mut stream: SplitStream<WebSocket>, shared: &Arc<Shared>, client: &Arc<Client>) {
     while let Some(Ok(message)) = stream.next().await {
         match message {
             Message::Text(text) => hear(shared, client, &text),
@@ -45,7 +47,7 @@ async fn send_all(mut sink: SplitSink<WebSocket, Message>, client: &Client) {
 }
 
 /// Takes a message of the page.
-fn hear(shared: &Shared, client: &Client, text: &str) {
+fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
     let message = match FromPage::read(text) {
         Ok(message) => message,
         Err(text) => return client.tell(ToPage::Refused { text }),
@@ -61,19 +63,19 @@ fn hear(shared: &Shared, client: &Client, text: &str) {
         FromPage::Ack { frame } => client.state().acknowledged(frame, Instant::now()),
         FromPage::Alive {} => return,
         FromPage::Pixel { x, y } => {
-            if let Some((linear, samples)) = pixel(client, x, y) {
-                client.tell(ToPage::Pixel { x, y, linear, samples });
-            }
-            return;
+            return hover::ask(shared, client, [x, y]);
         }
         FromPage::Command {} => {
             let wanted = client.state().wanted;
             if let Some(wanted) = wanted {
-                let text = command_line(shared, &shared.stage(), &wanted.view);
-                client.tell(ToPage::Command { text });
+                client.tell(match command_line(shared, &wanted.view) {
+                    Ok(text) => ToPage::Command { text },
+                    Err(text) => ToPage::Refused { text },
+                });
             }
             return;
         }
+        FromPage::Device { choice } => return shared.wish_device(choice, client),
     }
     shared.wake();
 }
