@@ -75,7 +75,7 @@ mod tests {
         (features.pixels[1], features.pixels[2]) = (hit(1.0, 2.0), hit(-1.0, 4.0));
         let rgb = |show| draw(show, &features).rgb;
         assert_eq!(rgb(Show::Normals), [128, 128, 128, 128, 128, 255, 128, 128, 0]);
-        assert_eq!(rgb(Show::Depth), [0, 0, 0, 255, 255, 255, 26, 26, 26]);
+        assert_eq!(rgb(Show::Depth), [0, 0, 0, 255, 255, 255, 25, 25, 25]);
         assert_eq!(rgb(Show::Objects)[..6], [0, 0, 0, 255, 38, 38]);
         assert_eq!(rgb(Show::Materials), [0; 9]);
         features.work[1] = CameraWork { nodes: 4, tests: 4 };
