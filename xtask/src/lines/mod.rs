@@ -38,8 +38,11 @@ const PARTS: usize = 5;
 const SECONDS: f64 = 50.0;
 const SHORT: f64 = 60.0;
 
-const SMALL: [&str; 5] = ["builtin:cornell", "--size", "640x360", "--shadows", "coloured"];
-const LARGE: [&str; 5] = ["builtin:cornell", "--size", "1920x1080", "--shadows", "coloured"];
+const SMALL: &[&str] = &["builtin:cornell", "--size", "640x360", "--shadows", "coloured"];
+
+/// What is rendered quickly, so that the line is the limit.
+const LARGE: &[&str] =
+    &["builtin:cornell", "--size", "1920x1080", "--shadows", "none", "--depth", "1", "--light-samples", "1"];
 
 /// What is promised.
 #[derive(Clone, Copy)]
@@ -58,7 +61,7 @@ struct Case {
     name: &'static str,
     what: &'static str,
     faults: Faults,
-    flags: [&'static str; 5],
+    flags: &'static [&'static str],
     by_ssh: bool,
     goal: Goal,
 }
@@ -73,7 +76,7 @@ const REFERENCE: Case = Case {
     goal: Goal::Reference,
 };
 
-const CASES: [Case; 8] = [
+const CASES: [Case; 9] = [
     REFERENCE,
     Case {
         name: "far",
@@ -95,6 +98,13 @@ const CASES: [Case; 8] = [
         faults: Faults { megabits: 10, ..CLEAN },
         flags: LARGE,
         goal: Goal::Rate(15.0, 1.2),
+        ..REFERENCE
+    },
+    Case {
+        name: "slower-large",
+        what: "2 Mbit/s, 1920 x 1080",
+        faults: Faults { megabits: 2, ..CLEAN },
+        flags: LARGE,
         ..REFERENCE
     },
     Case {
@@ -194,10 +204,10 @@ impl Case {
         let folder = std::env::temp_dir().join(format!("eosphor-lines-{}", std::process::id()));
         fs::create_dir_all(&folder)?;
         let measured = if self.by_ssh {
-            let (_tunnel, url) = Tunnel::open(&net, &folder, program, &self.flags)?;
+            let (_tunnel, url) = Tunnel::open(&net, &folder, program, self.flags)?;
             measure(&net, page, &url, seconds)?
         } else {
-            let (_viewer, url) = view(&net, program, &self.flags)?;
+            let (_viewer, url) = view(&net, program, self.flags)?;
             measure(&net, page, &url, seconds)?
         };
         fs::remove_dir_all(&folder)?;
