@@ -15,7 +15,7 @@ const VIEWER_PORT: u16 = 8080;
 
 /// A viewer at the other end of a tunnel.
 pub(super) struct Tunnel {
-    ssh: Running,
+    _ssh: Running,
     _sshd: Running,
 }
 
@@ -52,18 +52,21 @@ impl Tunnel {
             std::thread::sleep(Duration::from_millis(10));
         }
         let mut ssh = net.page.command("ssh");
-        ssh.args(["-F", "none", "-i", &file("user"), "-p", &PORT.to_string()])
+        // With a terminal: what runs there is told when the connection ends.
+        ssh.args(["-tt", "-F", "none", "-i", &file("user"), "-p", &PORT.to_string()])
             .args(["-o", &format!("UserKnownHostsFile={}", file("known")), "-o", "BatchMode=yes"])
             .args(["-L", &format!("{VIEWER_PORT}:127.0.0.1:{VIEWER_PORT}"), &format!("root@{}", net.address)])
             .arg(format!("HOME={} {}", folder.display(), program.display()))
             .args(["view", "--no-open", "--port", &VIEWER_PORT.to_string()])
             .args(flags)
             .stdin(Stdio::null())
-            .stdout(Stdio::piped());
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null());
         let mut ssh = Running(ssh.spawn().context("cannot start ssh")?);
-        let mut url = String::new();
-        BufReader::new(ssh.0.stdout.take().context("no output")?).read_line(&mut url)?;
-        ensure!(url.starts_with("http://127.0.0.1:8080/"), "no viewer over ssh: see {}", file("log"));
-        Ok((Tunnel { ssh, _sshd: sshd }, url))
+        let lines = BufReader::new(ssh.0.stdout.take().context("no output")?).lines();
+        // A terminal shows what goes to standard error, too.
+        let url = lines.map_while(|line| line.ok()).find(|line| line.starts_with("http://127.0.0.1:"));
+        let url = url.with_context(|| format!("no viewer over ssh: see {}", file("log")))?;
+        Ok((Tunnel { _ssh: ssh, _sshd: sshd }, url))
     }
 }
