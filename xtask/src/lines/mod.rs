@@ -16,7 +16,7 @@ use std::process::{Command, Stdio};
 use tunnel::Tunnel;
 
 /// What it runs, and the packages that have it.
-const PROGRAMS: [(&str, &str); 9] = [
+const PROGRAMS: [(&str, &str); 10] = [
     ("ip", "iproute2"),
     ("tc", "iproute2"),
     ("nft", "nftables"),
@@ -26,6 +26,7 @@ const PROGRAMS: [(&str, &str); 9] = [
     ("ssh-keygen", "openssh-client"),
     ("unshare", "util-linux"),
     ("nsenter", "util-linux"),
+    ("setpriv", "util-linux"),
 ];
 
 /// Where these are, besides the folders of `PATH`.

@@ -57,10 +57,11 @@ impl Machine {
         self.holder.0.id().to_string()
     }
 
-    /// A command in it.
+    /// A command in it, which does not outlive this process.
     pub(super) fn command(&self, program: impl AsRef<Path>) -> Command {
-        let mut command = Command::new("nsenter");
-        command.args(["--target", &self.pid(), "--net", "--"]).arg(program.as_ref());
+        let mut command = Command::new("setpriv");
+        command.args(["--pdeathsig", "KILL", "nsenter", "--target", &self.pid(), "--net", "--"]);
+        command.arg(program.as_ref());
         command
     }
 
@@ -70,7 +71,7 @@ impl Machine {
     }
 
     fn ends_well(&self, program: &str, arguments: &[&str]) -> Result<()> {
-        let output = self.command(program).args(arguments).output().context("cannot run nsenter")?;
+        let output = self.command(program).args(arguments).output().context("cannot run setpriv")?;
         let said = String::from_utf8_lossy(&output.stderr);
         ensure!(output.status.success(), "{program} {}: {}", arguments.join(" "), said.trim());
         Ok(())

@@ -41,6 +41,8 @@ impl Tunnel {
             format!("ListenAddress {}:{PORT}", net.address),
             // Without PAM a root without password is locked out, keys or not.
             "UsePAM yes\nStrictModes no\nPermitRootLogin prohibit-password\nPidFile none\n".to_owned(),
+            // Where this process was killed, the other end is silent, not closed.
+            "ClientAliveInterval 1\nClientAliveCountMax 3\n".to_owned(),
         ];
         fs::write(file("settings"), settings.join("\n"))?;
         let mut sshd = net.server.command("/usr/sbin/sshd");
