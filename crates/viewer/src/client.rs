@@ -43,9 +43,25 @@ pub(crate) struct ClientState {
     /// The newest frame that is still to be sent.
     frame: Option<Frame>,
     texts: VecDeque<ToPage>,
-    /// Frames that were sent and not acknowledged: number, bytes, when.
-    under_way: VecDeque<(u64, usize, Instant)>,
+    /// Frames that were sent and not acknowledged.
+    under_way: VecDeque<UnderWay>,
     frames: u64,
+}
+
+/// A frame that was sent and not acknowledged.
+struct UnderWay {
+    number: u64,
+    bytes: usize,
+    /// When the page's answer to the question before the frame came.
+    began: Option<Instant>,
+}
+
+/// Where a question (a ping) is that goes with a frame. The page's system answers as it passes, whatever the page does: the time
+/// between the answers is what the frame took on the line, without the way there and back and without what was queued before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Before,
+    After,
 }
 
 /// The newest input of a page.
@@ -144,22 +160,105 @@ impl ClientState {
     }
 
     /// The frame that is to be sent now.
-    pub(crate) fn take_frame(&mut self, now: Instant) -> Option<Frame> {
+    pub(crate) fn take_frame(&mut self) -> Option<Frame> {
         let frame = self.frame.take()?;
-        self.under_way.push_back((frame.header.frame, frame.bytes.len(), now));
+        let (number, bytes) = (frame.header.frame, frame.bytes.len());
+        self.under_way.push_back(UnderWay { number, bytes, began: None });
         Some(frame)
     }
 
-    /// The page has drawn a frame.
-    pub(crate) fn acknowledged(&mut self, frame: u64, now: Instant) {
-        while let Some(&(number, bytes, sent)) = self.under_way.front() {
-            if number > frame {
-                break;
+    /// The page's system has answered the question on this side of a frame. Answers to what was not asked say nothing.
+    pub(crate) fn answered(&mut self, frame: u64, side: Side, now: Instant) {
+        let Some(under_way) = self.under_way.iter_mut().find(|under_way| under_way.number == frame) else {
+            return;
+        };
+        match (side, under_way.began) {
+            (Side::Before, None) => under_way.began = Some(now),
+            (Side::After, Some(began)) => {
+                under_way.began = None;
+                let bytes = under_way.bytes;
+                self.quality.passed(bytes, now.duration_since(began));
             }
-            self.under_way.pop_front();
-            if number == frame {
-                self.quality.arrived(bytes, sent, now);
-            }
+            _ => {}
         }
+    }
+
+    /// The page has drawn a frame.
+    pub(crate) fn acknowledged(&mut self, frame: u64) {
+        while self.under_way.front().is_some_and(|under_way| under_way.number <= frame) {
+            self.under_way.pop_front();
+        }
+    }
+}
+
+impl Side {
+    /// What a question asks, for its answer.
+    pub(crate) fn question(self, frame: u64) -> Vec<u8> {
+        let mut text = frame.to_le_bytes().to_vec();
+        text.push(u8::from(self == Side::After));
+        text
+    }
+
+    /// Which question an answer is to.
+    pub(crate) fn read(answer: &[u8]) -> Option<(u64, Side)> {
+        let (frame, side) = answer.split_first_chunk()?;
+        let side = match side {
+            [0] => Side::Before,
+            [1] => Side::After,
+            _ => return None,
+        };
+        Some((u64::from_le_bytes(*frame), side))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::{FrameHeader, Milliseconds};
+
+    fn frame(number: u64, bytes: usize) -> Frame {
+        let header = FrameHeader {
+            frame: number,
+            input: 1,
+            version: 1,
+            size: [64, 36],
+            full: [64, 36],
+            samples: 1,
+            all_samples: 1,
+            at_rest: false,
+            format: "image/jpeg",
+            milliseconds: Milliseconds::default(),
+        };
+        Frame { header, bytes: vec![0; bytes] }
+    }
+
+    #[test]
+    fn answers_tell_how_long_a_frame_was_on_the_line() {
+        let (client, start) = (Client::new(1), Instant::now());
+        let at = |ms| start + Duration::from_millis(ms);
+        for number in 1..=2 {
+            client.show(frame(number, 100_000));
+            assert!(client.state().take_frame().is_some());
+        }
+        let mut state = client.state();
+        // Answers that make no sense change nothing.
+        assert_eq!(Side::read(b"hello"), None);
+        assert_eq!(Side::read(&[0; 10]), None);
+        state.answered(1, Side::After, at(1));
+        state.answered(7, Side::Before, at(1));
+        assert_eq!(state.quality.line(), None);
+        // Half a second of round trip does not count, nor does the other frame.
+        for (number, side, ms) in
+            [(1, Side::Before, 500), (1, Side::After, 600), (2, Side::Before, 600), (2, Side::After, 700)]
+        {
+            let question = side.question(number);
+            assert_eq!(Side::read(&question), Some((number, side)));
+            state.answered(number, side, at(ms));
+        }
+        assert!((state.quality.line().unwrap() / 1e6 - 1.0).abs() < 1e-3);
+        // What was acknowledged is done.
+        state.acknowledged(2);
+        state.answered(2, Side::Before, at(800));
+        assert!(state.under_way.is_empty());
     }
 }

@@ -7,6 +7,7 @@ mod socket;
 pub(crate) use guard::Guard;
 
 use crate::client::Client;
+use crate::message::MAX_MESSAGE;
 use crate::renderer::Shared;
 use crate::take;
 use axum::Router;
@@ -30,6 +31,9 @@ const NO_TOKEN: &str = "open the address that `eosphor view` printed, with its t
 /// What a page may load and do: only what this server has.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// What is read of a socket at a time, in bytes: a view has 500. The library's own buffer has 128 KiB.
+const READ_BUFFER: usize = 4 * 1024;
 
 #[derive(Clone)]
 struct Site {
@@ -112,9 +116,10 @@ async fn open_socket(State(site): State<Site>, socket: WebSocketUpgrade, request
     };
     let shared = Arc::clone(&site.shared);
     let failed = (Arc::clone(&site.shared), Arc::clone(&client));
-    let socket =
-        socket.max_message_size(crate::message::MAX_MESSAGE).max_frame_size(crate::message::MAX_MESSAGE);
     socket
+        .max_message_size(MAX_MESSAGE)
+        .max_frame_size(MAX_MESSAGE)
+        .read_buffer_size(READ_BUFFER)
         .on_failed_upgrade(move |_| failed.0.leave(&failed.1))
         .on_upgrade(move |socket| socket::run(socket, shared, client))
 }

@@ -1,8 +1,8 @@
 //! The socket of a page: its messages in, texts and frames out.
 
-use crate::client::Client;
+use crate::client::{Client, Side};
 use crate::hover;
-use crate::message::{FromPage, ToPage};
+use crate::message::{Frame, FromPage, ToPage};
 use crate::renderer::Shared;
 use crate::take::command_line;
 use axum::extract::ws::{Message, WebSocket};
@@ -31,7 +31,12 @@ async fn hear_all(mut stream: SplitStream<WebSocket>, shared: &Arc<Shared>, clie
             Message::Text(text) => hear(shared, client, &text),
             Message::Binary(_) => client.tell(ToPage::Refused { text: "pages send texts".into() }),
             // Pings are answered by the library.
-            Message::Ping(_) | Message::Pong(_) => {}
+            Message::Ping(_) => {}
+            Message::Pong(answer) => {
+                if let Some((frame, side)) = Side::read(&answer) {
+                    client.state().answered(frame, side, Instant::now());
+                }
+            }
             Message::Close(_) => break,
         }
     }
@@ -60,7 +65,7 @@ fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
                 Err(text) => return client.tell(ToPage::Refused { text }),
             }
         }
-        FromPage::Ack { frame } => client.state().acknowledged(frame, Instant::now()),
+        FromPage::Ack { frame } => client.state().acknowledged(frame),
         FromPage::Alive {} => return,
         FromPage::Pixel { x, y } => {
             return hover::ask(shared, client, [x, y]);
@@ -84,21 +89,27 @@ fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
 async fn send(socket: &mut SplitSink<WebSocket, Message>, client: &Client) -> bool {
     loop {
         let text = client.state().take_text();
-        let message = match text {
+        let sent = match text {
             Some(text) => match serde_json::to_string(&text) {
-                Ok(text) => Message::Text(text.into()),
+                Ok(text) => timeout(SEND_TIME, socket.send(Message::Text(text.into()))).await,
                 Err(_) => continue,
             },
             None => {
-                let frame = client.state().take_frame(Instant::now());
-                match frame {
-                    Some(frame) => Message::Binary(frame.to_message().into()),
-                    None => return true,
-                }
+                let frame = client.state().take_frame();
+                let Some(frame) = frame else { return true };
+                timeout(SEND_TIME, send_frame(socket, &frame)).await
             }
         };
-        if !matches!(timeout(SEND_TIME, socket.send(message)).await, Ok(Ok(()))) {
+        if !matches!(sent, Ok(Ok(()))) {
             return false;
         }
     }
+}
+
+/// Sends a frame between two questions.
+async fn send_frame(socket: &mut SplitSink<WebSocket, Message>, frame: &Frame) -> Result<(), axum::Error> {
+    let question = |side: Side| Message::Ping(side.question(frame.header.frame).into());
+    socket.feed(question(Side::Before)).await?;
+    socket.feed(Message::Binary(frame.to_message().into())).await?;
+    socket.send(question(Side::After)).await
 }
