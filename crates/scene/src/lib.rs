@@ -31,11 +31,11 @@ mod solids;
 pub use error::{Place, Problem, SceneError, Warning};
 #[cfg(feature = "files")]
 pub use files::{
-    BUILTINS, Builtin, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines,
+    BUILTINS, Builtin, CannotSave, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines,
     CourseOptions, CoursePattern, KeyUse, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, PicturePixels, Preset,
     READ_FORMATS, SceneRequests, UnknownPreset, WrongCoursePattern, broken_picture, config_keys,
     course_settings, load, load_from_memory, near_name, read_data, read_hdr, read_jpeg, read_png, read_ppm,
-    scene_reference, scene_requests, scene_schema,
+    scene_over_base, scene_reference, scene_requests, scene_schema,
 };
 pub use flatten::{FrameBounds, FrameState, FrameStates, LeftOut, Note, Places, SceneData, View};
 pub use model::*;

@@ -45,6 +45,11 @@ pub const BUILTINS: &[Builtin] = &[
     },
 ];
 
+/// The name of a built-in scene, where a path is one.
+pub(super) fn name_of(path: &Path) -> Option<&str> {
+    path.to_str()?.strip_prefix("builtin:")
+}
+
 pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     match name {
         "cornell" => cornell(options),

@@ -4,14 +4,17 @@ use super::budget::Budget;
 use super::json::quoted;
 use super::source::Source;
 use super::warnings::Warnings;
-use super::{LoadOptions, LoadedScene, images};
-use crate::error::{Place, Problem, SceneError};
+use super::{LoadOptions, LoadedScene, builtin, images};
+use crate::error::{Place, Problem, SceneError, Warning};
 use crate::model::origin::APART;
 use crate::model::{Image, Material, RenderSettings, Scene, Texture, share_words};
 use crate::solids::{PARQUET, parquet};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+
+/// Most scene files that may begin with each other.
+pub(super) const MAX_BASES: usize = 16;
 
 /// A scene in the making.
 pub(super) struct Loader {
@@ -23,6 +26,8 @@ pub(super) struct Loader {
     options: LoadOptions,
     budget: Budget,
     files_read: Vec<PathBuf>,
+    /// Scene files that begin with each other; the last one is being read.
+    chain: Vec<PathBuf>,
     images: HashMap<PathBuf, u32>,
     default_material: Option<u32>,
 }
@@ -38,6 +43,7 @@ impl Loader {
             options: options.clone(),
             budget: Budget::new(options.texture_memory_bytes),
             files_read: Vec::new(),
+            chain: Vec::new(),
             images: HashMap::new(),
             default_material: None,
         }
@@ -65,6 +71,40 @@ impl Loader {
             self.files_read.push(path.to_path_buf());
         }
         Ok(bytes)
+    }
+
+    /// Notes that a scene file begins with another one, and says what is wrong with that, if anything.
+    pub(super) fn begin_with(&mut self, file: &Path, base: &Path) -> Result<(), String> {
+        self.chain.push(file.to_path_buf());
+        let shown = |path: &PathBuf| path.display().to_string();
+        if let Some(first) = self.chain.iter().position(|path| path == base) {
+            let circle: Vec<String> = self.chain[first..].iter().map(shown).collect();
+            let message = "the file begins with itself";
+            return Err(match circle.as_slice() {
+                [_] => format!("{message}; name another one"),
+                _ => format!(
+                    "{message}, by way of {}; name another one",
+                    circle[..circle.len() - 1].join(", ")
+                ),
+            });
+        }
+        if self.chain.len() > MAX_BASES {
+            return Err(format!(
+                "more than {MAX_BASES} files begin with each other, maybe in a circle; put some of them together"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Takes a built-in scene as what the loader has; `headlight` as in [`LoadOptions`].
+    pub(super) fn take_builtin(&mut self, name: &str, headlight: bool) -> Result<(), SceneError> {
+        let options = LoadOptions { headlight, camera: None, ..self.options.clone() };
+        let LoadedScene { scene, warnings, .. } = builtin::load(name, &options)?;
+        self.scene = scene;
+        for Warning { place, message, .. } in warnings {
+            self.warnings.add(&place.path, place.line, message);
+        }
+        Ok(())
     }
 
     /// The number of the material of what has none.

@@ -33,7 +33,7 @@ use std::path::{Path, PathBuf};
 
 pub use builtin::{BUILTINS, Builtin};
 pub use images::{PicturePixels, broken_picture, read_data, read_hdr, read_jpeg, read_png, read_ppm};
-pub use json::{scene_reference, scene_schema};
+pub use json::{CannotSave, scene_over_base, scene_reference, scene_schema};
 pub use reference_systems::course::{
     CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines, CourseOptions, CoursePattern,
     MAX_COURSE_LIGHTS, WrongCoursePattern,
@@ -87,7 +87,7 @@ pub struct LoadedScene {
 /// missing something (materials, textures of an OBJ) load with warnings.
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<LoadedScene, SceneError> {
     let path = path.as_ref();
-    match path.to_str().and_then(|name| name.strip_prefix("builtin:")) {
+    match builtin::name_of(path) {
         Some(name) => builtin::load(name, options),
         None => load_from(Source::Disk, path, options),
     }
@@ -114,15 +114,21 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
         let message = "only glTF files have cameras to choose from; leave the choice out".into();
         return Err(SceneError::NoSuchCamera { path: path.to_path_buf(), message });
     }
+    read_scene(&mut loader, path, options.camera.as_deref())?;
+    loader.finish(path)
+}
+
+/// Reads a scene file of any kind into a loader that has none yet. `camera` chooses one of a glTF file.
+fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>) -> Result<(), SceneError> {
     match extension(path).as_deref() {
         // PG1 configures by JSON too.
         Some("json") => match pg1::is_config(&loader.read(path)?) {
-            true => pg1::read(&mut loader, path)?,
-            false => json::read(&mut loader, path)?,
+            true => pg1::read(loader, path),
+            false => json::read(loader, path),
         },
-        Some("gltf" | "glb") => gltf::read_scene(&mut loader, path, options.camera.as_deref())?,
+        Some("gltf" | "glb") => gltf::read_scene(loader, path, camera),
         _ => {
-            let instances = read_model(&mut loader, path).map_err(|error| match error {
+            let instances = read_model(loader, path).map_err(|error| match error {
                 // What is not there has no kind.
                 SceneError::UnknownFormat { .. } => loader.why_missing(path).unwrap_or(error),
                 error => error,
@@ -131,9 +137,9 @@ fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<Loade
             loader.scene.settle_origin();
             let is_lit = surroundings::has_lamps(&loader.scene);
             surroundings::add(&mut loader.scene, is_lit);
+            Ok(())
         }
     }
-    loader.finish(path)
 }
 
 /// Adds the meshes and materials of a model file to the scene in the making; how the file places them.

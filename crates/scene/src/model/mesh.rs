@@ -8,7 +8,7 @@ use std::sync::Arc;
 pub const NO_INDEX: u32 = u32::MAX;
 
 /// A triangle mesh in its own space. Positions, normals and texture coordinates have indices of their own, as in OBJ.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Name for messages.
     pub name: String,
@@ -41,7 +41,7 @@ pub struct Triangle {
 }
 
 /// A mesh placed in the world.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
     /// Index into [`super::Scene::meshes`].
     pub mesh: u32,
@@ -61,7 +61,7 @@ impl Instance {
 }
 
 /// A sphere in world space.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// Centre.
     pub center: Vec3,
@@ -73,7 +73,7 @@ pub struct Sphere {
 
 /// A parallelogram in world space: the corner, and the corner plus either edge, and plus both. Its front is where the
 /// edges run counter-clockwise. Texture coordinates are (0, 0) at the corner and grow to 1 along the edges.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parallelogram {
     /// One corner.
     pub corner: Vec3,

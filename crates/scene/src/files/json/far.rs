@@ -73,7 +73,7 @@ impl Builder<'_> {
     }
 
     /// A camera that is at 0.
-    fn camera_about_itself(&self, camera: &Camera) -> Camera {
+    pub(super) fn camera_about_itself(&self, camera: &Camera) -> Camera {
         let of_file = |key: &str, rounded: Vec3| {
             self.exact(&[Step::Key("camera"), Step::Key(key)]).unwrap_or(double(rounded))
         };

@@ -32,6 +32,12 @@ pub(super) struct SceneFile {
     #[serde(rename = "description", default)]
     #[schemars(with = "String")]
     pub(super) _description: Option<String>,
+    /// A scene that this one begins with: a file of any kind that is rendered, beside this one, or a built-in scene. Of this
+    /// file `settings` and `device` then go over its own key by key, `camera` (which stands still), `lights` and `output` take the
+    /// place of its own, and there is nothing else.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["builtin:glass"]))]
+    pub(super) base: Option<PathBuf>,
     /// Where the picture is taken from. Without a camera one is chosen that shows what is there: see Camera.
     #[serde(default)]
     pub(super) camera: Option<Camera>,

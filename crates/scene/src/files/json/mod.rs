@@ -3,6 +3,9 @@
 //! The way of a file: text → `parse` → a tree that knows the place of everything → `check` by the schema → `format`, the
 //! types that serde fills → `build` → the model.
 
+mod base;
+#[cfg(test)]
+mod base_tests;
 mod build;
 mod check;
 mod document;
@@ -16,6 +19,9 @@ mod parse;
 mod quadrilaterals;
 mod reference;
 mod rules;
+mod save;
+#[cfg(test)]
+mod save_tests;
 mod schema;
 #[cfg(test)]
 mod schema_tests;
@@ -32,11 +38,13 @@ use super::loader::Loader;
 use crate::error::SceneError;
 use document::{Document, error_at};
 use fault::Fault;
+use format::SceneFile;
 use std::path::Path;
 use tree::{Node, Value};
 
 pub(super) use fault::quoted;
 pub use reference::scene_reference;
+pub use save::{CannotSave, scene_over_base};
 pub use schema::scene_schema;
 
 /// The version of the format. The one before, [`OLD_VERSION`], differs by the default units of light.
@@ -50,17 +58,31 @@ pub(super) fn read(loader: &mut Loader, path: &Path) -> Result<(), SceneError> {
     let bytes = loader.read(path)?;
     let text =
         std::str::from_utf8(&bytes).map_err(|problem| not_utf8(path, &bytes[..problem.valid_up_to()]))?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let root = parse::parse(text)
-        .and_then(|root| check_version(&root).map(|()| root))
-        .and_then(|root| check::check(&rules::RULES, &root).map(|()| root))
-        .map_err(|fault| error_at(path, text, fault))?;
-    let document = Document { path, text, root };
-    let file = serde_json::from_str(text).map_err(|problem| {
+    let document = Document::of(path, text.strip_prefix('\u{feff}').unwrap_or(text))?;
+    let mut file = file_of(&document)?;
+    let mut builder = build::Builder { loader, document: &document };
+    match file.base.take() {
+        Some(base) => builder.build_over(&base, file),
+        None => builder.build(file),
+    }
+}
+
+impl<'a> Document<'a> {
+    /// A file whose form is right, by its text.
+    fn of(path: &'a Path, text: &'a str) -> Result<Document<'a>, SceneError> {
+        let root = parse::parse(text)
+            .and_then(|root| check_version(&root).map(|()| root))
+            .and_then(|root| check::check(&rules::RULES, &root).map(|()| root))
+            .map_err(|fault| error_at(path, text, fault))?;
+        Ok(Document { path, text, root })
+    }
+}
+
+fn file_of(document: &Document) -> Result<SceneFile, SceneError> {
+    serde_json::from_str(document.text).map_err(|problem| {
         let message = format!("the file does not follow the format ({problem}); see scenes/REFERENCE.md");
         document.error(document.root.at, message)
-    })?;
-    build::Builder { loader, document: &document }.build(file)
+    })
 }
 
 /// The version is looked at before anything else, so that a newer file fails for that and not for a new key.

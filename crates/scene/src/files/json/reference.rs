@@ -189,7 +189,7 @@ fn range(schema: &Value) -> String {
 }
 
 /// JSON in one line, with blanks.
-struct Inline<'a>(&'a Value);
+pub(super) struct Inline<'a>(pub(super) &'a Value);
 
 impl Inline<'_> {
     fn code(&self) -> String {

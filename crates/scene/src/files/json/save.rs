@@ -1,0 +1,287 @@
+//! A scene as a file that begins with another one, and says what differs.
+
+use super::Document;
+use super::build::Builder;
+use super::file_of;
+use super::reference::Inline;
+use crate::error::{Problem, SceneError};
+use crate::files::LoadOptions;
+use crate::files::loader::Loader;
+use crate::files::source::Source;
+use crate::model::{Camera, CameraMotion, Light, Scene};
+use eosphor_core::math::Vec3;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// Settings that are written even where they are as the base has them: they are what people look for.
+const ALWAYS: [&str; 3] = ["size", "samples", "seed"];
+
+/// Why a scene cannot be written as a file that begins with its base.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CannotSave {
+    /// Something differs from the base that such a file does not say.
+    #[error(
+        "{what}, and a scene file that begins with another one does not say that; change the file that it begins with"
+    )]
+    NotSaid {
+        /// What differs, in words.
+        what: &'static str,
+    },
+    /// A number has more digits than the coordinates of the file.
+    #[error(
+        "{what} is so near the point that the scene is counted from that its coordinates in the file lose digits; move it a little"
+    )]
+    Digits {
+        /// What it is.
+        what: String,
+    },
+    /// The scene cannot be rendered.
+    #[error(transparent)]
+    Problem(#[from] Problem),
+}
+
+/// The text of a scene file that begins with `base`, as that key has it. It loads as `after`, where the base alone loads as
+/// `before`. It says camera, lights, settings, device and output where they differ. Size, samples and seed it says in any case.
+///
+/// # Errors
+/// Where something else differs, or `after` is no scene that can be rendered.
+pub fn scene_over_base(base: &str, before: &Scene, after: &Scene) -> Result<String, CannotSave> {
+    after.validate()?;
+    check_contents(before, after)?;
+    let mut file = Map::new();
+    file.insert("eosphor".into(), json!(2));
+    file.insert("base".into(), base.into());
+    if let Some(camera) = new_camera(before, after)? {
+        file.insert("camera".into(), camera_keys(&camera, after)?);
+    }
+    // Without a headlight the base may be loaded with other surroundings and lights than it has alone.
+    let is_emptied = before.lights != after.lights && after.lights.is_empty();
+    let is_darkened = !after.settings.headlight && (before.settings.headlight || is_emptied);
+    if before.lights != after.lights || is_darkened {
+        let lights = after.lights.iter().enumerate().map(|(i, light)| light_keys(i, *light, after));
+        file.insert("lights".into(), lights.collect::<Result<Vec<Value>, _>>()?.into());
+    }
+    let settings = changed_keys(&before.settings, &after.settings, |key| {
+        ALWAYS.contains(&key) || is_darkened && ["ambient", "background"].contains(&key)
+    });
+    file.insert("settings".into(), settings.into());
+    let device = changed_keys(&before.device, &after.device, |_| false);
+    if !device.is_empty() {
+        file.insert("device".into(), device.into());
+    }
+    if let Some(output) = after.output.as_ref().filter(|_| before.output != after.output) {
+        file.insert("output".into(), output.as_str().into());
+    }
+    let text = pretty(&file);
+    check_text(&text, before, after)?;
+    Ok(text)
+}
+
+fn not_said<T>(what: &'static str) -> Result<T, CannotSave> {
+    Err(CannotSave::NotSaid { what })
+}
+
+/// Whether all that such a file does not say is equal.
+fn check_contents(before: &Scene, after: &Scene) -> Result<(), CannotSave> {
+    let is_placed_alike = before.origin == after.origin
+        && before.instances == after.instances
+        && before.spheres == after.spheres
+        && before.parallelograms == after.parallelograms;
+    let without_camera = |scene: &Scene| {
+        let mut animation = scene.animation.clone();
+        animation.iter_mut().for_each(|animation| animation.camera = None);
+        animation
+    };
+    match () {
+        () if !is_placed_alike => not_said("the geometry was moved or changed"),
+        () if before.materials != after.materials => not_said("materials were changed"),
+        () if before.textures != after.textures => not_said("textures were changed"),
+        () if without_camera(before) != without_camera(after) => not_said("the animation was changed"),
+        () if before.output.is_some() && after.output.is_none() => {
+            not_said("the name of the picture was taken away")
+        }
+        () if after.settings.headlight && after.lights.is_empty() && !before.lights.is_empty() => {
+            not_said("all lights were taken away, and there is a light at the camera instead")
+        }
+        () if before.meshes != after.meshes => not_said("meshes were changed"),
+        () if before.images != after.images => not_said("pictures of textures were changed"),
+        () => Ok(()),
+    }
+}
+
+fn motion(scene: &Scene) -> Option<&CameraMotion> {
+    scene.animation.as_ref().and_then(|animation| animation.camera.as_ref())
+}
+
+/// The camera, without what does not count.
+fn seen(camera: &Camera) -> Camera {
+    let default = Camera::default();
+    let is_parallel = camera.orthographic_height.is_some();
+    let fov_y_degrees = camera.fov_y_degrees.filter(|_| !is_parallel);
+    Camera {
+        direction: if camera.look_at.is_some() { default.direction } else { camera.direction },
+        fov_x_degrees: match is_parallel || fov_y_degrees.is_some() {
+            true => default.fov_x_degrees,
+            false => camera.fov_x_degrees,
+        },
+        fov_y_degrees,
+        ..*camera
+    }
+}
+
+/// The camera that the file must say.
+fn new_camera(before: &Scene, after: &Scene) -> Result<Option<Camera>, CannotSave> {
+    let is_changed = before.camera.as_ref().map(seen) != after.camera.as_ref().map(seen);
+    match (motion(before), motion(after)) {
+        (_, Some(_)) if motion(before) != motion(after) => not_said("the motion of the camera was changed"),
+        (_, Some(_)) if is_changed => not_said("the camera was changed, and it moves as before"),
+        (Some(_), None) if after.camera.is_none() => not_said("the motion of the camera was taken away"),
+        (None, None) if is_changed && after.camera.is_none() => not_said("the camera was taken away"),
+        (Some(_), None) => Ok(after.camera),
+        (None, None) if is_changed => Ok(after.camera),
+        _ => Ok(None),
+    }
+}
+
+fn camera_keys(camera: &Camera, scene: &Scene) -> Result<Value, CannotSave> {
+    let place = |p| place(p, scene).ok_or_else(|| CannotSave::Digits { what: "the camera".into() });
+    let mut keys = short_keys(&seen(camera));
+    keys.insert("position".into(), place(camera.position)?);
+    match camera.look_at {
+        Some(point) => {
+            keys.insert("look-at".into(), place(point)?);
+            keys.shift_remove("direction");
+        }
+        None => {}
+    }
+    if keys["fov-y-degrees"].is_number() || keys["orthographic-height"].is_number() {
+        keys.shift_remove("fov-x-degrees");
+    }
+    keys.retain(|_, value| !value.is_null());
+    if let Some(lens) = keys.get_mut("lens").and_then(Value::as_object_mut) {
+        lens.retain(|_, value| !value.is_null());
+    }
+    Ok(keys.into())
+}
+
+fn light_keys(number: usize, mut light: Light, scene: &Scene) -> Result<Value, CannotSave> {
+    let mut keys = short_keys(&light);
+    let kind = light.key();
+    if let Some(&mut position) = light.parts().position {
+        let what = || format!("light {} of {}", number + 1, scene.lights.len());
+        keys[kind]["position"] = place(position, scene).ok_or_else(|| CannotSave::Digits { what: what() })?;
+    }
+    Ok(keys.into())
+}
+
+/// The keys that differ, and some others.
+fn changed_keys<T: Serialize>(before: &T, after: &T, also: impl Fn(&str) -> bool) -> Map<String, Value> {
+    let before = short_keys(before);
+    let mut keys = short_keys(after);
+    keys.retain(|key, value| also(key) || before.get(key) != Some(value));
+    keys
+}
+
+/// The keys of an object, with numbers of single precision in their fewest digits.
+fn short_keys<T: Serialize>(object: &T) -> Map<String, Value> {
+    fn shorten(value: &mut Value) {
+        match value {
+            Value::Array(items) => items.iter_mut().for_each(shorten),
+            Value::Object(keys) => keys.iter_mut().for_each(|(_, value)| shorten(value)),
+            Value::Number(number) if number.is_f64() => *value = short(number.as_f64().unwrap_or(0.0) as f32),
+            _ => {}
+        }
+    }
+    let mut value = serde_json::to_value(object).unwrap_or_default();
+    shorten(&mut value);
+    match value {
+        Value::Object(keys) => keys,
+        _ => Map::new(),
+    }
+}
+
+/// A number of single precision in the fewest digits that are read as it.
+fn short(x: f32) -> Value {
+    let text = x.to_string();
+    let is_read_back = |read: f32| read.to_bits() == x.to_bits();
+    match text.parse::<f64>() {
+        Ok(digits) if serde_json::from_str(&text).is_ok_and(is_read_back) => number(digits),
+        _ => number(f64::from(x)),
+    }
+}
+
+/// A number; whole ones without a point.
+fn number(x: f64) -> Value {
+    let is_whole = x.fract() == 0.0 && x.abs() < 1e15 && (x != 0.0 || x.is_sign_positive());
+    if is_whole { json!(x as i64) } else { json!(x) }
+}
+
+/// A point in coordinates of the file that are read as it, where there are any.
+fn place(p: Vec3, scene: &Scene) -> Option<Value> {
+    let (whole, single) = (scene.point_in_file(p), <[f32; 3]>::from(p));
+    let read = |axis: usize, x: f64| {
+        let mut point = [0.0; 3];
+        point[axis] = x;
+        <[f32; 3]>::from(scene.point_of_file(point))[axis]
+    };
+    let coordinate = |axis: usize| {
+        let fewest = short(whole[axis] as f32);
+        let is_read_back = |value: &Value| read(axis, value.as_f64().unwrap_or(0.0)) == single[axis];
+        [fewest, number(whole[axis])].into_iter().find(is_read_back)
+    };
+    Some([coordinate(0)?, coordinate(1)?, coordinate(2)?].to_vec().into())
+}
+
+/// Keys on lines of their own, those of objects too, and items of lists of objects. Everything deeper is in one line.
+fn pretty(file: &Map<String, Value>) -> String {
+    let entry = |(key, value): (&String, &Value)| format!("\"{key}\": {}", Inline(value));
+    let whole = |(key, value): (&String, &Value)| {
+        let (lines, [open, close]) = match value {
+            Value::Object(keys) => (keys.iter().map(entry).collect::<Vec<_>>(), ["{", "}"]),
+            Value::Array(items) => (items.iter().map(|item| Inline(item).to_string()).collect(), ["[", "]"]),
+            _ => return format!("  {}", entry((key, value))),
+        };
+        match lines.is_empty() {
+            true => format!("  \"{key}\": {open}{close}"),
+            false => format!("  \"{key}\": {open}\n    {}\n  {close}", lines.join(",\n    ")),
+        }
+    };
+    format!("{{\n{}\n}}\n", file.iter().map(whole).collect::<Vec<_>>().join(",\n"))
+}
+
+/// Reads the text over all of the base but its geometry, and compares.
+fn check_text(text: &str, before: &Scene, after: &Scene) -> Result<(), CannotSave> {
+    let options = LoadOptions::default();
+    let mut loader = Loader::new(Source::Memory(Vec::new()), &options);
+    let mut scene = Scene {
+        origin: before.origin,
+        camera: before.camera,
+        lights: before.lights.clone(),
+        settings: before.settings,
+        animation: before.animation.clone(),
+        device: before.device,
+        output: before.output.clone(),
+        ..Scene::default()
+    };
+    let read = Document::of(Path::new("the scene"), text).and_then(|document| {
+        let file = file_of(&document)?;
+        Builder { loader: &mut loader, document: &document }.put_over(&mut scene, file, true)
+    });
+    read.map_err(|error| match error {
+        SceneError::Problem(problem) => problem,
+        SceneError::Invalid { message, .. } => Problem::new("the scene", message),
+        error => Problem::new("the scene", error.to_string()),
+    })?;
+    let is_same = scene.camera.as_ref().map(seen) == after.camera.as_ref().map(seen)
+        && scene.lights == after.lights
+        && scene.settings == after.settings
+        && motion(&scene) == motion(after)
+        && scene.device == after.device
+        && scene.output == after.output;
+    match is_same {
+        true => Ok(()),
+        false => Err(Problem::new("the scene", "not all of it can be said in a file over its base").into()),
+    }
+}
