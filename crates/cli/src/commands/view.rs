@@ -6,7 +6,9 @@ use crate::backend::{asks_for_cpu, backend_for, check_device, cpu_options, limit
 use crate::command_line::render_of_view;
 use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
-use eosphor::{Accel, Backend, CpuOptions, CudaOptions, first_gpu, load};
+use eosphor::{
+    Accel, Backend, CpuOptions, CudaOptions, LoadOptions, Scene, first_gpu, load, scene_over_base,
+};
 use eosphor_viewer::{Device, DeviceChoice, SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -91,6 +93,20 @@ impl SceneSource for FlaggedScene {
 
     fn command(&self, flags: Vec<String>) -> String {
         render_of_view(flags)
+    }
+
+    fn scene_file(&self, shown: &Scene) -> Result<String, SourceError> {
+        let said = |error: &dyn std::fmt::Display| SourceError(error.to_string());
+        let file = &self.flags.scene;
+        // Whoever saves it may put it anywhere on this machine.
+        let base = match file.to_str() {
+            Some(name) if name.starts_with("builtin:") => Some(name.to_owned()),
+            _ => std::path::absolute(file).map_err(|error| said(&error))?.to_str().map(str::to_owned),
+        };
+        let base = base.ok_or_else(|| SourceError("the path of the scene is not UTF-8 text".into()))?;
+        let mut before = load(file, &LoadOptions::default()).map_err(|error| said(&error))?.scene;
+        before.settle_orbit().map_err(|error| said(&error))?;
+        scene_over_base(&base, &before, shown).map_err(|error| said(&error))
     }
 }
 

@@ -1,1 +1,187 @@
+//! Scenes that begin with another one.
 
+use crate::files::{LoadOptions, LoadedScene, load, load_from_memory};
+use crate::model::{Camera, CameraMotion, Light, PixelSampling, Scene};
+use crate::{SceneError, scene_requests};
+use eosphor_core::math::{Vec3, vec3};
+use std::path::PathBuf;
+
+/// Loads the first of these files.
+fn read(files: &[(&str, &str)]) -> Result<LoadedScene, SceneError> {
+    let all = files.iter().map(|(name, text)| (PathBuf::from(name), text.as_bytes().to_vec())).collect();
+    load_from_memory(all, files[0].0, &LoadOptions::default())
+}
+
+fn scene(files: &[(&str, &str)]) -> Scene {
+    read(files).unwrap_or_else(|error| panic!("{error}")).scene
+}
+
+fn error(files: &[(&str, &str)]) -> String {
+    read(files).unwrap_err().to_string()
+}
+
+const BALL: &str = r#"{ "eosphor": 2,
+    "materials": { "m": { "matte": { "color": [1, 0, 0] } } },
+    "spheres": [{ "center": [0, 0, 0], "radius": 1, "material": "m" }],
+    "camera": { "position": [0, 0, 5], "fov-y-degrees": 30 },
+    "lights": [{ "point": { "position": [0, 3, 0], "color": [1, 1, 1] } }],
+    "settings": { "size": [40, 30], "samples": 3, "depth": 2, "max-distance": 4, "lighting": "distance" },
+    "device": { "backend": "cpu", "leaf-size": 7 },
+    "output": "ball.png" }"#;
+
+const TRIANGLE: &str = "v 500000.25 5000000.5 0\nv 500001.25 5000000.5 0\nv 500000.25 5000001.5 0\nf 1 2 3\n";
+
+#[test]
+fn a_base_alone_is_the_scene() {
+    let (over, base) =
+        (scene(&[("a.json", r#"{ "eosphor": 2, "base": "ball.json" }"#), ("ball.json", BALL)]), BALL);
+    let base = scene(&[("ball.json", base)]);
+    assert_eq!((over.settings, over.camera, over.device), (base.settings, base.camera, base.device));
+    assert_eq!((&over.lights, &over.spheres, &over.output), (&base.lights, &base.spheres, &base.output));
+}
+
+#[test]
+fn what_is_given_goes_over_the_base() {
+    let text = r#"{ "eosphor": 2, "base": "in/ball.json",
+        "camera": { "position": [1, 2, 3], "look-at": [0, 0, 0] },
+        "lights": [{ "directional": { "direction": [0, -1, 0], "color": [2, 2, 2] } }],
+        "settings": { "samples": 9, "max-distance": null, "seed": 5 },
+        "device": { "accel": "octree" }, "output": "other.png" }"#;
+    let over = scene(&[("a.json", text), ("in/ball.json", BALL)]);
+    let base = scene(&[("ball.json", BALL)]);
+    let mut settings = base.settings;
+    (settings.samples, settings.max_distance, settings.seed) = (9, None, 5);
+    assert_eq!(over.settings, settings);
+    let camera = Camera { position: vec3(1.0, 2.0, 3.0), look_at: Some(Vec3::ZERO), ..Camera::default() };
+    assert_eq!(over.camera, Some(camera));
+    assert_eq!(
+        over.lights,
+        [Light::Directional { direction: vec3(0.0, -1.0, 0.0), color: Vec3::splat(2.0) }]
+    );
+    assert_eq!((over.device.leaf_size, over.device.accel.map(|a| a.name())), (Some(7), Some("octree")));
+    assert_eq!(over.output.as_deref(), Some("other.png"));
+    assert_eq!(over.spheres, base.spheres);
+}
+
+#[test]
+fn bases_are_files_of_any_kind() {
+    let over = |base: &str| format!(r#"{{ "eosphor": 2, "base": "{base}", "settings": {{ "depth": 1 }} }}"#);
+    let obj = scene(&[("a.json", &over("t.obj")), ("t.obj", TRIANGLE)]);
+    assert_eq!((obj.meshes.len(), obj.settings.depth), (1, 1));
+    let again = scene(&[("b.json", &over("a.json")), ("a.json", &over("t.obj")), ("t.obj", TRIANGLE)]);
+    assert_eq!((again.origin, &again.instances), (obj.origin, &obj.instances));
+    let builtin = scene(&[("a.json", &over("builtin:cornell"))]);
+    let cornell = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+    assert_eq!((builtin.camera, &builtin.materials), (cornell.camera, &cornell.materials));
+    assert_eq!(
+        (builtin.settings.depth, builtin.settings.pixel_sampling, builtin.settings.exposure),
+        (1, PixelSampling::Random, 1.9)
+    );
+}
+
+#[test]
+fn far_from_0_all_digits_count() {
+    let text = r#"{ "eosphor": 2, "base": "t.obj",
+        "camera": { "position": [500000.3125, 5000000.625, 4.5], "look-at": [500000.3125, 5000000.6875, 0] },
+        "lights": [{ "point": { "position": [500000.0625, 5000001.125, 2], "color": [1, 1, 1] } }] }"#;
+    let scene = scene(&[("a.json", text), ("t.obj", TRIANGLE)]);
+    assert_ne!(scene.origin, [0.0; 3]);
+    let camera = scene.camera.unwrap();
+    assert_eq!(scene.point_in_file(camera.position), [500_000.3125, 5_000_000.625, 4.5]);
+    assert_eq!(scene.point_in_file(camera.look_at.unwrap()), [500_000.3125, 5_000_000.6875, 0.0]);
+    let Light::Point { position, .. } = scene.lights[0] else { panic!() };
+    assert_eq!(scene.point_in_file(position), [500_000.0625, 5_000_001.125, 2.0]);
+}
+
+#[test]
+fn a_camera_stands_still_and_takes_the_place_of_one_that_moves() {
+    let base = load("builtin:solids", &LoadOptions::default()).unwrap().scene;
+    assert!(base.camera_is_led());
+    let led = scene(&[("a.json", r#"{ "eosphor": 2, "base": "builtin:solids" }"#)]);
+    assert_eq!(led.camera_at(50), base.camera_at(50));
+    let text = r#"{ "eosphor": 2, "base": "builtin:solids", "camera": { "position": [3, 1, 0] } }"#;
+    let still = scene(&[("a.json", text)]);
+    assert_eq!(still.camera_at(0).unwrap().position, vec3(3.0, 1.0, 0.0));
+    let motion = |scene: &Scene| -> Option<CameraMotion> { scene.animation.as_ref()?.camera.clone() };
+    assert!(motion(&still).is_none());
+    assert_eq!(still.animation.unwrap().frames, base.animation.unwrap().frames);
+}
+
+#[test]
+fn darkness_reaches_the_base() {
+    let over = |more: &str| format!(r#"{{ "eosphor": 2, "base": "t.obj" {more} }}"#);
+    let with = |more: &str| scene(&[("a.json", &over(more)), ("t.obj", TRIANGLE)]).settings;
+    assert!(with("").headlight);
+    for dark in [r#", "settings": { "headlight": false }"#, r#", "lights": []"#] {
+        let settings = with(dark);
+        assert_eq!((settings.headlight, settings.ambient), (false, 0.0), "{dark}");
+    }
+    // A file that is dark itself stays so.
+    let dark = r#"{ "eosphor": 2, "base": "t.obj", "settings": { "headlight": false } }"#;
+    let over = r#"{ "eosphor": 2, "base": "dark.json", "settings": { "seed": 1 } }"#;
+    assert!(!scene(&[("a.json", over), ("dark.json", dark), ("t.obj", TRIANGLE)]).settings.headlight);
+}
+
+#[test]
+fn what_is_wrong_is_said_at_its_place() {
+    for key in ["materials", "meshes", "instances", "spheres", "parallelograms", "quadrilaterals", "solids"] {
+        let empty = if key == "materials" { "{}" } else { "[]" };
+        let text = format!("{{ \"eosphor\": 2, \"base\": \"ball.json\",\n  \"{key}\": {empty} }}");
+        let error = error(&[("a.json", &text), ("ball.json", BALL)]);
+        assert!(
+            error.starts_with(&format!("a.json:2:3: \"{key}\" does not stand beside \"base\"")),
+            "{error}"
+        );
+    }
+    let with = |text: &str| error(&[("a.json", text), ("ball.json", BALL)]);
+    let old = with(r#"{ "eosphor": 1, "base": "ball.json" }"#);
+    assert!(old.starts_with("a.json:1:14: version 1"), "{old}");
+    let missing = with(r#"{ "eosphor": 2, "base": "no.json" }"#);
+    assert!(missing.starts_with("a.json:1:25: base: ") && missing.contains("No such file"), "{missing}");
+    let unknown = with(r#"{ "eosphor": 2, "base": "builtin:cube" }"#);
+    assert!(unknown.starts_with("a.json:1:25: base: there is no built-in scene \"cube\""), "{unknown}");
+    let kind = error(&[("a.json", r#"{ "eosphor": 2, "base": "a.stl" }"#), ("a.stl", "solid")]);
+    assert!(kind.starts_with("a.json:1:25: base: a.stl: \"stl\" files are not read"), "{kind}");
+    // What is wrong inside the base has its own place.
+    let inside = error(&[
+        ("a.json", r#"{ "eosphor": 2, "base": "b.json" }"#),
+        ("b.json", "{ \"eosphor\": 2,\n \"spheres\": 1 }"),
+    ]);
+    assert!(inside.starts_with("b.json:2:"), "{inside}");
+    let blind = with(
+        r#"{ "eosphor": 2, "base": "ball.json", "camera": { "position": [1, 1, 1], "look-at": [1, 1, 1] } }"#,
+    );
+    assert!(blind.starts_with("a.json:1:"), "{blind}");
+    assert!(with(r#"{ "eosphor": 2, "base": 7 }"#).starts_with("a.json:1:25: "));
+}
+
+#[test]
+fn circles_and_long_chains_end() {
+    let over = |base: usize| format!(r#"{{ "eosphor": 2, "base": "{base}.json" }}"#);
+    let itself = error(&[("0.json", &over(0))]);
+    assert!(itself.contains("begins with itself; name another one"), "{itself}");
+    let texts: Vec<(String, String)> = (0..40).map(|k| (format!("{k}.json"), over((k + 1) % 3))).collect();
+    let files: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
+    let circle = error(&files[..3]);
+    assert!(circle.contains("by way of 0.json, 1.json"), "{circle}");
+    let texts: Vec<(String, String)> = (0..40).map(|k| (format!("{k}.json"), over(k + 1))).collect();
+    let files: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
+    let long = error(&files);
+    assert!(long.contains("more than 16 files begin with each other"), "{long}");
+}
+
+#[test]
+fn what_is_asked_for_before_is_that_of_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("ball.json", BALL);
+    write("a.json", r#"{ "eosphor": 2, "base": "ball.json", "device": { "accel": "grid" } }"#);
+    let requests = scene_requests(&folder.path().join("a.json"));
+    let loaded = load(folder.path().join("a.json"), &LoadOptions::default()).unwrap();
+    assert_eq!((requests.device, &requests.output), (loaded.scene.device, &loaded.scene.output));
+    assert_eq!((requests.device.leaf_size, requests.output.as_deref()), (Some(7), Some("ball.png")));
+    let names = loaded.files_read.iter().map(|path| path.file_name().unwrap().to_owned());
+    assert_eq!(names.collect::<Vec<_>>(), ["a.json", "ball.json"]);
+    write("b.json", r#"{ "eosphor": 2, "base": "b.json" }"#);
+    assert_eq!(scene_requests(&folder.path().join("b.json")), Default::default());
+}
