@@ -1,4 +1,4 @@
-// `cargo xtask browser`: the viewer's page in headless Chromium. check.mjs PROGRAM SCENES_DIR OUT_DIR CHROMIUM [SECONDS]
+// `cargo xtask browser`: the viewer's page in headless Chromium. check.mjs PROGRAM SCENES_DIR OUT_DIR CHROMIUM SECONDS PROCESSES
 // Prints a line for each thing that is looked at, and exits with 1 where one is not as it must be.
 
 import { execFileSync, spawn } from "node:child_process";
@@ -7,7 +7,7 @@ import path from "node:path";
 import { createRequire } from "node:module";
 import puppeteer from "puppeteer-core";
 
-const [, , program, scenes, out, chromium, seconds = "10"] = process.argv;
+const [, , program, scenes, out, chromium, seconds, processes] = process.argv;
 const axe = fs.readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 let failures = 0;
@@ -223,8 +223,8 @@ report(sameSaved === all.length * changes.length, `${sameSaved} of ${all.length 
   viewer.kill();
 }
 
-// Latency of a scripted orbit, and how soon the picture is whole again.
-{
+// Latency of a scripted orbit, each time of a fresh server.
+for (let k = 0; k < Number(processes); k += 1) {
   const start = Date.now();
   const { viewer, url } = await view(["builtin:cornell", "--size", "640x360"]);
   const page = await open(url);

@@ -18,6 +18,7 @@ mod fuzzed;
 mod hover;
 mod message;
 mod page_view;
+mod pixel;
 mod progress;
 mod quality;
 mod renderer;

@@ -50,9 +50,9 @@ impl FeaturePass {
         self.region.unwrap_or(Region::whole((settings.width, settings.height)))
     }
 
-    /// Features of some rows of the picture, of a frame, which may have another size, or of the scene as it was prepared. All
-    /// but the work is the same bits whatever the threads, tiles, SIMD level and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not
-    /// reached show nothing.
+    /// Features of some rows of the picture, of a frame, which may have another size, or of the scene as it was prepared.
+    /// All but the work is the same bits whatever the threads, tiles, SIMD level and hierarchy. Where `cancel` is raised,
+    /// returns soon; the pixels that were not reached show nothing.
     ///
     /// # Errors
     ///

@@ -25,6 +25,9 @@ const JSON: &str = r#"{"eosphor": 2, "camera": {"position": [0, 0, 5], "look-at"
     "spheres": [{"center": [0, 0, 0], "radius": 1, "material": "a"}],
     "parallelograms": [{"corner": [0, 0, 0], "edge-u": [1, 0, 0], "edge-v": [0, 1, 0]}],
     "settings": {"samples": 2, "pixel-sampling": {"grid": 2}}}"#;
+const OVER: &str = r#"{"eosphor": 2, "base": "b.json", "camera": {"position": [1, 2, 3], "look-at": [0, 0, 0]},
+    "lights": [{"point": {"position": [0, 9, 0], "color": [1, 1, 1]}}], "settings": {"samples": 3, "max-distance": null},
+    "device": {"accel": "bvh"}, "output": "o.png"}"#;
 const PLY: &str = "ply\nformat ascii 1.0\ncomment TextureFile t.ppm\nelement vertex 4\nproperty float x\nproperty float y\n\
                    property double z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\n\
                    property uchar green\nproperty uchar blue\nelement face 2\nproperty list uchar int vertex_indices\n\
@@ -53,7 +56,7 @@ const PICTURES: [(&str, &[u8]); 7] = [
 /// Loads and flattens; the first file has the given contents.
 fn run(first: &str, bytes: Vec<u8>) -> bool {
     let mut files: Vec<(PathBuf, Cow<'static, [u8]>)> = vec![(PathBuf::from(first), Cow::Owned(bytes))];
-    for (name, text) in [("a.obj", OBJ), ("m.mtl", MTL), ("t.ppm", PPM)] {
+    for (name, text) in [("a.obj", OBJ), ("m.mtl", MTL), ("t.ppm", PPM), ("b.json", JSON)] {
         files.push((PathBuf::from(name), Cow::Borrowed(text.as_bytes())));
     }
     let start = if first.ends_with(".json") || first.ends_with(".ply") { first } else { "a.obj" };
@@ -92,6 +95,7 @@ fn the_unchanged_files_load() {
     assert!(run("a.obj", OBJ.into()));
     assert!(run("m.mtl", MTL.into()));
     assert!(run("s.json", JSON.into()));
+    assert!(run("o.json", OVER.into()));
     assert!(run("p.ply", PLY.into()));
     assert!(run("c.json", PG1.into()));
 }
@@ -173,5 +177,10 @@ proptest! {
     #[test]
     fn mutated_json(bytes in mutated(JSON)) {
         run("s.json", bytes);
+    }
+
+    #[test]
+    fn mutated_scenes_over_a_base(bytes in mutated(OVER)) {
+        run("o.json", bytes);
     }
 }

@@ -1,8 +1,8 @@
 //! The socket of a page: its messages in, texts and frames out.
 
 use crate::client::{Client, Side};
-use crate::hover;
 use crate::message::{Frame, FromPage, ToPage};
+use crate::pixel;
 use crate::renderer::Shared;
 use crate::take::command_line;
 use axum::extract::ws::{Message, WebSocket};
@@ -68,7 +68,7 @@ fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
         FromPage::Ack { frame } => client.state().acknowledged(frame),
         FromPage::Alive {} => return,
         FromPage::Pixel { x, y } => {
-            return hover::ask(shared, client, [x, y]);
+            return pixel::ask(shared, client, [x, y]);
         }
         FromPage::Command {} => {
             let wanted = client.state().wanted;

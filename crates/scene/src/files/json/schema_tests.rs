@@ -141,6 +141,10 @@ fn every_key_of_the_schema_is_read() {
             if key == "meshes" && text.contains("glb") {
                 document = serde_json::from_str(&text.replace("chair.glb", "chair.obj")).unwrap();
             }
+            // What a scene is made of does not stand beside its base.
+            if let Some(base) = document.get("base") {
+                document = json!({ "eosphor": 2, "base": base });
+            }
             // A light that moves must be there.
             if let Some(motions) = document.pointer_mut("/animation/lights").and_then(Value::as_array_mut) {
                 motions.iter_mut().for_each(|motion| motion["light"] = 0.into());
