@@ -3,6 +3,7 @@
 
 import { execFileSync, spawn } from "node:child_process";
 import fs from "node:fs";
+import http from "node:http";
 import path from "node:path";
 import { createRequire } from "node:module";
 import puppeteer from "puppeteer-core";
@@ -272,6 +273,9 @@ for (let k = 0; k < Number(processes); k += 1) {
   await first.waitForFunction("!document.getElementById('problem').hidden", { timeout: 10000 });
   const problem = await first.$eval("#problem", (element) => element.textContent);
   report(/followed\.json:\d+:\d+/.test(problem), `a mistake is shown with its place: ${problem.split("\n")[0]}`);
+  await first.reload();
+  await first.waitForFunction("!document.getElementById('problem').hidden && window.eosphor.measured.frames > 0", { timeout: 10000 });
+  report(true, "a page that is loaded with the mistake there shows it over the last picture");
   fs.writeFileSync(scene, text("[0, 0, 1]"));
   await first.waitForFunction("document.getElementById('problem').hidden", { timeout: 10000 });
   report(true, "the repair is followed");
@@ -286,6 +290,49 @@ for (let k = 0; k < Number(processes); k += 1) {
   await rest(first);
   report((await eye(first)) === before, "after a restart of the server the tab has the same camera");
   for (const page of [first, second]) await page.browserContext().close();
+  viewer.kill();
+}
+
+// Who has no token, comes by another name, or from another page, is refused.
+{
+  const { viewer, url } = await view(["builtin:cornell", "--size", "160x100", "--samples", "1"]);
+  const { port, origin } = new URL(url);
+  const page = await open(url);
+  report(!page.url().includes("token"), "the token leaves the address bar");
+  const [cookie] = await page.cookies();
+  report(cookie.httpOnly && cookie.sameSite === "Strict", "the cookie is HttpOnly and SameSite=Strict");
+  const status = (path, headers) =>
+    new Promise((done) => http.get({ port, path, headers, host: "127.0.0.1" }, (answer) => done(answer.resume().statusCode)));
+  const known = { cookie: `${cookie.name}=${cookie.value}` };
+  const answers = await Promise.all([
+    status("/", known), status("/"), status("/?token=0123456789abcdef0123456789abcdef"), status("/", { ...known, host: "evil.example" }),
+  ]);
+  report(answers.join() === "200,403,403,403", `who is known gets the page; no token, a wrong one, a foreign name: ${answers}`);
+  // A page of another port of this machine is of the same site, so that the cookie is sent: its origin gives it away.
+  const other = http.createServer((_, answer) => answer.setHeader("content-type", "text/html").end("<p>other</p>")).listen(0, "127.0.0.1");
+  await new Promise((done) => other.once("listening", done));
+  const foreignPage = await page.browserContext().newPage();
+  await foreignPage.goto(`http://127.0.0.1:${other.address().port}/`);
+  const opened = await foreignPage.evaluate((address) => new Promise((done) => {
+    const socket = new WebSocket(address);
+    [socket.onopen, socket.onerror] = [() => done(true), () => done(false)];
+  }), `${origin.replace("http", "ws")}/socket`);
+  report(!opened, "a foreign page opens no socket");
+  other.close();
+  await page.browserContext().close();
+  viewer.kill();
+}
+
+// The picture of the README.
+{
+  const { viewer, url } = await view(["builtin:cornell", "--size", "800x640", "--samples", "64"]);
+  const page = await open(url, { width: 1150, height: 680 });
+  await rest(page);
+  const [x, y] = await middle(page);
+  await page.mouse.move(x - 60, y + 130);
+  await page.waitForFunction("!document.getElementById('value').hidden", { timeout: 5000 });
+  await page.screenshot({ path: path.join(out, "viewer.png") });
+  await page.browserContext().close();
   viewer.kill();
 }
 
