@@ -87,10 +87,10 @@ fn far_from_0_all_digits_count() {
     let scene = scene(&[("a.json", text), ("t.obj", TRIANGLE)]);
     assert_ne!(scene.origin, [0.0; 3]);
     let camera = scene.camera.unwrap();
-    assert_eq!(scene.point_in_file(camera.position), [500_000.3125, 5_000_000.625, 4.5]);
-    assert_eq!(scene.point_in_file(camera.look_at.unwrap()), [500_000.3125, 5_000_000.6875, 0.0]);
+    assert_eq!(scene.point_in_file(camera.position), [500000.3125, 5000000.625, 4.5]);
+    assert_eq!(scene.point_in_file(camera.look_at.unwrap()), [500000.3125, 5000000.6875, 0.0]);
     let Light::Point { position, .. } = scene.lights[0] else { panic!() };
-    assert_eq!(scene.point_in_file(position), [500_000.0625, 5_000_001.125, 2.0]);
+    assert_eq!(scene.point_in_file(position), [500000.0625, 5000001.125, 2.0]);
 }
 
 #[test]

@@ -149,12 +149,9 @@ fn camera_keys(camera: &Camera, scene: &Scene) -> Result<Value, CannotSave> {
     let place = |p| place(p, scene).ok_or_else(|| CannotSave::Digits { what: "the camera".into() });
     let mut keys = short_keys(&seen(camera));
     keys.insert("position".into(), place(camera.position)?);
-    match camera.look_at {
-        Some(point) => {
-            keys.insert("look-at".into(), place(point)?);
-            keys.shift_remove("direction");
-        }
-        None => {}
+    if let Some(point) = camera.look_at {
+        keys.insert("look-at".into(), place(point)?);
+        keys.shift_remove("direction");
     }
     if keys["fov-y-degrees"].is_number() || keys["orthographic-height"].is_number() {
         keys.shift_remove("fov-x-degrees");
