@@ -1,7 +1,7 @@
 //! What the server knows of a page.
 
 use crate::hover::Hover;
-use crate::message::{Frame, ToPage};
+use crate::message::{Frame, FrameHeader, ToPage};
 use crate::page_view::PageView;
 use crate::progress::Progress;
 use crate::quality::Quality;
@@ -40,7 +40,7 @@ pub(crate) struct ClientState {
     pub(crate) quality: Quality,
     /// The picture at rest, as far as it is.
     pub(crate) progress: Option<Progress>,
-    /// The newest frame that is still to be sent.
+    /// The newest frame that is still to be sent, or what is left of it.
     frame: Option<Frame>,
     texts: VecDeque<ToPage>,
     /// Frames that were sent and not acknowledged.
@@ -108,6 +108,8 @@ impl Client {
             // Who has all of it asks for the last frame again, under the number of the new input.
             state.progress.iter_mut().for_each(|progress| progress.is_sent = false);
         } else {
+            // What is left of a picture at rest would only hold up what comes now.
+            state.frame.take_if(|frame| frame.header.at_rest);
             state.progress = None;
             self.cancel.store(true, Ordering::Relaxed);
         }
@@ -159,9 +161,26 @@ impl ClientState {
         self.texts.pop_front()
     }
 
-    /// The frame that is to be sent now.
+    /// The frame that is to be sent now, or a piece of one at rest.
     pub(crate) fn take_frame(&mut self) -> Option<Frame> {
-        let frame = self.frame.take()?;
+        if self.under_way.len() >= FRAMES_UNDER_WAY {
+            return None;
+        }
+        let mut frame = self.frame.take()?;
+        let [piece, _] = frame.header.piece;
+        let most = self.quality.piece_bytes();
+        frame.header.piece[1] = piece + 1;
+        if frame.header.at_rest && frame.bytes.len() > most {
+            // What is known of the line changes: as many more as it looks now.
+            frame.header.piece[1] = piece + frame.bytes.len().div_ceil(most) as u32;
+            let rest = frame.bytes.split_off(most);
+            let header = FrameHeader {
+                frame: self.number(),
+                piece: [piece + 1, frame.header.piece[1]],
+                ..frame.header.clone()
+            };
+            self.frame = Some(Frame { header, bytes: rest });
+        }
         let (number, bytes) = (frame.header.frame, frame.bytes.len());
         self.under_way.push_back(UnderWay { number, bytes, began: None });
         Some(frame)
@@ -216,6 +235,11 @@ mod tests {
     use super::*;
     use crate::message::{FrameHeader, Milliseconds};
 
+    fn view() -> PageView {
+        let scene = eosphor::load("builtin:cornell", &eosphor::LoadOptions::default()).unwrap().scene;
+        PageView::of(&scene).unwrap()
+    }
+
     fn frame(number: u64, bytes: usize) -> Frame {
         let header = FrameHeader {
             frame: number,
@@ -226,10 +250,45 @@ mod tests {
             samples: 1,
             all_samples: 1,
             at_rest: false,
+            piece: [0, 1],
             format: "image/jpeg",
             milliseconds: Milliseconds::default(),
         };
         Frame { header, bytes: vec![0; bytes] }
+    }
+
+    #[test]
+    fn pictures_at_rest_go_in_pieces_and_make_room_for_a_camera_that_moves() {
+        let client = Client::new(1);
+        let piece = Quality::default().piece_bytes();
+        let at_rest = || {
+            let mut frame = frame(client.state().number(), 3 * piece + 7);
+            frame.header.at_rest = true;
+            client.show(frame);
+        };
+        let take = || {
+            client
+                .state()
+                .take_frame()
+                .map(|frame| (frame.header.piece, frame.header.frame, frame.bytes.len()))
+        };
+        at_rest();
+        assert_eq!((take(), take()), (Some(([0, 4], 1, piece)), Some(([1, 4], 2, piece))));
+        // No more than two are under way.
+        assert_eq!(take(), None);
+        client.state().acknowledged(1);
+        assert_eq!(take(), Some(([2, 4], 3, piece)));
+        client.state().acknowledged(3);
+        assert_eq!((take(), take()), (Some(([3, 4], 4, 7)), None));
+        client.state().acknowledged(4);
+        // Those that are left are not sent any more when the camera moves.
+        at_rest();
+        assert_eq!(take().map(|(piece, ..)| piece), Some([0, 4]));
+        client.want(view(), 2, true);
+        assert_eq!(take(), None);
+        // A moving frame is one piece, whatever it has.
+        client.show(frame(9, 100 * piece));
+        assert_eq!(take(), Some(([0, 1], 9, 100 * piece)));
     }
 
     #[test]

@@ -122,6 +122,8 @@ pub(crate) struct FrameHeader {
     pub(crate) all_samples: u32,
     /// Whether the camera rests.
     pub(crate) at_rest: bool,
+    /// Pictures of many bytes come in pieces: which one this is, and how many there are.
+    pub(crate) piece: [u32; 2],
     /// The media type.
     pub(crate) format: &'static str,
     pub(crate) milliseconds: Milliseconds,

@@ -9,6 +9,13 @@ const FRAME: Duration = Duration::from_millis(33);
 /// waits.
 const LINE: Duration = FRAME;
 
+/// The time that a piece of a picture at rest may take on the line: a camera that moves again waits for two of them at most.
+const PIECE: Duration = Duration::from_millis(50);
+
+/// Bytes of a piece: at least and at most, and while nothing is known of the line.
+const PIECE_BYTES: [f64; 2] = [16_384.0, 1_048_576.0];
+const FIRST_PIECE_BYTES: f64 = 65_536.0;
+
 /// Less time than this was measured by accident.
 const LEAST_TIME: Duration = Duration::from_millis(1);
 
@@ -53,6 +60,12 @@ impl Quality {
     pub(crate) fn line(&self) -> Option<f64> {
         let [bytes, seconds] = self.passed;
         (seconds > 0.0).then(|| bytes / seconds)
+    }
+
+    /// Bytes of a piece of a picture at rest.
+    pub(crate) fn piece_bytes(&self) -> usize {
+        let bytes = self.line().map_or(FIRST_PIECE_BYTES, |line| line * PIECE.as_secs_f64());
+        bytes.clamp(PIECE_BYTES[0], PIECE_BYTES[1]) as usize
     }
 
     /// Learns from a frame that took so long to be rendered, and has so many bytes.

@@ -16,6 +16,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+/// Of frames in one piece.
+const WHOLE: [u32; 2] = [0, 1];
+
 /// JPEG quality of frames at rest that get sharper.
 const REST_QUALITY: u8 = 92;
 
@@ -287,6 +290,7 @@ fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), Fr
         samples: 1,
         all_samples: state.settings.samples,
         at_rest: false,
+        piece: WHOLE,
         format: "image/jpeg",
         milliseconds,
     };
@@ -343,6 +347,7 @@ fn show_resting(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), F
         samples: progress.samples,
         all_samples: progress.all_samples,
         at_rest: true,
+        piece: WHOLE,
         format,
         milliseconds: steps(start, rendered, developed),
     };
@@ -378,6 +383,7 @@ fn show_features(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), 
         samples,
         all_samples: samples,
         at_rest: true,
+        piece: WHOLE,
         format: "image/png",
         milliseconds: steps(start, rendered, developed),
     };

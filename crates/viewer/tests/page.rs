@@ -59,6 +59,8 @@ pub(crate) fn start(scene: &Path) -> Viewer {
 /// A page, as a program.
 pub(crate) struct Page {
     pub(crate) socket: WebSocket<TcpStream>,
+    /// The pieces of a picture that have come.
+    pieces: Vec<u8>,
     input: u64,
 }
 
@@ -87,7 +89,7 @@ pub(crate) fn connect(
     let stream = TcpStream::connect(address).map_err(|error| error.to_string())?;
     stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
     let (socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
-    Ok(Page { socket, input: 0 })
+    Ok(Page { socket, pieces: Vec::new(), input: 0 })
 }
 
 impl Page {
@@ -114,7 +116,13 @@ impl Page {
                     let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
                     let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
                     self.say(json!({ "type": "ack", "frame": header["frame"] }));
-                    return Heard::Frame(header, bytes[4 + length..].to_vec());
+                    if header["piece"][0] == 0 {
+                        self.pieces.clear();
+                    }
+                    self.pieces.extend_from_slice(&bytes[4 + length..]);
+                    if header["piece"][0].as_u64().unwrap() + 1 == header["piece"][1].as_u64().unwrap() {
+                        return Heard::Frame(header, std::mem::take(&mut self.pieces));
+                    }
                 }
                 _ => {}
             }

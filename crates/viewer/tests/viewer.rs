@@ -96,6 +96,44 @@ fn moving_frames_show_the_newest_input_and_wait_for_the_page() {
 }
 
 #[test]
+fn large_pictures_come_in_pieces_that_a_camera_that_moves_does_not_wait_for() {
+    let source = Small("builtin:cornell".into());
+    let viewer = start(&source.0);
+    let mut page = Page::open(&viewer);
+    let mut view = page.scene();
+    (view.size, view.samples) = ([600, 400], 1);
+    let mut scene = source.read().unwrap().scene;
+    (scene.settings.size, scene.settings.samples) = (view.size, view.samples);
+    let input = page.want(&view, false);
+    let Heard::Frame(header, picture) = page.hear() else { panic!() };
+    assert_eq!((&header["input"], &header["format"]), (&json!(input), &json!("image/png")));
+    assert!(header["piece"][1].as_u64().unwrap() > 1, "{header}, {} bytes", picture.len());
+    assert!(picture == file_of(&scene));
+
+    // A page that takes no more than the first two pieces, and moves: what comes next is the movement.
+    let mut slow = connect(viewer.address(), &token_of(&viewer), &[]).unwrap();
+    slow.scene();
+    slow.want(&view, false);
+    let header_of = |message: Message| {
+        let Message::Binary(bytes) = message else { return None };
+        let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+        Some(serde_json::from_slice::<Value>(&bytes[4..4 + length]).unwrap())
+    };
+    let next = |page: &mut Page| loop {
+        if let Some(header) = header_of(page.socket.read().unwrap()) {
+            return header;
+        }
+    };
+    let pieces = [next(&mut slow), next(&mut slow)];
+    assert_eq!(pieces.clone().map(|header| header["piece"][0].as_u64()), [Some(0), Some(1)]);
+    view.camera.eye[0] += 0.1;
+    let input = slow.want(&view, true);
+    slow.say(json!({ "type": "ack", "frame": pieces[1]["frame"] }));
+    let header = next(&mut slow);
+    assert_eq!((&header["input"], &header["at-rest"]), (&json!(input), &json!(false)));
+}
+
+#[test]
 fn only_who_has_the_token_comes_in_from_the_page_itself() {
     let viewer = start(Path::new("builtin:cornell"));
     let (address, token) = (viewer.address(), token_of(&viewer));

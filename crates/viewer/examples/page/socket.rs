@@ -11,6 +11,8 @@ use tungstenite::{Message, WebSocket};
 
 pub(crate) struct Page {
     pub(crate) socket: WebSocket<TcpStream>,
+    /// The pieces of a picture that have come.
+    pieces: Vec<u8>,
     input: u64,
     sent: BTreeMap<u64, Instant>,
 }
@@ -34,7 +36,7 @@ impl Page {
         let stream = TcpStream::connect(address)?;
         stream.set_nodelay(true)?;
         let (socket, _) = tungstenite::client(request, stream)?;
-        Ok(Page { socket, input: 0, sent: BTreeMap::new() })
+        Ok(Page { socket, pieces: Vec::new(), input: 0, sent: BTreeMap::new() })
     }
 
     pub(crate) fn want(&mut self, view: &PageView, moving: bool) -> Result<u64> {
@@ -54,7 +56,16 @@ impl Page {
             Ok(Message::Binary(bytes)) => {
                 let length = u32::from_le_bytes(bytes[..4].try_into()?) as usize;
                 let header: Value = serde_json::from_slice(&bytes[4..4 + length])?;
-                Ok(Heard::Frame(header, bytes[4 + length..].to_vec()))
+                if header["piece"][0] == 0 {
+                    self.pieces.clear();
+                }
+                self.pieces.extend_from_slice(&bytes[4 + length..]);
+                if header["piece"][0].as_u64().map(|piece| piece + 1) < header["piece"][1].as_u64() {
+                    let answer = json!({ "type": "ack", "frame": header["frame"] });
+                    self.socket.send(Message::text(answer.to_string()))?;
+                    return Ok(Heard::Nothing);
+                }
+                Ok(Heard::Frame(header, std::mem::take(&mut self.pieces)))
             }
             // Browsers answer pings at once, whatever the page does.
             Ok(Message::Ping(_)) => {

@@ -21,6 +21,8 @@ let sendPending = false;
 let shown = null;
 /** Its number; each connection counts anew. */
 let lastFrame = 0;
+/** The pieces of a picture at rest that have come. */
+let pieceBlobs = [];
 let kept = null;
 let comparing = false;
 /** The picture at rest, as a file, and where the page has it. */
@@ -225,7 +227,13 @@ function refuse(text) {
 async function draw(data) {
   const headerLength = new DataView(data).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, headerLength)));
-  const blob = new Blob([new Uint8Array(data, 4 + headerLength)], { type: header.format });
+  let blob = new Blob([new Uint8Array(data, 4 + headerLength)], { type: header.format });
+  // A picture at rest may come in pieces, one after the other; what comes in between takes its place.
+  const [piece, pieces] = header.piece;
+  pieceBlobs = piece === 0 ? [blob] : [...pieceBlobs, blob];
+  if (piece + 1 < pieces) return say({ type: "ack", frame: header.frame });
+  if (pieces > 1) blob = new Blob(pieceBlobs, { type: header.format });
+  pieceBlobs = [];
   const bitmap = await createImageBitmap(blob);
   if (lastFrame < header.frame) {
     lastFrame = header.frame;

@@ -65,7 +65,11 @@ fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
                 Err(text) => return client.tell(ToPage::Refused { text }),
             }
         }
-        FromPage::Ack { frame } => client.state().acknowledged(frame),
+        FromPage::Ack { frame } => {
+            client.state().acknowledged(frame);
+            // The next piece may go.
+            client.to_send.notify_one();
+        }
         FromPage::Alive {} => return,
         FromPage::Pixel { x, y } => {
             return pixel::ask(shared, client, [x, y]);
