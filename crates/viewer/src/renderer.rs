@@ -6,7 +6,7 @@ use crate::false_colors;
 use crate::message::{Frame, FrameHeader, Milliseconds, OnShow, ToPage};
 use crate::page_view::{Show, frames_of};
 use crate::progress::Progress;
-use crate::source::{DeviceChoice, SceneSource, SourceError};
+use crate::source::{Device, DeviceChoice, SceneSource, SourceError};
 use crate::stage::Stage;
 use eosphor::{
     Backend, BackendError, DevelopSettings, Developed, FrameState, Metadata, OutputError, RenderControl,
@@ -147,9 +147,16 @@ impl Shared {
         self.wake();
     }
 
-    /// Notes that a page wants another device or hierarchy.
+    /// Notes that a page wants another device or hierarchy: one of those that it was told of.
     pub(crate) fn wish_device(&self, choice: DeviceChoice, client: &Arc<Client>) {
-        self.board().device_wish = Some((choice, Arc::clone(client)));
+        let devices = self.source.devices();
+        let has = |device: &Device| device.backend == choice.backend && device.accels.contains(&choice.accel);
+        match devices.iter().any(has) {
+            true => self.board().device_wish = Some((choice, Arc::clone(client))),
+            false => {
+                client.tell(ToPage::Refused { text: "there is no such device or hierarchy to choose".into() })
+            }
+        }
     }
 
     /// Gives all pages the device that one of them has asked for. Where that fails, it is told why, and all stays as it is.

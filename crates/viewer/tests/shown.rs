@@ -173,6 +173,10 @@ fn another_hierarchy_shows_the_same_picture_to_all_pages() {
     page.say(json!({ "type": "command" }));
     let command = page.text("command")["text"].as_str().unwrap().to_owned();
     assert!(command.contains("--backend=cpu --accel=octree --size="), "{command}");
-    page.say(choice("pyramid"));
-    assert_eq!(page.text("refused")["text"], "no such hierarchy");
+    // What is not offered is refused, also where it exists.
+    for accel in ["pyramid", "none"] {
+        page.say(choice(accel));
+        let text = page.text("refused")["text"].as_str().unwrap().to_owned();
+        assert!(text.contains("no such device or hierarchy"), "{text}");
+    }
 }
