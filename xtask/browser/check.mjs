@@ -1,13 +1,14 @@
-// `cargo xtask browser`: the viewer's page in headless Chromium. check.mjs PROGRAM SCENES_DIR OUT_DIR CHROMIUM [SECONDS]
+// `cargo xtask browser`: the viewer's page in headless Chromium. check.mjs PROGRAM SCENES_DIR OUT_DIR CHROMIUM SECONDS PROCESSES
 // Prints a line for each thing that is looked at, and exits with 1 where one is not as it must be.
 
 import { execFileSync, spawn } from "node:child_process";
 import fs from "node:fs";
+import http from "node:http";
 import path from "node:path";
 import { createRequire } from "node:module";
 import puppeteer from "puppeteer-core";
 
-const [, , program, scenes, out, chromium, seconds = "10"] = process.argv;
+const [, , program, scenes, out, chromium, seconds, processes] = process.argv;
 const axe = fs.readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 let failures = 0;
@@ -51,6 +52,39 @@ const set = (page, id, value) =>
     element.value = value;
     for (const kind of ["input", "change"]) element.dispatchEvent(new Event(kind, { bubbles: true }));
   }, value);
+/** The file that a button of the page hands to the browser, as bytes. */
+async function taken(page, button) {
+  const bytes = await page.evaluate(async (button) => {
+    // The page may not fetch it; what it makes an address for is the file.
+    const { createObjectURL } = URL;
+    const { click } = HTMLAnchorElement.prototype;
+    try {
+      const file = await new Promise((done, failed) => {
+        let blob = null;
+        URL.createObjectURL = (made) => createObjectURL.call(URL, (blob = made));
+        HTMLAnchorElement.prototype.click = () => done(blob);
+        document.getElementById(button).click();
+        setTimeout(() => failed(new Error(document.getElementById("problem").textContent)), 10000);
+      });
+      return Array.from(new Uint8Array(await file.arrayBuffer()));
+    } finally {
+      URL.createObjectURL = createObjectURL;
+      HTMLAnchorElement.prototype.click = click;
+    }
+  }, button);
+  return Buffer.from(bytes);
+}
+const pictureOf = async (page) =>
+  Buffer.from(await page.evaluate(async () => Array.from(new Uint8Array(await window.eosphor.file.arrayBuffer()))));
+async function commandOf(page) {
+  await page.$eval("#command", (element) => { element.textContent = ""; });
+  await page.click("#copy");
+  await page.waitForFunction("document.getElementById('command').textContent !== ''");
+  return page.$eval("#command", (element) => element.textContent);
+}
+/** Runs a copied command line; `name` takes the place of the picture's. */
+const run = (command, name, target) => execFileSync("sh", ["-c", `${command.replace(/^eosphor/, program).replace(name, target)} -q`]);
+
 const middle = async (page) => {
   const box = await (await page.$("#picture")).boundingBox();
   return [box.x + box.width / 2, box.y + box.height / 2];
@@ -81,6 +115,17 @@ const changes = [
     await pause(150);
     await page.keyboard.up("w");
   },
+  async (page) => {
+    // A lens, and what is in the middle of the picture sharp.
+    await set(page, "aperture", "0.1");
+    await page.click("#focus-click");
+    const [x, y] = await middle(page);
+    const before = await page.evaluate("window.eosphor.view.camera['focus-distance']");
+    await page.mouse.click(x, y);
+    await page
+      .waitForFunction((before) => window.eosphor.view.camera["focus-distance"] !== before, { timeout: 3000 }, before)
+      .catch(() => console.log("     nothing was there to be sharp"));
+  },
 ];
 const file = (name) => path.join(scenes, name);
 const all = [
@@ -88,6 +133,7 @@ const all = [
   ...["glass-and-mirrors.json", "leaves.json", "vase.obj", "knot.glb", "depth-of-field.json", "coloured-shadows.json"].map((name) => [file(name)]),
 ];
 let same = 0;
+let sameSaved = 0;
 for (const scene of all) {
   const { viewer, url } = await view([...scene, "--size", "160x100", "--samples", "3"]);
   const page = await open(url);
@@ -95,27 +141,91 @@ for (const scene of all) {
     await rest(page);
     await change(page);
     await rest(page);
-    const picture = Buffer.from(await page.evaluate(async () => Array.from(new Uint8Array(await window.eosphor.file.arrayBuffer()))));
-    await page.click("#copy");
-    await page.waitForFunction("document.getElementById('command').textContent !== ''");
-    const command = await page.$eval("#command", (element) => {
-      const text = element.textContent;
-      element.textContent = "";
-      return text;
-    });
+    const picture = await pictureOf(page);
+    const command = await commandOf(page);
     const target = path.join(out, "command.png");
-    execFileSync("sh", ["-c", `${command.replace(/^eosphor/, program).replace("picture.png", target)} -q`]);
-    const is = fs.readFileSync(target).equals(picture);
-    if (is) same += 1;
+    run(command, "picture.png", target);
+    if (fs.readFileSync(target).equals(picture)) same += 1;
     else console.log(`different: ${command}`);
+    const saved = path.join(out, "saved.json");
+    fs.writeFileSync(saved, await taken(page, "save"));
+    execFileSync(program, ["render", saved, "-o", target, "--no-metadata", "--backend", "cpu", "-q"]);
+    if (fs.readFileSync(target).equals(picture)) sameSaved += 1;
+    else console.log(`the saved scene is different: ${command}\n${fs.readFileSync(saved)}`);
   }
   await page.browserContext().close();
   viewer.kill();
 }
 report(same === all.length * changes.length, `${same} of ${all.length * changes.length} pictures at rest are those of their command lines`);
+report(sameSaved === all.length * changes.length, `${sameSaved} of ${all.length * changes.length} are those of the saved scenes`);
 
-// Latency of a scripted orbit, and how soon the picture is whole again.
+// What is shown beside the picture, the frames of an animation, hierarchies, linear colours, and two pictures compared.
 {
+  const { viewer, url } = await view(["builtin:solids", "--size", "160x100", "--samples", "3"]);
+  const page = await open(url);
+  await rest(page);
+  const first = await pictureOf(page);
+  for (const [index, last] of [["1", "frame_0001.png"], ["7", "frame_0007.png"]]) {
+    await set(page, "frame", index);
+    await rest(page);
+    run(await commandOf(page), "frame_%04d.png", path.join(out, "frame_%04d.png"));
+    report(fs.readFileSync(path.join(out, last)).equals(await pictureOf(page)), `the slider shows frame ${index}, as its command line writes it`);
+  }
+  await page.click("#play");
+  await pause(500);
+  await page.click("#play");
+  report((await page.evaluate("window.eosphor.view.frame")) !== 7, "playing goes on to other frames");
+  await set(page, "frame", "0");
+  await rest(page);
+  const seen = [await pictureOf(page)];
+  report(seen[0].equals(first), "the first frame is the picture again");
+  for (const show of ["normals", "depth", "objects", "materials", "cost"]) {
+    await set(page, "show", show);
+    await rest(page);
+    seen.push(await pictureOf(page));
+    await page.screenshot({ path: path.join(out, `show-${show}.png`) });
+    const command = await commandOf(page);
+    if (show === "cost") {
+      run(command, "picture.png", path.join(out, "cost.png"));
+      report(fs.readFileSync(path.join(out, "cost.png")).equals(seen.at(-1)), "costs are those of the command line");
+    } else report(command.includes(`--layers=${show.replace(/s$/, "")}`), `${show}: ${command.slice(-44)}`);
+  }
+  report(new Set(seen.map((picture) => picture.toString("base64"))).size === seen.length, "each of them is another picture");
+  await set(page, "show", "picture");
+  await rest(page);
+  const [x, y] = await middle(page);
+  await page.mouse.move(x + 3, y + 2);
+  await page.waitForFunction("!document.getElementById('value').hidden", { timeout: 5000 });
+  const value = await page.$eval("#value", (element) => element.textContent);
+  report(/object \d+ .*\nmaterial \d+ .*\ndistance/.test(value), `the pointer tells: ${value.replaceAll("\n", "; ")}`);
+  const exr = path.join(out, "command.exr");
+  run((await commandOf(page)).replace("picture.png", "picture.exr"), "picture.exr", exr);
+  report(fs.readFileSync(exr).equals(await taken(page, "exr")), "the EXR is that of the command line");
+  for (const accel of ["octree", "kdtree", "bvh"]) {
+    await page.select("#accel", accel);
+    await page.waitForFunction((accel) => window.eosphor.scene.device?.accel === accel, { timeout: 10000 }, accel);
+    await rest(page);
+    report((await pictureOf(page)).equals(first), `the same picture through ${accel}`);
+  }
+  await page.focus("#picture");
+  await page.keyboard.press("k");
+  await set(page, "exposure", "3");
+  await rest(page);
+  const screen = () => page.$eval("#picture", (canvas) => canvas.toDataURL());
+  const now = await screen();
+  await page.focus("#picture");
+  await page.keyboard.down("c");
+  const compared = await screen();
+  await page.keyboard.up("c");
+  report(compared !== now && (await screen()) === now, "C shows the picture that K has kept");
+  await page.click("#reset");
+  await rest(page);
+  await page.browserContext().close();
+  viewer.kill();
+}
+
+// Latency of a scripted orbit, each time of a fresh server.
+for (let k = 0; k < Number(processes); k += 1) {
   const start = Date.now();
   const { viewer, url } = await view(["builtin:cornell", "--size", "640x360"]);
   const page = await open(url);
@@ -163,6 +273,9 @@ report(same === all.length * changes.length, `${same} of ${all.length * changes.
   await first.waitForFunction("!document.getElementById('problem').hidden", { timeout: 10000 });
   const problem = await first.$eval("#problem", (element) => element.textContent);
   report(/followed\.json:\d+:\d+/.test(problem), `a mistake is shown with its place: ${problem.split("\n")[0]}`);
+  await first.reload();
+  await first.waitForFunction("!document.getElementById('problem').hidden && window.eosphor.measured.frames > 0", { timeout: 10000 });
+  report(true, "a page that is loaded with the mistake there shows it over the last picture");
   fs.writeFileSync(scene, text("[0, 0, 1]"));
   await first.waitForFunction("document.getElementById('problem').hidden", { timeout: 10000 });
   report(true, "the repair is followed");
@@ -177,6 +290,49 @@ report(same === all.length * changes.length, `${same} of ${all.length * changes.
   await rest(first);
   report((await eye(first)) === before, "after a restart of the server the tab has the same camera");
   for (const page of [first, second]) await page.browserContext().close();
+  viewer.kill();
+}
+
+// Who has no token, comes by another name, or from another page, is refused.
+{
+  const { viewer, url } = await view(["builtin:cornell", "--size", "160x100", "--samples", "1"]);
+  const { port, origin } = new URL(url);
+  const page = await open(url);
+  report(!page.url().includes("token"), "the token leaves the address bar");
+  const [cookie] = await page.cookies();
+  report(cookie.httpOnly && cookie.sameSite === "Strict", "the cookie is HttpOnly and SameSite=Strict");
+  const status = (path, headers) =>
+    new Promise((done) => http.get({ port, path, headers, host: "127.0.0.1" }, (answer) => done(answer.resume().statusCode)));
+  const known = { cookie: `${cookie.name}=${cookie.value}` };
+  const answers = await Promise.all([
+    status("/", known), status("/"), status("/?token=0123456789abcdef0123456789abcdef"), status("/", { ...known, host: "evil.example" }),
+  ]);
+  report(answers.join() === "200,403,403,403", `who is known gets the page; no token, a wrong one, a foreign name: ${answers}`);
+  // A page of another port of this machine is of the same site, so that the cookie is sent: its origin gives it away.
+  const other = http.createServer((_, answer) => answer.setHeader("content-type", "text/html").end("<p>other</p>")).listen(0, "127.0.0.1");
+  await new Promise((done) => other.once("listening", done));
+  const foreignPage = await page.browserContext().newPage();
+  await foreignPage.goto(`http://127.0.0.1:${other.address().port}/`);
+  const opened = await foreignPage.evaluate((address) => new Promise((done) => {
+    const socket = new WebSocket(address);
+    [socket.onopen, socket.onerror] = [() => done(true), () => done(false)];
+  }), `${origin.replace("http", "ws")}/socket`);
+  report(!opened, "a foreign page opens no socket");
+  other.close();
+  await page.browserContext().close();
+  viewer.kill();
+}
+
+// The picture of the README.
+{
+  const { viewer, url } = await view(["builtin:cornell", "--size", "800x640", "--samples", "64"]);
+  const page = await open(url, { width: 1150, height: 680 });
+  await rest(page);
+  const [x, y] = await middle(page);
+  await page.mouse.move(x - 60, y + 130);
+  await page.waitForFunction("!document.getElementById('value').hidden", { timeout: 5000 });
+  await page.screenshot({ path: path.join(out, "viewer.png") });
+  await page.browserContext().close();
   viewer.kill();
 }
 

@@ -1,5 +1,6 @@
-//! `cargo xtask browser [SECONDS]`: the viewer's page in headless Chromium, with the program as users build it. Needs Node.js and
-//! Chromium (`apt-get install nodejs npm chromium`); npm brings what drives the browser. Screenshots go to `target/browser/`.
+//! `cargo xtask browser [SECONDS [PROCESSES]]`: the viewer's page in headless Chromium, with the program as users build it; latency
+//! is measured for so many seconds of so many servers. Needs Node.js and Chromium (`apt-get install nodejs npm chromium`); npm
+//! brings what drives the browser. Screenshots go to `target/browser/`.
 
 use crate::{build_program, root};
 use anyhow::{Context, ensure};
@@ -10,8 +11,13 @@ use std::process::Command;
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
 pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
-    let seconds = arguments.first().map_or("10", String::as_str);
-    seconds.parse::<u32>().context("SECONDS is not a number")?;
+    let number = |at: usize, name: &'static str, default| {
+        let text = arguments.get(at).map_or(default, String::as_str);
+        text.parse::<u32>()
+            .with_context(|| format!("{name} is not a number"))
+            .map(|number| number.to_string())
+    };
+    let (seconds, processes) = (number(0, "SECONDS", "10")?, number(1, "PROCESSES", "1")?);
     let path = std::env::var_os("PATH").unwrap_or_default();
     let candidates = std::env::split_paths(&path).flat_map(|folder| BROWSERS.map(|name| folder.join(name)));
     let chromium = candidates
@@ -33,5 +39,6 @@ pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
     done(Command::new("npm").args(["install", "--no-audit", "--no-fund", "--silent"]), "npm")?;
     let mut check = Command::new("node");
     check.arg("check.mjs").arg(program).arg(root().join("scenes")).arg(&folder).arg(chromium).arg(seconds);
+    check.arg(processes);
     done(&mut check, "node")
 }

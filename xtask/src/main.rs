@@ -5,6 +5,7 @@ mod browser;
 mod fma;
 mod fuzz;
 mod kills;
+mod lines;
 mod ptx;
 mod sheet;
 mod structures;
@@ -36,6 +37,11 @@ const COMMANDS: &[Command] = &[
         "kills",
         "kill renders at random moments and let them go on [--stills N] [--ranks N] [--sequences N] [--backend NAME] [--program PATH]",
         kills::run,
+    ),
+    (
+        "lines",
+        "try eosphor view over slow, far and lossy lines, and a tunnel [SECONDS [CASE...]]",
+        lines::run,
     ),
     (
         "sheet",

@@ -2,7 +2,7 @@
 
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_render::{CpuBackend, CpuOptions, FeatureRows};
-use eosphor_scene::{Camera, Material, MaterialKind, PixelSampling, Scene, SceneData, Sphere};
+use eosphor_scene::{Camera, FrameStates, Material, MaterialKind, PixelSampling, Scene, SceneData, Sphere};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -73,4 +73,23 @@ fn a_cancelled_pass_shows_nothing() {
     let pass = backend.feature_pass(Arc::new(data), None).unwrap();
     assert_eq!(pass.rows(3..9, None, &AtomicBool::new(true)).unwrap(), FeatureRows::new(65, 6));
     assert!(pass.rows(30..34, None, &AtomicBool::new(false)).is_err());
+}
+
+#[test]
+fn frames_of_another_size_and_single_pixels_are_those_of_a_scene_of_that_size() {
+    let scene = balls(4);
+    let (data, _) = SceneData::flatten(&scene).unwrap();
+    let data = Arc::new(data);
+    let backend = CpuBackend::new(CpuOptions { threads: Some(2), ..CpuOptions::default() }).unwrap();
+    let pass = backend.feature_pass(Arc::clone(&data), None).unwrap();
+    let mut other = scene.clone();
+    (other.settings.size, other.settings.samples) = ([40, 50], 2);
+    let states = FrameStates::new(&scene, &data);
+    let state = states.seen_by(0, other.camera_at(0).as_ref(), &other.settings).unwrap();
+    let rows = pass.rows(0..50, Some(&state), &AtomicBool::new(false)).unwrap();
+    assert_eq!(rows.pixels, features(&other).pixels);
+    for (x, y) in [(0, 0), (20, 25), (39, 49)] {
+        assert_eq!(pass.pixel(x, y, &state).unwrap(), rows.pixels[y as usize * 40 + x as usize]);
+    }
+    assert!(pass.pixel(40, 0, &state).is_err() && pass.pixel(u32::MAX, u32::MAX, &state).is_err());
 }

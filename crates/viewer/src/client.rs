@@ -1,6 +1,7 @@
 //! What the server knows of a page.
 
-use crate::message::{Frame, ToPage};
+use crate::hover::Hover;
+use crate::message::{Frame, FrameHeader, ToPage};
 use crate::page_view::PageView;
 use crate::progress::Progress;
 use crate::quality::Quality;
@@ -21,7 +22,10 @@ const MAX_TEXTS: usize = 32;
 
 /// A page that is connected.
 pub(crate) struct Client {
+    /// Counts the pages of a viewer.
+    pub(crate) number: u64,
     state: Mutex<ClientState>,
+    pub(crate) hover: Hover,
     /// Told when there is something to send.
     pub(crate) to_send: Notify,
     /// Ends what is being rendered for it.
@@ -36,12 +40,28 @@ pub(crate) struct ClientState {
     pub(crate) quality: Quality,
     /// The picture at rest, as far as it is.
     pub(crate) progress: Option<Progress>,
-    /// The newest frame that is still to be sent.
+    /// The newest frame that is still to be sent, or what is left of it.
     frame: Option<Frame>,
     texts: VecDeque<ToPage>,
-    /// Frames that were sent and not acknowledged: number, bytes, when.
-    under_way: VecDeque<(u64, usize, Instant)>,
+    /// Frames that were sent and not acknowledged.
+    under_way: VecDeque<UnderWay>,
     frames: u64,
+}
+
+/// A frame that was sent and not acknowledged.
+struct UnderWay {
+    number: u64,
+    bytes: usize,
+    /// When the page's answer to the question before the frame came.
+    began: Option<Instant>,
+}
+
+/// Where a question (a ping) is that goes with a frame. The page's system answers as it passes, whatever the page does: the time
+/// between the answers is what the frame took on the line, without the way there and back and without what was queued before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Before,
+    After,
 }
 
 /// The newest input of a page.
@@ -69,8 +89,9 @@ pub(crate) enum Next {
 }
 
 impl Client {
-    pub(crate) fn new() -> Client {
-        Client { state: Mutex::default(), to_send: Notify::new(), cancel: AtomicBool::new(false) }
+    pub(crate) fn new(number: u64) -> Client {
+        let (to_send, cancel) = (Notify::new(), AtomicBool::new(false));
+        Client { number, state: Mutex::default(), hover: Hover::default(), to_send, cancel }
     }
 
     pub(crate) fn state(&self) -> MutexGuard<'_, ClientState> {
@@ -87,6 +108,8 @@ impl Client {
             // Who has all of it asks for the last frame again, under the number of the new input.
             state.progress.iter_mut().for_each(|progress| progress.is_sent = false);
         } else {
+            // What is left of a picture at rest would only hold up what comes now.
+            state.frame.take_if(|frame| frame.header.at_rest);
             state.progress = None;
             self.cancel.store(true, Ordering::Relaxed);
         }
@@ -138,23 +161,163 @@ impl ClientState {
         self.texts.pop_front()
     }
 
-    /// The frame that is to be sent now.
-    pub(crate) fn take_frame(&mut self, now: Instant) -> Option<Frame> {
-        let frame = self.frame.take()?;
-        self.under_way.push_back((frame.header.frame, frame.bytes.len(), now));
+    /// The frame that is to be sent now, or a piece of one at rest.
+    pub(crate) fn take_frame(&mut self) -> Option<Frame> {
+        if self.under_way.len() >= FRAMES_UNDER_WAY {
+            return None;
+        }
+        let mut frame = self.frame.take()?;
+        let [piece, _] = frame.header.piece;
+        let most = self.quality.piece_bytes();
+        frame.header.piece[1] = piece + 1;
+        if frame.header.at_rest && frame.bytes.len() > most {
+            // What is known of the line changes: as many more as it looks now.
+            frame.header.piece[1] = piece + frame.bytes.len().div_ceil(most) as u32;
+            let rest = frame.bytes.split_off(most);
+            let header = FrameHeader {
+                frame: self.number(),
+                piece: [piece + 1, frame.header.piece[1]],
+                ..frame.header.clone()
+            };
+            self.frame = Some(Frame { header, bytes: rest });
+        }
+        let (number, bytes) = (frame.header.frame, frame.bytes.len());
+        self.under_way.push_back(UnderWay { number, bytes, began: None });
         Some(frame)
     }
 
-    /// The page has drawn a frame.
-    pub(crate) fn acknowledged(&mut self, frame: u64, now: Instant) {
-        while let Some(&(number, bytes, sent)) = self.under_way.front() {
-            if number > frame {
-                break;
+    /// The page's system has answered the question on this side of a frame. Answers to what was not asked say nothing.
+    pub(crate) fn answered(&mut self, frame: u64, side: Side, now: Instant) {
+        let Some(under_way) = self.under_way.iter_mut().find(|under_way| under_way.number == frame) else {
+            return;
+        };
+        match (side, under_way.began) {
+            (Side::Before, None) => under_way.began = Some(now),
+            (Side::After, Some(began)) => {
+                under_way.began = None;
+                let bytes = under_way.bytes;
+                self.quality.passed(bytes, now.duration_since(began));
             }
-            self.under_way.pop_front();
-            if number == frame {
-                self.quality.arrived(bytes, sent, now);
-            }
+            _ => {}
         }
+    }
+
+    /// The page has drawn a frame.
+    pub(crate) fn acknowledged(&mut self, frame: u64) {
+        while self.under_way.front().is_some_and(|under_way| under_way.number <= frame) {
+            self.under_way.pop_front();
+        }
+    }
+}
+
+impl Side {
+    /// What a question asks, for its answer.
+    pub(crate) fn question(self, frame: u64) -> Vec<u8> {
+        let mut text = frame.to_le_bytes().to_vec();
+        text.push(u8::from(self == Side::After));
+        text
+    }
+
+    /// Which question an answer is to.
+    pub(crate) fn read(answer: &[u8]) -> Option<(u64, Side)> {
+        let (frame, side) = answer.split_first_chunk()?;
+        let side = match side {
+            [0] => Side::Before,
+            [1] => Side::After,
+            _ => return None,
+        };
+        Some((u64::from_le_bytes(*frame), side))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::{FrameHeader, Milliseconds};
+
+    fn view() -> PageView {
+        let scene = eosphor::load("builtin:cornell", &eosphor::LoadOptions::default()).unwrap().scene;
+        PageView::of(&scene).unwrap()
+    }
+
+    fn frame(number: u64, bytes: usize) -> Frame {
+        let header = FrameHeader {
+            frame: number,
+            input: 1,
+            version: 1,
+            size: [64, 36],
+            full: [64, 36],
+            samples: 1,
+            all_samples: 1,
+            at_rest: false,
+            piece: [0, 1],
+            format: "image/jpeg",
+            milliseconds: Milliseconds::default(),
+        };
+        Frame { header, bytes: vec![0; bytes] }
+    }
+
+    #[test]
+    fn pictures_at_rest_go_in_pieces_and_make_room_for_a_camera_that_moves() {
+        let client = Client::new(1);
+        let piece = Quality::default().piece_bytes();
+        let at_rest = || {
+            let mut frame = frame(client.state().number(), 3 * piece + 7);
+            frame.header.at_rest = true;
+            client.show(frame);
+        };
+        let take = || {
+            client
+                .state()
+                .take_frame()
+                .map(|frame| (frame.header.piece, frame.header.frame, frame.bytes.len()))
+        };
+        at_rest();
+        assert_eq!((take(), take()), (Some(([0, 4], 1, piece)), Some(([1, 4], 2, piece))));
+        // No more than two are under way.
+        assert_eq!(take(), None);
+        client.state().acknowledged(1);
+        assert_eq!(take(), Some(([2, 4], 3, piece)));
+        client.state().acknowledged(3);
+        assert_eq!((take(), take()), (Some(([3, 4], 4, 7)), None));
+        client.state().acknowledged(4);
+        // Those that are left are not sent any more when the camera moves.
+        at_rest();
+        assert_eq!(take().map(|(piece, ..)| piece), Some([0, 4]));
+        client.want(view(), 2, true);
+        assert_eq!(take(), None);
+        // A moving frame is one piece, whatever it has.
+        client.show(frame(9, 100 * piece));
+        assert_eq!(take(), Some(([0, 1], 9, 100 * piece)));
+    }
+
+    #[test]
+    fn answers_tell_how_long_a_frame_was_on_the_line() {
+        let (client, start) = (Client::new(1), Instant::now());
+        let at = |ms| start + Duration::from_millis(ms);
+        for number in 1..=2 {
+            client.show(frame(number, 100_000));
+            assert!(client.state().take_frame().is_some());
+        }
+        let mut state = client.state();
+        // Answers that make no sense change nothing.
+        assert_eq!(Side::read(b"hello"), None);
+        assert_eq!(Side::read(&[0; 10]), None);
+        state.answered(1, Side::After, at(1));
+        state.answered(7, Side::Before, at(1));
+        assert_eq!(state.quality.line(), None);
+        // Half a second of round trip does not count, nor does the other frame.
+        for (number, side, ms) in
+            [(1, Side::Before, 500), (1, Side::After, 600), (2, Side::Before, 600), (2, Side::After, 700)]
+        {
+            let question = side.question(number);
+            assert_eq!(Side::read(&question), Some((number, side)));
+            state.answered(number, side, at(ms));
+        }
+        assert!((state.quality.line().unwrap() / 1e6 - 1.0).abs() < 1e-3);
+        // What was acknowledged is done.
+        state.acknowledged(2);
+        state.answered(2, Side::Before, at(800));
+        assert!(state.under_way.is_empty());
     }
 }

@@ -1,6 +1,6 @@
 //! Frames as bytes.
 
-use eosphor::{Developed, Format, OutputError, PictureWriter, SaveOptions};
+use eosphor::{Developed, Film, Format, OutputError, PictureWriter, SaveOptions};
 use std::io::{Error, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,6 +16,21 @@ pub(crate) fn png(picture: &Developed, options: &SaveOptions) -> Result<Vec<u8>,
     encoded(picture, Format::Png, options)
 }
 
+/// A film as the EXR that `eosphor render --no-metadata` writes.
+pub(crate) fn exr(film: &Film, options: &SaveOptions) -> Result<Vec<u8>, OutputError> {
+    let bytes = Bytes::default();
+    let mut writer = PictureWriter::open_stream(
+        Box::new(bytes.clone()),
+        Path::new("a picture"),
+        Format::Exr,
+        (film.width, film.height),
+        options,
+    )?;
+    writer.write_rows(film, None)?;
+    writer.finish()?;
+    Ok(bytes.take())
+}
+
 fn encoded(picture: &Developed, format: Format, options: &SaveOptions) -> Result<Vec<u8>, OutputError> {
     let bytes = Bytes::default();
     let size = (picture.width, picture.height);
@@ -23,12 +38,18 @@ fn encoded(picture: &Developed, format: Format, options: &SaveOptions) -> Result
         PictureWriter::open_stream(Box::new(bytes.clone()), Path::new("a frame"), format, size, options)?;
     writer.write_developed(picture)?;
     writer.finish()?;
-    Ok(std::mem::take(&mut bytes.0.lock().unwrap_or_else(PoisonError::into_inner)))
+    Ok(bytes.take())
 }
 
 /// A stream into memory.
 #[derive(Clone, Default)]
 struct Bytes(Arc<Mutex<Vec<u8>>>);
+
+impl Bytes {
+    fn take(&self) -> Vec<u8> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
 
 impl Write for Bytes {
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Error> {

@@ -20,7 +20,10 @@ pub fn fuzz_message(scene: &Scene, data: &SceneData, own: &PageView, bytes: &[u8
         return assert!(!error.is_empty());
     }
     let (camera, settings) = view.applied(scene, own);
-    let state = FrameStates::new(scene, data).seen_by(0, Some(&camera), &settings);
+    let state = FrameStates::new(scene, data).seen_by(view.frame, Some(&camera), &settings);
     assert!(state.is_ok(), "{view:?}");
-    assert!(!view.flags(scene, own).is_empty());
+    match view.flags(scene, own) {
+        Ok(flags) => assert!(!flags.is_empty()),
+        Err(error) => assert!(!error.is_empty()),
+    }
 }

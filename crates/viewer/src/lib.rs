@@ -12,21 +12,25 @@
 
 mod client;
 mod encode;
+mod false_colors;
 #[cfg(fuzzing)]
 mod fuzzed;
+mod hover;
 mod message;
 mod page_view;
+mod pixel;
 mod progress;
 mod quality;
 mod renderer;
 mod server;
 mod source;
 mod stage;
+mod take;
 mod viewer;
 mod watch;
 
 #[cfg(fuzzing)]
 pub use fuzzed::fuzz_message;
-pub use page_view::{PageCamera, PageView};
-pub use source::{SceneSource, SourceError, SourceScene};
+pub use page_view::{PageCamera, PageView, Show};
+pub use source::{Device, DeviceChoice, SceneSource, SourceError, SourceScene};
 pub use viewer::{Viewer, ViewerError, ViewerOptions};

@@ -1,13 +1,14 @@
 //! Messages between a page and the server: JSON texts, and frames as bytes behind a header.
 
 use crate::page_view::PageView;
+use crate::source::{Device, DeviceChoice};
 use serde::{Deserialize, Serialize};
 
 /// Longest message of a page, in bytes.
 pub(crate) const MAX_MESSAGE: usize = 16 * 1024;
 
 /// What a page says.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum FromPage {
     /// What it wants to see.
@@ -22,10 +23,12 @@ pub(crate) enum FromPage {
     Ack { frame: u64 },
     /// It is still there.
     Alive {},
-    /// It wants the values of a pixel of the picture at rest.
+    /// It wants to know what is at a pixel of the picture at rest.
     Pixel { x: u32, y: u32 },
     /// It wants the command line of its view.
     Command {},
+    /// All pages are to be rendered on this device.
+    Device { choice: DeviceChoice },
 }
 
 impl FromPage {
@@ -44,29 +47,59 @@ impl FromPage {
 #[serde(tag = "type", rename_all = "kebab-case", rename_all_fields = "kebab-case")]
 pub(crate) enum ToPage {
     /// A scene is on show: the first, or one that has changed.
-    Scene {
-        version: u64,
-        name: String,
-        /// Where it is rendered.
-        backend: String,
-        /// That of the file.
-        view: PageView,
-        /// Half the diagonal of the scene's box, in world units.
-        radius: f32,
-        /// The middle of that box, in coordinates of the file.
-        center: [f64; 3],
-        triangles: usize,
-        /// Whether the page takes the file's camera: the first time, and where that has changed.
-        take_camera: bool,
-    },
+    Scene(Box<OnShow>),
     /// The files of the scene cannot be read; the last scene stays.
     Error { text: String },
     /// A message of the page was refused.
     Refused { text: String },
     /// The command line of the page's view.
     Command { text: String },
-    /// Linear colours of a pixel of the picture at rest, with the samples taken so far.
-    Pixel { x: u32, y: u32, linear: [f32; 3], samples: u32 },
+    /// What is at a pixel of the picture at rest: linear colours, with the samples taken so far, and what is seen there.
+    Pixel { x: u32, y: u32, linear: Option<[f32; 3]>, samples: u32, surface: Option<Surface> },
+}
+
+/// The scene on show, as a page is told of it.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct OnShow {
+    pub(crate) version: u64,
+    pub(crate) name: String,
+    /// Where it is rendered.
+    pub(crate) backend: String,
+    /// That of the file.
+    pub(crate) view: PageView,
+    /// Half the diagonal of the scene's box, in world units.
+    pub(crate) radius: f32,
+    /// The middle of that box, in coordinates of the file.
+    pub(crate) center: [f64; 3],
+    pub(crate) triangles: usize,
+    /// How many frames there are.
+    pub(crate) frames: u32,
+    /// Frames a second.
+    pub(crate) fps: f32,
+    /// What pages may choose from.
+    pub(crate) devices: Vec<Device>,
+    /// What was chosen.
+    pub(crate) device: Option<DeviceChoice>,
+    /// The number of the page, for files that it asks for.
+    pub(crate) page: u64,
+    /// Whether the page takes the file's camera: the first time, and where that has changed.
+    pub(crate) take_camera: bool,
+}
+
+/// What the first camera ray of a pixel finds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct Surface {
+    /// Distance along the ray, in world units.
+    pub(crate) depth: f32,
+    /// In world space, on the viewer's side.
+    pub(crate) normal: [f32; 3],
+    /// Numbers, as in layers of EXR files, and names, where there are any.
+    pub(crate) object: u32,
+    pub(crate) object_name: Option<String>,
+    pub(crate) material: u32,
+    pub(crate) material_name: Option<String>,
 }
 
 /// What a frame is.
@@ -89,6 +122,8 @@ pub(crate) struct FrameHeader {
     pub(crate) all_samples: u32,
     /// Whether the camera rests.
     pub(crate) at_rest: bool,
+    /// Pictures of many bytes come in pieces: which one this is, and how many there are.
+    pub(crate) piece: [u32; 2],
     /// The media type.
     pub(crate) format: &'static str,
     pub(crate) milliseconds: Milliseconds,

@@ -2,7 +2,7 @@
 
 use eosphor::math::vec3;
 use eosphor::settings::{LightingModel, ShadowMode};
-use eosphor::{Camera, PixelSampling, RenderSettings, Scene, SceneError};
+use eosphor::{Camera, Lens, PixelSampling, RenderSettings, Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
 /// Most pixels of a page's picture.
@@ -28,6 +28,29 @@ pub struct PageView {
     pub shadows: ShadowMode,
     /// Stops.
     pub exposure: f32,
+    /// The frame of the scene's animation, from 0.
+    pub frame: u32,
+    /// What is shown of the scene.
+    pub show: Show,
+}
+
+/// What a page shows of the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Show {
+    /// The picture.
+    #[default]
+    Picture,
+    /// Normals of what camera rays find first, in world space: red, green and blue from -1 to 1.
+    Normals,
+    /// How far away that is, from white to black.
+    Depth,
+    /// Which object that is, each in a colour of its own.
+    Objects,
+    /// Which material that is, each in a colour of its own.
+    Materials,
+    /// How many nodes and primitives camera rays test.
+    Cost,
 }
 
 /// A camera that looks at a point. Coordinates are those of the scene's file.
@@ -42,6 +65,10 @@ pub struct PageCamera {
     pub up: [f32; 3],
     /// Horizontal field of view in degrees; of an orthographic camera it does not count.
     pub fov: f32,
+    /// Radius of the lens in world units; 0 is a pin-hole.
+    pub aperture: f32,
+    /// Distance of the plane that is sharp; where not given, that of the point that is looked at.
+    pub focus_distance: Option<f32>,
 }
 
 impl PageView {
@@ -64,6 +91,8 @@ impl PageView {
             look_at: scene.point_in_file(look_at),
             up: [camera.up.x, camera.up.y, camera.up.z],
             fov: fov_x_degrees(&camera, width as f32 / height as f32),
+            aperture: camera.lens.map_or(0.0, |lens| lens.aperture_radius),
+            focus_distance: camera.lens.and_then(|lens| lens.focus_distance),
         };
         Ok(PageView {
             size: settings.size,
@@ -74,10 +103,12 @@ impl PageView {
             lighting: settings.lighting,
             shadows: settings.shadows,
             exposure: settings.exposure,
+            frame: 0,
+            show: Show::Picture,
         })
     }
 
-    /// The camera and the settings of the picture at rest; `own` is the scene's own view.
+    /// The camera of its frame and the settings of the picture at rest; `own` is the scene's own view.
     pub(crate) fn applied(&self, scene: &Scene, own: &PageView) -> (Camera, RenderSettings) {
         let camera = match self.camera_of_scene(scene, own) {
             Some(camera) => camera,
@@ -88,7 +119,7 @@ impl PageView {
 
     /// The scene's camera, where the page has not changed it.
     fn camera_of_scene(&self, scene: &Scene, own: &PageView) -> Option<Camera> {
-        scene.camera_at(0).filter(|_| self.camera == own.camera)
+        scene.camera_at(self.frame).filter(|_| self.camera == own.camera)
     }
 
     fn camera(&self, scene: &Scene) -> Camera {
@@ -101,8 +132,14 @@ impl PageView {
             up: vec3(x, y, z),
             fov_x_degrees: self.camera.fov,
             fov_y_degrees: if is_orthographic { before.fov_y_degrees } else { None },
+            lens: self.lens(),
             ..before
         }
+    }
+
+    fn lens(&self) -> Option<Lens> {
+        let PageCamera { aperture, focus_distance, .. } = self.camera;
+        (aperture != 0.0).then_some(Lens { aperture_radius: aperture, focus_distance })
     }
 
     fn settings(&self, scene: &Scene) -> RenderSettings {
@@ -135,14 +172,32 @@ impl PageView {
         if !(self.camera.fov > 0.0 && self.camera.fov < 180.0) {
             return Err("a field of view out of range".into());
         }
+        let lens = &self.camera;
+        let in_range = |length: f32| (0.0..=1e12).contains(&length);
+        let has_focus = lens.focus_distance.is_some();
+        if !in_range(lens.aperture) || !lens.focus_distance.is_none_or(|focus| in_range(focus) && focus > 0.0)
+        {
+            return Err("a lens out of range".into());
+        }
+        // Flags cannot take it away.
+        if own.camera.focus_distance.is_some() && !has_focus {
+            return Err("the scene's lens has a distance that is sharp".into());
+        }
+        if self.frame >= frames_of(scene) {
+            return Err(format!("there is no frame {}: the scene has {}", self.frame, frames_of(scene)));
+        }
         let (camera, settings) = self.applied(scene, own);
         settings.validate().map_err(|problem| problem.to_string())?;
         let shown = Scene { camera: Some(camera), settings, ..Scene::default() };
         shown.check_view().map_err(|error| error.to_string())
     }
 
-    /// The flags of `eosphor render` that turn the scene's own view into this one.
-    pub(crate) fn flags(&self, scene: &Scene, own: &PageView) -> Vec<String> {
+    /// The flags of `eosphor render` that turn the scene's own view into this one, and its output.
+    ///
+    /// # Errors
+    ///
+    /// Where no flags do, in a line for readers.
+    pub(crate) fn flags(&self, scene: &Scene, own: &PageView) -> Result<Vec<String>, String> {
         let is_new = |differs: fn(&PageView, &PageView) -> bool| differs(self, own);
         let point = |p: [f64; 3]| p.map(|x| x.to_string()).join(",");
         let mut flags = vec![format!("--size={}x{}", self.size[0], self.size[1])];
@@ -153,6 +208,14 @@ impl PageView {
             if scene.camera.is_none_or(|camera| camera.orthographic_height.is_none()) {
                 flags.push(format!("--fov={}", self.camera.fov));
             }
+        }
+        if is_new(|a, b| a.camera.aperture != b.camera.aperture) {
+            flags.push(format!("--aperture={}", self.camera.aperture));
+        }
+        if let (Some(focus), Some(_)) = (self.camera.focus_distance, self.lens())
+            && self.camera.focus_distance != own.camera.focus_distance
+        {
+            flags.push(format!("--focus-distance={focus}"));
         }
         if is_new(|a, b| a.samples != b.samples) {
             flags.push(format!("--samples={}", self.samples));
@@ -173,8 +236,46 @@ impl PageView {
         if is_new(|a, b| a.exposure != b.exposure || a.lighting != b.lighting) {
             flags.push(format!("--exposure={}", self.exposure));
         }
-        flags
+        flags.extend(self.output_flags()?);
+        Ok(flags)
     }
+
+    /// What is shown, and the file that it is written to.
+    fn output_flags(&self) -> Result<Vec<String>, String> {
+        let mut flags = vec!["--no-metadata".to_owned()];
+        let layer = match self.show {
+            Show::Picture => None,
+            Show::Normals => Some("normal"),
+            Show::Depth => Some("depth"),
+            Show::Objects => Some("object"),
+            Show::Materials => Some("material"),
+            Show::Cost => {
+                flags.push("--show=cost".into());
+                None
+            }
+        };
+        let file = match (layer, self.frame) {
+            (_, 1..) if self.show != Show::Picture => {
+                return Err("what is shown beside the picture is rendered of the first frame alone".into());
+            }
+            (Some(layer), _) => {
+                flags.push(format!("--layers={layer}"));
+                "picture.exr"
+            }
+            (None, 0) => "picture.png",
+            (None, frame) => {
+                flags.push(format!("--frames={frame}"));
+                "frame_%04d.png"
+            }
+        };
+        flags.extend(["-o".to_owned(), file.to_owned()]);
+        Ok(flags)
+    }
+}
+
+/// How many frames a scene has.
+pub(crate) fn frames_of(scene: &Scene) -> u32 {
+    scene.animation.as_ref().map_or(1, |animation| animation.frames.max(1))
 }
 
 /// The word of a setting, as files and flags write it.

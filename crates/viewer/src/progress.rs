@@ -21,6 +21,11 @@ impl Progress {
         Progress { version, sums, samples: 0, all_samples, is_sent: false }
     }
 
+    /// That of what is drawn at once, and has no sums.
+    pub(crate) fn at_once(version: u64, all_samples: u32) -> Progress {
+        Progress { samples: all_samples, ..Progress::new(version, [0, 0], all_samples) }
+    }
+
     /// The samples to take next: 1, 3, 12, 48 ...
     pub(crate) fn next_samples(&self) -> std::ops::Range<u32> {
         let end = if self.samples == 0 { 1 } else { self.samples.saturating_mul(4) };

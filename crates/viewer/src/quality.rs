@@ -1,12 +1,26 @@
 //! The resolution and JPEG quality of frames while the camera moves: what is rendered, encoded and sent in time.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The time that a moving frame may take to be rendered and encoded.
 const FRAME: Duration = Duration::from_millis(33);
 
-/// The time that the bytes of a moving frame may take on the line.
-const LINE: Duration = Duration::from_millis(50);
+/// The time that the bytes of a moving frame may take on the line: those of one are there when the next is rendered, and none
+/// waits.
+const LINE: Duration = FRAME;
+
+/// The time that a piece of a picture at rest may take on the line: a camera that moves again waits for two of them at most.
+const PIECE: Duration = Duration::from_millis(50);
+
+/// Bytes of a piece: at least and at most, and while nothing is known of the line.
+const PIECE_BYTES: [f64; 2] = [16_384.0, 1_048_576.0];
+const FIRST_PIECE_BYTES: f64 = 65_536.0;
+
+/// Less time than this was measured by accident.
+const LEAST_TIME: Duration = Duration::from_millis(1);
+
+/// How much of what was known of the line counts after another frame: a quarter of a second is remembered.
+const MEMORY: f64 = 0.85;
 
 /// No side is shorter than this share of the one at rest.
 const LEAST_SCALE: f64 = 0.25;
@@ -21,13 +35,13 @@ pub(crate) struct Quality {
     scale: f64,
     /// Of JPEGs.
     jpeg: f64,
-    /// Bytes a second that the line took lately, where it was the limit.
-    line: Option<f64>,
+    /// Bytes that went over the line lately, and the seconds that they took; newer ones count for more.
+    passed: [f64; 2],
 }
 
 impl Default for Quality {
     fn default() -> Quality {
-        Quality { scale: 0.5, jpeg: 80.0, line: None }
+        Quality { scale: 0.5, jpeg: 80.0, passed: [0.0; 2] }
     }
 }
 
@@ -42,18 +56,30 @@ impl Quality {
         self.jpeg.round() as u8
     }
 
-    /// Learns from a frame that took so long and has so many bytes.
+    /// Bytes a second that the line takes; `None`: that is not known yet.
+    pub(crate) fn line(&self) -> Option<f64> {
+        let [bytes, seconds] = self.passed;
+        (seconds > 0.0).then(|| bytes / seconds)
+    }
+
+    /// Bytes of a piece of a picture at rest.
+    pub(crate) fn piece_bytes(&self) -> usize {
+        let bytes = self.line().map_or(FIRST_PIECE_BYTES, |line| line * PIECE.as_secs_f64());
+        bytes.clamp(PIECE_BYTES[0], PIECE_BYTES[1]) as usize
+    }
+
+    /// Learns from a frame that took so long to be rendered, and has so many bytes.
     pub(crate) fn rendered(&mut self, took: Duration, bytes: usize) {
         let of_time = FRAME.as_secs_f64() / took.as_secs_f64().max(1e-4);
-        let of_line = self.line.map_or(2.0, |line| line * LINE.as_secs_f64() / bytes.max(1) as f64);
+        let of_line = self.line().map_or(2.0, |line| line * LINE.as_secs_f64() / bytes.max(1) as f64);
         // First the quality pays for a slow line, then the resolution.
-        if of_line < 1.0 && self.jpeg > *QUALITIES.start() {
+        let quality_pays = self.jpeg > *QUALITIES.start();
+        if of_line < 1.0 && quality_pays {
             self.jpeg = (self.jpeg * of_line.max(0.8)).max(*QUALITIES.start());
         } else if of_line > 1.3 {
             self.jpeg = (self.jpeg + 2.0).min(*QUALITIES.end());
         }
-        let line_counts = self.jpeg <= *QUALITIES.start();
-        let pixels = if line_counts { of_time.min(of_line) } else { of_time };
+        let pixels = of_time.min(if quality_pays { of_line.max(1.0) } else { of_line });
         // Up slowly and down quickly; a little more or less is not worth a change that can be seen.
         let factor = pixels.sqrt().clamp(0.6, 1.1);
         if !(0.95..1.05).contains(&factor) {
@@ -61,11 +87,12 @@ impl Quality {
         }
     }
 
-    /// Learns from a frame of so many bytes that was sent then and has arrived now.
-    pub(crate) fn arrived(&mut self, bytes: usize, sent: Instant, now: Instant) {
-        let seconds = now.duration_since(sent).as_secs_f64();
-        let rate = bytes as f64 / seconds.max(1e-3);
-        self.line = Some(self.line.map_or(rate, |line| 0.7 * line + 0.3 * rate));
+    /// Learns from a frame of so many bytes that took so long on the line.
+    ///
+    /// Of the sums, not of each frame's rate: what was held up somewhere and came at once would count as a line without limits.
+    pub(crate) fn passed(&mut self, bytes: usize, took: Duration) {
+        let new = [bytes as f64, took.max(LEAST_TIME).as_secs_f64()];
+        self.passed = [0, 1].map(|k| MEMORY * self.passed[k] + new[k]);
     }
 }
 
@@ -87,16 +114,52 @@ mod tests {
         assert_eq!(quality.size([1, 1]), [1, 1]);
     }
 
+    /// What frames cost that have so many bytes for each pixel of a quality of 100.
+    fn bytes(quality: &Quality, full: [u32; 2], per_pixel: f64) -> usize {
+        let size = quality.size(full);
+        (f64::from(size[0] * size[1]) * per_pixel * f64::from(quality.jpeg()) / 100.0) as usize
+    }
+
     #[test]
     fn a_slow_line_costs_quality_first() {
-        let (mut quality, start) = (Quality::default(), Instant::now());
+        let mut quality = Quality::default();
         // 100 kB a second.
-        quality.arrived(10_000, start, start + Duration::from_millis(100));
+        quality.passed(10_000, Duration::from_millis(100));
         quality.rendered(Duration::from_millis(33), 20_000);
         assert!(quality.jpeg() < 80 && quality.size([100, 100]) == [50, 50]);
         for _ in 0..50 {
             quality.rendered(Duration::from_millis(33), 20_000);
         }
         assert_eq!((quality.jpeg(), quality.size([100, 100])), (35, [25, 25]));
+    }
+
+    #[test]
+    fn frames_fill_the_line_and_come_to_rest() {
+        // 10 Mbit/s.
+        let line = 1.25e6;
+        for (full, per_pixel) in [([640, 360], 0.2), ([1920, 1080], 0.2), ([3840, 2160], 0.2)] {
+            let mut quality = Quality::default();
+            let mut sizes = Vec::new();
+            for _ in 0..300 {
+                let bytes = bytes(&quality, full, per_pixel);
+                quality.passed(bytes, Duration::from_secs_f64(bytes as f64 / line));
+                quality.rendered(Duration::from_millis(5), bytes);
+                sizes.push((quality.size(full), quality.jpeg()));
+            }
+            let (last, seconds) = (sizes[299], bytes(&quality, full, per_pixel) as f64 / line);
+            assert!(sizes[200..].iter().all(|size| *size == last), "{full:?}: {:?}", &sizes[200..]);
+            let is_whole = last == (full, 85);
+            assert!(seconds < 0.04 && (is_whole || seconds > 0.02), "{full:?}: {last:?}, {seconds} s");
+        }
+    }
+
+    #[test]
+    fn a_frame_that_was_held_up_and_one_that_came_at_once_are_a_line_as_before() {
+        let mut quality = Quality::default();
+        for k in 0..100 {
+            let ms = [33, 33, 66, 0][k % 4];
+            quality.passed(33_000, Duration::from_millis(ms));
+        }
+        assert!((quality.line().unwrap() / 1e6 - 1.0).abs() < 0.25, "{:?}", quality.line());
     }
 }

@@ -2,10 +2,11 @@
 
 use crate::client::{Client, Next, Wanted};
 use crate::encode;
-use crate::message::{Frame, FrameHeader, Milliseconds, ToPage};
-use crate::page_view::PageView;
+use crate::false_colors;
+use crate::message::{Frame, FrameHeader, Milliseconds, OnShow, ToPage};
+use crate::page_view::{Show, frames_of};
 use crate::progress::Progress;
-use crate::source::{SceneSource, SourceError};
+use crate::source::{Device, DeviceChoice, SceneSource, SourceError};
 use crate::stage::Stage;
 use eosphor::{
     Backend, BackendError, DevelopSettings, Developed, FrameState, Metadata, OutputError, RenderControl,
@@ -14,6 +15,9 @@ use eosphor::{
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+
+/// Of frames in one piece.
+const WHOLE: [u32; 2] = [0, 1];
 
 /// JPEG quality of frames at rest that get sharper.
 const REST_QUALITY: u8 = 92;
@@ -24,7 +28,6 @@ pub(crate) const MAX_CLIENTS: usize = 64;
 /// What the threads of a viewer share.
 pub(crate) struct Shared {
     pub(crate) source: Box<dyn SceneSource>,
-    pub(crate) backend: Box<dyn Backend>,
     board: Mutex<Board>,
     /// Told when a page says something, when the scene changes, and at the end.
     changed: Condvar,
@@ -33,10 +36,15 @@ pub(crate) struct Shared {
 
 /// Who is there, and what is on show.
 struct Board {
+    backend: Arc<dyn Backend>,
     stage: Arc<Stage>,
+    /// What a page has asked for, and is not there yet.
+    device_wish: Option<(DeviceChoice, Arc<Client>)>,
     /// What is wrong with the files, where something is.
     error: Option<String>,
     clients: Vec<Arc<Client>>,
+    /// Pages there have been.
+    pages: u64,
     /// Whose turn it is.
     turn: usize,
 }
@@ -58,11 +66,12 @@ impl Shared {
     ///
     /// Where the scene cannot be read or prepared, or the device is not there.
     pub(crate) fn open(source: Box<dyn SceneSource>) -> Result<Shared, SourceError> {
-        let backend = source.backend()?;
-        let stage = Arc::new(Stage::open(&*source, &*backend, 1)?);
-        let board = Board { stage, error: None, clients: Vec::new(), turn: 0 };
+        let backend: Arc<dyn Backend> = source.backend(None)?.into();
+        let stage = Arc::new(Stage::open(&*source, None, &*backend, 1)?);
+        let (clients, device_wish) = (Vec::new(), None);
+        let board = Board { backend, stage, device_wish, error: None, clients, pages: 0, turn: 0 };
         let (board, changed, is_over) = (Mutex::new(board), Condvar::new(), AtomicBool::new(false));
-        Ok(Shared { source, backend, board, changed, is_over })
+        Ok(Shared { source, board, changed, is_over })
     }
 
     fn board(&self) -> MutexGuard<'_, Board> {
@@ -76,17 +85,23 @@ impl Shared {
 
     /// Lets a page in, if there is room for it.
     pub(crate) fn enter(&self) -> Option<Arc<Client>> {
-        let client = Arc::new(Client::new());
         let mut board = self.board();
         if board.clients.len() >= MAX_CLIENTS {
             return None;
         }
-        client.tell(self.describe(&board.stage, true));
+        board.pages += 1;
+        let client = Arc::new(Client::new(board.pages));
+        client.tell(self.describe(&board, &client, true));
         if let Some(text) = board.error.clone() {
             client.tell(ToPage::Error { text });
         }
         board.clients.push(Arc::clone(&client));
         Some(client)
+    }
+
+    /// The page of a number, while it is connected.
+    pub(crate) fn page(&self, number: u64) -> Option<Arc<Client>> {
+        self.board().clients.iter().find(|client| client.number == number).cloned()
     }
 
     /// A page has gone.
@@ -112,17 +127,16 @@ impl Shared {
 
     /// Reads the scene again. Where it cannot be read, the last one stays on show.
     pub(crate) fn read_again(&self) {
-        let before = self.stage();
-        match Stage::open(&*self.source, &*self.backend, before.version + 1) {
+        let (before, backend) = {
+            let board = self.board();
+            (Arc::clone(&board.stage), Arc::clone(&board.backend))
+        };
+        match Stage::open(&*self.source, before.device.clone(), &*backend, before.version + 1) {
             Ok(stage) => {
-                let stage = Arc::new(stage);
                 let takes_camera = stage.own.camera != before.own.camera;
                 let mut board = self.board();
-                (board.stage, board.error) = (Arc::clone(&stage), None);
-                for client in &board.clients {
-                    client.cancel.store(true, Ordering::Relaxed);
-                    client.tell(self.describe(&stage, takes_camera));
-                }
+                (board.stage, board.error) = (Arc::new(stage), None);
+                self.show_board(&board, takes_camera);
             }
             Err(SourceError(text)) => {
                 let mut board = self.board();
@@ -133,17 +147,63 @@ impl Shared {
         self.wake();
     }
 
-    fn describe(&self, stage: &Stage, take_camera: bool) -> ToPage {
-        ToPage::Scene {
+    /// Notes that a page wants another device or hierarchy: one of those that it was told of.
+    pub(crate) fn wish_device(&self, choice: DeviceChoice, client: &Arc<Client>) {
+        let devices = self.source.devices();
+        let has = |device: &Device| device.backend == choice.backend && device.accels.contains(&choice.accel);
+        match devices.iter().any(has) {
+            true => self.board().device_wish = Some((choice, Arc::clone(client))),
+            false => {
+                client.tell(ToPage::Refused { text: "there is no such device or hierarchy to choose".into() })
+            }
+        }
+    }
+
+    /// Gives all pages the device that one of them has asked for. Where that fails, it is told why, and all stays as it is.
+    pub(crate) fn grant_device(&self) {
+        let wish = self.board().device_wish.take();
+        let Some((choice, client)) = wish else { return };
+        let before = self.stage();
+        let opened = self.source.backend(Some(&choice)).and_then(|backend| {
+            let stage = before.on(&*self.source, choice, &*backend)?;
+            Ok((backend, stage))
+        });
+        match opened {
+            Ok((backend, stage)) => {
+                let mut board = self.board();
+                (board.backend, board.stage) = (backend.into(), Arc::new(stage));
+                self.show_board(&board, false);
+            }
+            Err(SourceError(text)) => client.tell(ToPage::Refused { text }),
+        }
+        self.wake();
+    }
+
+    /// Tells all pages what is on show now.
+    fn show_board(&self, board: &Board, take_camera: bool) {
+        for client in &board.clients {
+            client.cancel.store(true, Ordering::Relaxed);
+            client.tell(self.describe(board, client, take_camera));
+        }
+    }
+
+    fn describe(&self, board: &Board, client: &Client, take_camera: bool) -> ToPage {
+        let stage = &board.stage;
+        ToPage::Scene(Box::new(OnShow {
             version: stage.version,
             name: self.source.name(),
-            backend: self.backend.describe(),
+            backend: board.backend.describe(),
             view: stage.own,
             radius: stage.radius,
             center: stage.center,
             triangles: stage.triangles(),
+            frames: frames_of(&stage.scene),
+            fps: stage.scene.animation.as_ref().map_or(24.0, |animation| animation.fps),
+            devices: self.source.devices(),
+            device: stage.device.clone(),
+            page: client.number,
             take_camera,
-        }
+        }))
     }
 
     /// Renders for pages until the viewer ends.
@@ -205,12 +265,19 @@ fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), Fr
     let (state, settings) = stage.moving(&wanted.view, quality.size(wanted.view.size))?;
     let start = Instant::now();
     // It is worth its time even if the camera has moved on: else nothing would be seen of a quick movement.
-    let film = {
-        let never = AtomicBool::new(false);
-        stage.prepared.render(&control(&state, &never))?.film
+    let never = AtomicBool::new(false);
+    let (picture, rendered) = match wanted.view.show {
+        Show::Picture => {
+            let film = stage.prepared.render(&control(&state, &never))?.film;
+            let rendered = Instant::now();
+            (Developed::new(&film, &DevelopSettings::from(&settings)), rendered)
+        }
+        show => {
+            let features = stage.features()?.rows(0..state.settings.height, Some(&state), &never)?;
+            let rendered = Instant::now();
+            (false_colors::draw(show, &features), rendered)
+        }
     };
-    let rendered = Instant::now();
-    let picture = Developed::new(&film, &DevelopSettings::from(&settings));
     let developed = Instant::now();
     let bytes = encode::jpeg(&picture, quality.jpeg())?;
     let (milliseconds, took) = (steps(start, rendered, developed), start.elapsed());
@@ -225,11 +292,12 @@ fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), Fr
         frame: client_state.number(),
         input: wanted.input,
         version: stage.version,
-        size: [film.width, film.height],
+        size: [picture.width, picture.height],
         full: wanted.view.size,
         samples: 1,
         all_samples: state.settings.samples,
         at_rest: false,
+        piece: WHOLE,
         format: "image/jpeg",
         milliseconds,
     };
@@ -240,6 +308,9 @@ fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), Fr
 
 /// More samples of a camera that rests; with the last ones, the picture itself.
 fn show_resting(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), FrameError> {
+    if wanted.view.show != Show::Picture {
+        return show_features(client, stage, wanted);
+    }
     let (state, settings) = stage.at_rest(&wanted.view)?;
     client.cancel.store(false, Ordering::Relaxed);
     let before = {
@@ -283,9 +354,47 @@ fn show_resting(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), F
         samples: progress.samples,
         all_samples: progress.all_samples,
         at_rest: true,
+        piece: WHOLE,
         format,
         milliseconds: steps(start, rendered, developed),
     };
+    if keep(client, wanted, progress) {
+        client.show(Frame { header, bytes });
+    }
+    Ok(())
+}
+
+/// What is shown instead of the picture: of all samples at once, as a file would have it.
+fn show_features(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), FrameError> {
+    let (state, settings) = stage.at_rest(&wanted.view)?;
+    client.cancel.store(false, Ordering::Relaxed);
+    if client.state().wanted.is_none_or(|now| now.view != wanted.view) {
+        return Ok(());
+    }
+    let start = Instant::now();
+    let features = stage.features()?.rows(0..state.settings.height, Some(&state), &client.cancel)?;
+    if client.cancel.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    let rendered = Instant::now();
+    let picture = false_colors::draw(wanted.view.show, &features);
+    let developed = Instant::now();
+    let bytes = encode::png(&picture, &file_options(&settings))?;
+    let samples = state.settings.samples;
+    let header = FrameHeader {
+        frame: client.state().number(),
+        input: wanted.input,
+        version: stage.version,
+        size: wanted.view.size,
+        full: wanted.view.size,
+        samples,
+        all_samples: samples,
+        at_rest: true,
+        piece: WHOLE,
+        format: "image/png",
+        milliseconds: steps(start, rendered, developed),
+    };
+    let progress = Progress { is_sent: true, ..Progress::at_once(stage.version, samples) };
     if keep(client, wanted, progress) {
         client.show(Frame { header, bytes });
     }
@@ -310,7 +419,7 @@ fn control<'a>(state: &'a FrameState, cancel: &'a AtomicBool) -> RenderControl<'
 }
 
 /// What the file of the picture at rest is like: that of `eosphor render --no-metadata`.
-fn file_options(settings: &RenderSettings) -> SaveOptions {
+pub(crate) fn file_options(settings: &RenderSettings) -> SaveOptions {
     SaveOptions { metadata: Metadata::default(), ..SaveOptions::from(settings) }
 }
 
@@ -321,23 +430,4 @@ fn steps(start: Instant, rendered: Instant, developed: Instant) -> Milliseconds 
         develop: ms(rendered, developed),
         encode: ms(developed, Instant::now()),
     }
-}
-
-/// Linear colours of a pixel of the picture at rest, with the samples taken so far.
-pub(crate) fn pixel(client: &Client, x: u32, y: u32) -> Option<([f32; 3], u32)> {
-    let state = client.state();
-    let progress = state.progress.as_ref()?;
-    let (width, height) = (progress.sums.width, progress.sums.height);
-    if x >= width || y >= height || progress.samples == 0 {
-        return None;
-    }
-    let mean = progress.sums.sums[y as usize * width as usize + x as usize].mean(progress.samples);
-    Some(([mean.x, mean.y, mean.z], progress.samples))
-}
-
-/// The command line that renders a page's view.
-pub(crate) fn command_line(shared: &Shared, stage: &Stage, view: &PageView) -> String {
-    let mut flags = view.flags(&stage.scene, &stage.own);
-    flags.extend(["--no-metadata", "-o", "picture.png"].map(str::to_owned));
-    shared.source.command(flags)
 }

@@ -1,4 +1,5 @@
-//! Follows the files of a scene: when one of them changes, the scene is read again.
+//! Follows the files of a scene: when one of them changes, the scene is read again. Devices that pages ask for are opened here,
+//! too, since that takes time.
 
 use crate::renderer::Shared;
 use std::path::PathBuf;
@@ -19,12 +20,13 @@ fn marks(files: &[PathBuf]) -> Vec<Mark> {
     files.iter().map(mark).collect()
 }
 
-/// Looks at the files until the viewer ends.
+/// Looks at the files, and for what pages ask, until the viewer ends.
 pub(crate) fn watch(shared: &Shared) {
     let mut files = shared.stage().files.clone();
     let mut seen = marks(&files);
     while !shared.is_over.load(Ordering::Relaxed) {
         std::thread::sleep(PAUSE);
+        shared.grant_device();
         let now = marks(&files);
         if now == seen {
             continue;

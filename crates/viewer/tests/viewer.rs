@@ -1,149 +1,13 @@
 //! Viewers and pages that talk to them.
 
-use eosphor::{
-    Backend, CpuBackend, CpuOptions, LoadOptions, Metadata, SaveOptions, Scene, load, render, save,
-};
-use eosphor_viewer::{PageView, SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
+use crate::page::{Heard, Page, Small, connect, file_of, start, token_of};
+use eosphor_viewer::{PageView, SceneSource, Viewer, ViewerOptions};
 use serde_json::{Value, json};
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream};
-use std::path::{Path, PathBuf};
+use std::net::TcpStream;
+use std::path::Path;
 use std::time::Duration;
-use tungstenite::client::IntoClientRequest;
-use tungstenite::{Message, WebSocket};
-
-/// A scene file, or a built-in scene, of a size and samples that tests have time for.
-struct Small(PathBuf);
-
-impl SceneSource for Small {
-    fn name(&self) -> String {
-        self.0.display().to_string()
-    }
-
-    fn read(&self) -> Result<SourceScene, SourceError> {
-        let loaded =
-            load(&self.0, &LoadOptions::default()).map_err(|error| SourceError(error.to_string()))?;
-        let mut scene = loaded.scene;
-        (scene.settings.size, scene.settings.samples, scene.settings.light_samples) = ([64, 36], 5, 1);
-        Ok(SourceScene { scene, files: loaded.files_read })
-    }
-
-    fn backend(&self) -> Result<Box<dyn Backend>, SourceError> {
-        let options = CpuOptions { threads: Some(2), ..CpuOptions::default() };
-        Ok(Box::new(CpuBackend::new(options).map_err(|error| SourceError(error.to_string()))?))
-    }
-
-    fn command(&self, flags: Vec<String>) -> String {
-        format!("eosphor render a.json {}", flags.join(" "))
-    }
-}
-
-fn start(scene: &Path) -> Viewer {
-    Viewer::start(Box::new(Small(scene.to_owned())), &ViewerOptions::default()).unwrap()
-}
-
-/// A page, as a program.
-struct Page {
-    socket: WebSocket<TcpStream>,
-    input: u64,
-}
-
-/// What came in.
-enum Heard {
-    Text(Value),
-    Frame(Value, Vec<u8>),
-}
-
-fn token_of(viewer: &Viewer) -> String {
-    viewer.url().split_once("token=").unwrap().1.to_owned()
-}
-
-fn connect(address: SocketAddr, token: &str, headers: &[(&'static str, &str)]) -> Result<Page, String> {
-    let mut request = format!("ws://{address}/socket").into_client_request().unwrap();
-    let cookie = format!("eosphor-{}={token}", address.port());
-    let origin = format!("http://{address}");
-    let usual = [("cookie", cookie.as_str()), ("origin", origin.as_str())];
-    for (name, value) in usual.iter().chain(headers) {
-        request.headers_mut().insert(*name, value.parse().unwrap());
-    }
-    let stream = TcpStream::connect(address).map_err(|error| error.to_string())?;
-    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-    let (socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
-    Ok(Page { socket, input: 0 })
-}
-
-impl Page {
-    fn open(viewer: &Viewer) -> Page {
-        connect(viewer.address(), &token_of(viewer), &[]).unwrap()
-    }
-
-    fn say(&mut self, message: Value) {
-        self.socket.send(Message::text(message.to_string())).unwrap();
-    }
-
-    fn want(&mut self, view: &PageView, moving: bool) -> u64 {
-        self.input += 1;
-        let input = self.input;
-        self.say(json!({ "type": "view", "input": input, "moving": moving, "view": view }));
-        input
-    }
-
-    fn hear(&mut self) -> Heard {
-        loop {
-            match self.socket.read().unwrap() {
-                Message::Text(text) => return Heard::Text(serde_json::from_str(&text).unwrap()),
-                Message::Binary(bytes) => {
-                    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
-                    let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
-                    self.say(json!({ "type": "ack", "frame": header["frame"] }));
-                    return Heard::Frame(header, bytes[4 + length..].to_vec());
-                }
-                _ => {}
-            }
-        }
-    }
-
-    /// The next text of a kind; frames pass by.
-    fn text(&mut self, kind: &str) -> Value {
-        loop {
-            if let Heard::Text(text) = self.hear()
-                && text["type"] == kind
-            {
-                return text;
-            }
-        }
-    }
-
-    /// The picture at rest that shows this input, and the sample counts of the frames before it.
-    fn at_rest(&mut self, input: u64) -> (Vec<u8>, Vec<u64>) {
-        let mut samples = Vec::new();
-        loop {
-            let Heard::Frame(header, bytes) = self.hear() else { continue };
-            if header["input"] != input || header["at-rest"] != true {
-                continue;
-            }
-            samples.push(header["samples"].as_u64().unwrap());
-            if header["format"] == "image/png" {
-                return (bytes, samples);
-            }
-        }
-    }
-
-    fn scene(&mut self) -> PageView {
-        serde_json::from_value(self.text("scene")["view"].clone()).unwrap()
-    }
-}
-
-/// The file of a scene as `render --no-metadata` writes it.
-fn file_of(scene: &Scene) -> Vec<u8> {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.png");
-    let backend = CpuBackend::new(CpuOptions { threads: Some(2), ..CpuOptions::default() }).unwrap();
-    let film = render(scene, &backend).unwrap().film;
-    let options = SaveOptions { metadata: Metadata::default(), ..SaveOptions::from(&scene.settings) };
-    save(&film, &path, &options).unwrap();
-    std::fs::read(&path).unwrap()
-}
+use tungstenite::Message;
 
 #[test]
 fn what_rests_is_the_file() {
@@ -229,6 +93,44 @@ fn moving_frames_show_the_newest_input_and_wait_for_the_page() {
         }
     }
     assert_eq!(frames, 2);
+}
+
+#[test]
+fn large_pictures_come_in_pieces_that_a_camera_that_moves_does_not_wait_for() {
+    let source = Small("builtin:cornell".into());
+    let viewer = start(&source.0);
+    let mut page = Page::open(&viewer);
+    let mut view = page.scene();
+    (view.size, view.samples) = ([600, 400], 1);
+    let mut scene = source.read().unwrap().scene;
+    (scene.settings.size, scene.settings.samples) = (view.size, view.samples);
+    let input = page.want(&view, false);
+    let Heard::Frame(header, picture) = page.hear() else { panic!() };
+    assert_eq!((&header["input"], &header["format"]), (&json!(input), &json!("image/png")));
+    assert!(header["piece"][1].as_u64().unwrap() > 1, "{header}, {} bytes", picture.len());
+    assert!(picture == file_of(&scene));
+
+    // A page that takes no more than the first two pieces, and moves: what comes next is the movement.
+    let mut slow = connect(viewer.address(), &token_of(&viewer), &[]).unwrap();
+    slow.scene();
+    slow.want(&view, false);
+    let header_of = |message: Message| {
+        let Message::Binary(bytes) = message else { return None };
+        let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+        Some(serde_json::from_slice::<Value>(&bytes[4..4 + length]).unwrap())
+    };
+    let next = |page: &mut Page| loop {
+        if let Some(header) = header_of(page.socket.read().unwrap()) {
+            return header;
+        }
+    };
+    let pieces = [next(&mut slow), next(&mut slow)];
+    assert_eq!(pieces.clone().map(|header| header["piece"][0].as_u64()), [Some(0), Some(1)]);
+    view.camera.eye[0] += 0.1;
+    let input = slow.want(&view, true);
+    slow.say(json!({ "type": "ack", "frame": pieces[1]["frame"] }));
+    let header = next(&mut slow);
+    assert_eq!((&header["input"], &header["at-rest"]), (&json!(input), &json!(false)));
 }
 
 #[test]

@@ -67,6 +67,7 @@ const RULES: [Rule; 5] = [
             "crates/eosphor/src/job/files.rs",
             "crates/eosphor/src/job/memory.rs",
             "crates/picture/src/frames/",
+            "crates/picture/src/locked_file.rs",
             "crates/picture/src/output/",
             "crates/picture/src/still/",
             "crates/scene/src/files/",

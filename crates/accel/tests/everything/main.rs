@@ -136,6 +136,8 @@ proptest! {
         let center = offset.map_or(Vec3::ZERO, |exponent| random.in_cube() * 10f32.powf(exponent));
         let frame = Frame { size: 10f32.powf(size), center };
         let world = scenes::world(kinds, [30, 20], instances, &frame, &mut random);
+        // The largest frames may be left by what is large in them.
+        prop_assume!(world.is_in_range());
         check_world(&world, frame, 120, wildness, &mut random);
     }
 }

@@ -1,7 +1,7 @@
 //! Worlds to trace, as flattening a scene makes them.
 #![allow(dead_code, reason = "every test binary takes what it needs")]
 
-use eosphor_accel::SceneGeometry;
+use eosphor_accel::{GeometryError, SceneGeometry};
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere};
 use eosphor_core::material::NONE;
 use eosphor_core::math::{Affine, Vec3, vec3};
@@ -70,8 +70,16 @@ impl World {
     }
 
     pub(crate) fn geometry(&self) -> SceneGeometry<'_> {
+        self.checked().expect("a world that holds together")
+    }
+
+    /// Whether all of it lies where rays are traced; such a world is refused otherwise.
+    pub(crate) fn is_in_range(&self) -> bool {
+        !matches!(self.checked(), Err(GeometryError::OutOfRange { .. }))
+    }
+
+    fn checked(&self) -> Result<SceneGeometry<'_>, GeometryError> {
         SceneGeometry::new(&self.triangles, &self.spheres, &self.geometries, &self.instances)
-            .expect("a world that holds together")
     }
 
     /// The largest absolute coordinate in world space.

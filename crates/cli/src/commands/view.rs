@@ -1,13 +1,15 @@
 //! `eosphor view SCENE`: a page that shows the scene.
 
 use super::scene::apply;
-use crate::arguments::ViewFlags;
-use crate::backend::{backend_for, check_device, limit_threads};
+use crate::arguments::{BackendChoice, DeviceFlags, ViewFlags};
+use crate::backend::{asks_for_cpu, backend_for, check_device, cpu_options, limit_threads};
 use crate::command_line::render_of_view;
 use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
-use eosphor::{Backend, load};
-use eosphor_viewer::{SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
+use eosphor::{
+    Accel, Backend, CpuOptions, CudaOptions, LoadOptions, Scene, first_gpu, load, scene_over_base,
+};
+use eosphor_viewer::{Device, DeviceChoice, SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
@@ -15,6 +17,8 @@ use std::sync::{Mutex, PoisonError};
 /// The scene of the command line, read with its flags.
 struct FlaggedScene {
     flags: ViewFlags,
+    /// What pages may choose from; the first one is what the flags ask for.
+    devices: Vec<(BackendChoice, Device)>,
     /// The first reading, until the viewer takes it.
     first: Mutex<Option<SourceScene>>,
 }
@@ -26,7 +30,8 @@ pub(crate) fn view(flags: &ViewFlags) -> Result<(), Failure> {
     let options = ViewerOptions { address: flags.listen, port: flags.port, token };
     // What is wrong at the start is said as by any other command.
     let first = Mutex::new(Some(load_scene(flags)?));
-    let source = Box::new(FlaggedScene { flags: flags.clone(), first });
+    let devices = devices(flags);
+    let source = Box::new(FlaggedScene { flags: flags.clone(), devices, first });
     let viewer = Viewer::start(source, &options).map_err(Failure::because)?;
     keep_token(flags.port, viewer.token());
     let url = viewer.url();
@@ -71,13 +76,75 @@ impl SceneSource for FlaggedScene {
         })
     }
 
-    fn backend(&self) -> Result<Box<dyn Backend>, SourceError> {
-        backend_for(&self.flags.device, self.flags.picture.accel, false, Verbosity::Normal)
+    fn backend(&self, choice: Option<&DeviceChoice>) -> Result<Box<dyn Backend>, SourceError> {
+        let (flags, accel) = self.chosen(choice);
+        backend_for(&flags, accel, false, Verbosity::Normal)
             .map_err(|failure| SourceError(failure.line().unwrap_or_default()))
+    }
+
+    fn devices(&self) -> Vec<Device> {
+        self.devices.iter().map(|(_, device)| device.clone()).collect()
+    }
+
+    fn cpu_options(&self, choice: Option<&DeviceChoice>) -> CpuOptions {
+        let (flags, accel) = self.chosen(choice);
+        cpu_options(&flags, accel)
     }
 
     fn command(&self, flags: Vec<String>) -> String {
         render_of_view(flags)
+    }
+
+    fn scene_file(&self, shown: &Scene) -> Result<String, SourceError> {
+        let said = |error: &dyn std::fmt::Display| SourceError(error.to_string());
+        let file = &self.flags.scene;
+        // Whoever saves it may put it anywhere on this machine.
+        let base = match file.to_str() {
+            Some(name) if name.starts_with("builtin:") => Some(name.to_owned()),
+            _ => std::path::absolute(file).map_err(|error| said(&error))?.to_str().map(str::to_owned),
+        };
+        let base = base.ok_or_else(|| SourceError("the path of the scene is not UTF-8 text".into()))?;
+        let mut before = load(file, &LoadOptions::default()).map_err(|error| said(&error))?.scene;
+        before.settle_orbit().map_err(|error| said(&error))?;
+        scene_over_base(&base, &before, shown).map_err(|error| said(&error))
+    }
+}
+
+impl FlaggedScene {
+    /// The flags of the device and the hierarchy, as a page has chosen them. Names that are none change nothing.
+    fn chosen(&self, choice: Option<&DeviceChoice>) -> (DeviceFlags, Option<Accel>) {
+        let (mut flags, mut accel) = (self.flags.device.clone(), self.flags.picture.accel);
+        let Some(choice) = choice else { return (flags, accel) };
+        if let Some((backend, _)) = self.devices.iter().find(|(_, device)| device.backend == choice.backend) {
+            flags.backend = Some(backend.clone());
+        }
+        accel = choice.accel.parse().ok().or(accel);
+        (flags, accel)
+    }
+}
+
+/// What pages may choose from. Without a hierarchy no frame would come in time.
+fn devices(flags: &ViewFlags) -> Vec<(BackendChoice, Device)> {
+    let asked = flags.picture.accel;
+    let device = |backend: BackendChoice, name: String, default: Accel, suits: fn(Accel) -> bool| {
+        let first = asked.filter(|&accel| suits(accel)).unwrap_or(default);
+        let others = Accel::ALL.iter().copied().filter(|&accel| accel != first && accel != Accel::None);
+        let accels = std::iter::once(first).chain(others.filter(|&accel| suits(accel)));
+        (backend, Device { backend: name, accels: accels.map(|accel| accel.name().to_owned()).collect() })
+    };
+    let cpu = || device(BackendChoice::Cpu, "cpu".into(), CpuOptions::default().accel, |_| true);
+    let gpu = |numbers: Vec<usize>| {
+        let names: Vec<String> = numbers.iter().map(usize::to_string).collect();
+        let name = if names.is_empty() { "cuda".into() } else { format!("cuda:{}", names.join(",")) };
+        let suits = |accel| accel != Accel::Bvh8;
+        device(BackendChoice::Cuda(numbers), name, CudaOptions::default().accel, suits)
+    };
+    let has_gpu = first_gpu().is_some();
+    match flags.device.backend() {
+        BackendChoice::Cuda(numbers) => vec![gpu(numbers.clone()), cpu()],
+        BackendChoice::Auto if has_gpu && !asks_for_cpu(&flags.device, asked) => vec![gpu(Vec::new()), cpu()],
+        BackendChoice::Auto | BackendChoice::Cpu if has_gpu => vec![cpu(), gpu(Vec::new())],
+        BackendChoice::Auto | BackendChoice::Cpu => vec![cpu()],
     }
 }
 

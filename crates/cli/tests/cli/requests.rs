@@ -253,3 +253,20 @@ fn rays_are_traced_through_every_structure() {
     let cuda = ["bench", "rays", "builtin:cornell", "--backend", "cuda", "--accel", "grid"];
     place.run(&cuda).is_wrong_usage(&["--accel would do nothing", "bvh"]);
 }
+
+#[test]
+fn a_scene_over_its_base_is_the_base_with_flags() {
+    let place = Place::new();
+    scene(&place, r#""camera": {"position": [1, 2, 9]},"#);
+    fs::create_dir(place.path("in")).unwrap();
+    let over = r#"{"eosphor": 2, "base": "../s.json", "camera": {"position": [2.5, 1, 9.1], "look-at": [1, 1, 0]},
+        "settings": {"samples": 3, "exposure": 0.5}, "output": "over.png"}"#;
+    fs::write(place.path("in/o.json"), over).unwrap();
+    place.run(&["render", "in/o.json", "--no-metadata"]).succeeded();
+    let flags =
+        "--eye=2.5,1,9.1 --look-at=1,1,0 --fov=45 --samples=3 --exposure=0.5 --no-metadata -o flags.png";
+    place.run(&[&["render", "s.json"][..], &flags.split(' ').collect::<Vec<_>>()].concat()).succeeded();
+    assert!(fs::read(place.path("over.png")).unwrap() == fs::read(place.path("flags.png")).unwrap());
+    fs::write(place.path("in/o.json"), over.replace("../s.json", "s.json")).unwrap();
+    place.run(&["render", "in/o.json"]).failed_with(&["in/o.json:1:24", "base: ", "No such file"]);
+}

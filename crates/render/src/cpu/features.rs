@@ -17,13 +17,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// A scene ready for its features to be traced; [`super::CpuBackend::feature_pass`] makes it.
+#[derive(Clone)]
 pub struct FeaturePass {
     pub(super) scene: Arc<SceneData>,
     pub(super) hierarchy: Arc<Hierarchy>,
     pub(super) simd: SimdLevel,
     pub(super) tile: Option<u32>,
     pub(super) pool: Arc<rayon::ThreadPool>,
-    pub(super) region: Region,
+    /// The part of the picture; all of it where there is none.
+    pub(super) region: Option<Region>,
 }
 
 impl FeaturePass {
@@ -39,12 +41,18 @@ impl FeaturePass {
     /// [`BackendError::Failed`] where it has no pixels, or some that the picture lacks.
     pub fn of_region(self, region: Region) -> Result<FeaturePass, BackendError> {
         check_region(&region, (self.scene.settings.width, self.scene.settings.height))?;
-        Ok(FeaturePass { region, ..self })
+        Ok(FeaturePass { region: Some(region), ..self })
     }
 
-    /// Features of some rows of the picture, of a frame, or of the scene as it was prepared. All but the work is the same bits
-    /// whatever the threads, tiles, SIMD level and hierarchy. Where `cancel` is raised, returns soon; the pixels that were not
-    /// reached show nothing.
+    /// The part of the picture of a frame that this pass is for.
+    fn region_of(&self, state: Option<&FrameState>) -> Region {
+        let settings = state.map_or(&self.scene.settings, |state| &state.settings);
+        self.region.unwrap_or(Region::whole((settings.width, settings.height)))
+    }
+
+    /// Features of some rows of the picture, of a frame, which may have another size, or of the scene as it was prepared.
+    /// All but the work is the same bits whatever the threads, tiles, SIMD level and hierarchy. Where `cancel` is raised,
+    /// returns soon; the pixels that were not reached show nothing.
     ///
     /// # Errors
     ///
@@ -55,8 +63,9 @@ impl FeaturePass {
         state: Option<&FrameState>,
         cancel: &AtomicBool,
     ) -> Result<FeatureRows, BackendError> {
-        check_rows(&rows, self.region.height)?;
-        let region = self.region.rows(&rows);
+        let region = self.region_of(state);
+        check_rows(&rows, region.height)?;
+        let region = region.rows(&rows);
         let view = self.scene.view_at(state);
         let top = top_of(&self.hierarchy, state, &self.pool);
         let top = top.as_ref().unwrap_or(&self.hierarchy);
@@ -75,6 +84,21 @@ impl FeaturePass {
             });
         });
         Ok(features.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
+    }
+
+    /// Features of one pixel of a frame.
+    ///
+    /// # Errors
+    ///
+    /// [`BackendError::Failed`] where the picture has no such pixel.
+    pub fn pixel(&self, x: u32, y: u32, state: &FrameState) -> Result<PixelFeatures, BackendError> {
+        let whole = self.region_of(Some(state));
+        let region =
+            Region { x: whole.x.saturating_add(x), y: whole.y.saturating_add(y), width: 1, height: 1 };
+        check_region(&region, (state.settings.width, state.settings.height))?;
+        let one = FeaturePass { region: Some(region), ..self.clone() };
+        let features = one.rows(0..1, Some(state), &AtomicBool::new(false))?;
+        Ok(features.pixels.first().copied().unwrap_or(PixelFeatures::NOTHING))
     }
 }
 

@@ -92,8 +92,7 @@ impl CpuBackend {
             None => Arc::new(self.build(&scene)?),
         };
         let (simd, tile, pool) = (self.simd, self.options.tile, Arc::clone(&self.pool));
-        let region = Region::whole((scene.settings.width, scene.settings.height));
-        Ok(FeaturePass { scene, hierarchy, simd, tile, pool, region })
+        Ok(FeaturePass { scene, hierarchy, simd, tile, pool, region: None })
     }
 
     fn build(&self, scene: &SceneData) -> Result<Hierarchy, BackendError> {

@@ -25,10 +25,9 @@ const JSON: &str = r#"{"eosphor": 2, "camera": {"position": [0, 0, 5], "look-at"
     "spheres": [{"center": [0, 0, 0], "radius": 1, "material": "a"}],
     "parallelograms": [{"corner": [0, 0, 0], "edge-u": [1, 0, 0], "edge-v": [0, 1, 0]}],
     "settings": {"samples": 2, "pixel-sampling": {"grid": 2}}}"#;
-const OVER: &str = r#"{"eosphor": 2, "base": "b.json", "camera": {"position": [0, 0, 5], "look-at": [0, 0, 0], "lens":
-    {"aperture-radius": 0.1}}, "lights": [{"point": {"position": [0, 5, 0], "color": [9, 9, 9]}}, {"directional":
-    {"direction": [0, -1, 0], "color": [1, 1, 1]}}], "settings": {"samples": 2, "pixel-sampling": {"grid": 2},
-    "max-distance": null, "headlight": false}, "device": {"accel": "octree", "backend": null}, "output": "a.png"}"#;
+const OVER: &str = r#"{"eosphor": 2, "base": "b.json", "camera": {"position": [1, 2, 3], "look-at": [0, 0, 0]},
+    "lights": [{"point": {"position": [0, 9, 0], "color": [1, 1, 1]}}], "settings": {"samples": 3, "max-distance": null},
+    "device": {"accel": "bvh"}, "output": "o.png"}"#;
 const PLY: &str = "ply\nformat ascii 1.0\ncomment TextureFile t.ppm\nelement vertex 4\nproperty float x\nproperty float y\n\
                    property double z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\n\
                    property uchar green\nproperty uchar blue\nelement face 2\nproperty list uchar int vertex_indices\n\
@@ -181,7 +180,7 @@ proptest! {
     }
 
     #[test]
-    fn mutated_json_over_a_base(bytes in mutated(OVER)) {
+    fn mutated_scenes_over_a_base(bytes in mutated(OVER)) {
         run("o.json", bytes);
     }
 }

@@ -21,15 +21,22 @@ let sendPending = false;
 let shown = null;
 /** Its number; each connection counts anew. */
 let lastFrame = 0;
+/** The pieces of a picture at rest that have come. */
+let pieceBlobs = [];
 let kept = null;
 let comparing = false;
 /** The picture at rest, as a file, and where the page has it. */
 let fileBlob = null;
 let file = null;
+/** Waits for a click that says what is to be sharp; the pixel that was clicked. */
+let isFocusing = false;
+let focusPixel = null;
+/** What was refused, while it is shown. */
+let refusedInput = null;
 const drawn = [];
 /** Figures for tests: milliseconds from input to picture, and the headers of frames. */
 const measured = { latencies: [], frames: 0, last: null };
-window.eosphor = { measured, get file() { return fileBlob; }, get view() { return view; }, get connected() { return socket?.readyState === 1; } };
+window.eosphor = { measured, get file() { return fileBlob; }, get scene() { return scene; }, get view() { return view; }, get connected() { return socket?.readyState === 1; } };
 
 // Vectors.
 const sub = (a, b) => a.map((x, i) => x - b[i]);
@@ -173,6 +180,7 @@ function hear(message) {
     case "scene":
       scene = message;
       $("problem").hidden = true;
+      refusedInput = null;
       $("name").textContent = message.name;
       document.title = `${message.name} - Eosphor`;
       $("s-device").textContent = message.backend;
@@ -184,16 +192,18 @@ function hear(message) {
         view = view ? { ...view, camera } : structuredClone(message.view);
         isSettled = false;
       }
+      view.frame = Math.min(view.frame, scene.frames - 1);
+      showDevices();
       showSettings();
       changed(false);
       break;
     case "error":
       $("problem").textContent = message.text;
       $("problem").hidden = false;
+      refusedInput = null;
       break;
     case "refused":
-      $("problem").textContent = `The server refuses this: ${message.text}`;
-      $("problem").hidden = false;
+      refuse(message.text);
       break;
     case "command":
       $("command").textContent = message.text;
@@ -201,15 +211,29 @@ function hear(message) {
       navigator.clipboard?.writeText(message.text).catch(() => {});
       break;
     case "pixel":
+      if (focusPixel && message.x === focusPixel[0] && message.y === focusPixel[1]) focusOn(message);
       showValue(message);
       break;
   }
 }
 
+/** Says what cannot be, until something newer is shown. */
+function refuse(text) {
+  $("problem").textContent = text;
+  $("problem").hidden = false;
+  refusedInput = input;
+}
+
 async function draw(data) {
   const headerLength = new DataView(data).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, headerLength)));
-  const blob = new Blob([new Uint8Array(data, 4 + headerLength)], { type: header.format });
+  let blob = new Blob([new Uint8Array(data, 4 + headerLength)], { type: header.format });
+  // A picture at rest may come in pieces, one after the other; what comes in between takes its place.
+  const [piece, pieces] = header.piece;
+  pieceBlobs = piece === 0 ? [blob] : [...pieceBlobs, blob];
+  if (piece + 1 < pieces) return say({ type: "ack", frame: header.frame });
+  if (pieces > 1) blob = new Blob(pieceBlobs, { type: header.format });
+  pieceBlobs = [];
   const bitmap = await createImageBitmap(blob);
   if (lastFrame < header.frame) {
     lastFrame = header.frame;
@@ -217,6 +241,10 @@ async function draw(data) {
     shown = { header, bitmap };
     paint();
     measure(header);
+    if (refusedInput !== null && header.input > refusedInput) {
+      refusedInput = null;
+      $("problem").hidden = true;
+    }
     if (header.format === "image/png" && header.input === input) setFile(blob);
   }
   say({ type: "ack", frame: header.frame });
@@ -253,20 +281,63 @@ function measure(header) {
 
 // Values of a pixel.
 let pointer = null;
-function showValue({ x, y, linear, samples }) {
+function showValue({ x, y, linear, samples, surface }) {
   const place = $("value");
   if (!pointer) return;
-  const text = linear.map((v) => v.toPrecision(4)).join("  ");
-  place.textContent = `(${x}, ${y})  ${text}  ${samples} samples`;
+  const lines = [`(${x}, ${y})`];
+  if (linear) lines[0] += `  ${linear.map((v) => v.toPrecision(4)).join("  ")}  ${samples} samples`;
+  if (surface) {
+    const named = (number, name) => (name ? `${number} ${name}` : `${number}`);
+    lines.push(`object ${named(surface.object, surface["object-name"])}`);
+    lines.push(`material ${named(surface.material, surface["material-name"])}`);
+    lines.push(`distance ${surface.depth.toPrecision(5)}  normal ${surface.normal.map((v) => v.toFixed(3)).join("  ")}`);
+  } else lines.push("nothing is here");
+  place.textContent = lines.join("\n");
   place.hidden = false;
   const box = document.querySelector("main").getBoundingClientRect();
   place.style.left = `${Math.max(0, Math.min(pointer.x - box.left + 16, box.width - 300))}px`;
-  place.style.top = `${Math.max(0, Math.min(pointer.y - box.top + 16, box.height - 40))}px`;
+  place.style.top = `${Math.max(0, Math.min(pointer.y - box.top + 16, box.height - 100))}px`;
+}
+
+/** The pixel of the picture at a place of the window, or null. */
+function pixelAt(event) {
+  const box = canvas.getBoundingClientRect();
+  const x = Math.floor(((event.clientX - box.left) / box.width) * canvas.width);
+  const y = Math.floor(((event.clientY - box.top) / box.height) * canvas.height);
+  return x >= 0 && y >= 0 && x < canvas.width && y < canvas.height ? [x, y] : null;
+}
+
+/** Makes sharp what is at a pixel; a pin-hole becomes a lens. */
+function focusOn({ x, y, surface }) {
+  setFocusing(false);
+  if (!surface) return refuse("Nothing is there to be sharp.");
+  const [width, height] = view.size;
+  const tangent = Math.tan((view.camera.fov * Math.PI) / 360);
+  const right = ((2 * (x + 0.5)) / width - 1) * tangent;
+  const above = ((1 - (2 * (y + 0.5)) / height) * tangent * height) / width;
+  // The distance is along the ray; what is sharp is a plane.
+  const far = surface.depth / Math.hypot(1, right, above);
+  view.camera["focus-distance"] = Math.fround(far);
+  if (!(view.camera.aperture > 0)) view.camera.aperture = Math.fround(far * 0.02);
+  showSettings();
+  changed(false);
+}
+
+function setFocusing(isOn) {
+  isFocusing = isOn;
+  focusPixel = null;
+  $("focus-click").setAttribute("aria-pressed", String(isOn));
+  canvas.classList.toggle("focusing", isOn);
 }
 
 // The pointer and fingers.
 const fingers = new Map();
 canvas.addEventListener("pointerdown", (event) => {
+  if (isFocusing) {
+    focusPixel = pixelAt(event);
+    if (focusPixel) say({ type: "pixel", x: focusPixel[0], y: focusPixel[1] });
+    return;
+  }
   canvas.setPointerCapture(event.pointerId);
   fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
   $("value").hidden = true;
@@ -275,10 +346,8 @@ canvas.addEventListener("pointermove", (event) => {
   const before = fingers.get(event.pointerId);
   if (!before) {
     pointer = { x: event.clientX, y: event.clientY };
-    const box = canvas.getBoundingClientRect();
-    const x = Math.floor(((event.clientX - box.left) / box.width) * canvas.width);
-    const y = Math.floor(((event.clientY - box.top) / box.height) * canvas.height);
-    if (shown?.header["at-rest"] && x >= 0 && y >= 0) say({ type: "pixel", x, y });
+    const pixel = pixelAt(event);
+    if (shown?.header["at-rest"] && pixel) say({ type: "pixel", x: pixel[0], y: pixel[1] });
     return;
   }
   if (!view) return;
@@ -362,6 +431,25 @@ function showSettings() {
   $("exposure-value").textContent = view.exposure;
   $("lighting").value = view.lighting;
   $("shadows").value = view.shadows;
+  $("show").value = view.show;
+  $("aperture").value = view.camera.aperture;
+  $("focus").value = view.camera["focus-distance"] ?? "";
+  $("time").hidden = scene.frames < 2;
+  $("frame").max = scene.frames - 1;
+  $("frame").value = view.frame;
+  $("frame-value").textContent = `${view.frame} of ${scene.frames}`;
+}
+
+/** Fills a choice with names. */
+function fill(select, names, chosen) {
+  select.replaceChildren(...names.map((name) => new Option(name, name, false, name === chosen)));
+}
+function showDevices() {
+  $("device").hidden = scene.devices.length === 0;
+  if (scene.devices.length === 0) return;
+  const device = scene.device ?? { backend: scene.devices[0].backend, accel: scene.devices[0].accels[0] };
+  fill($("backend"), scene.devices.map((one) => one.backend), device.backend);
+  fill($("accel"), scene.devices.find((one) => one.backend === device.backend)?.accels ?? [], device.accel);
 }
 const whole = (element) => {
   const value = Math.round(Number(element.value));
@@ -375,7 +463,39 @@ for (const [id, key] of Object.entries(numbers)) {
 for (const [id, k] of [["width", 0], ["height", 1]]) {
   $(id).addEventListener("change", () => { view.size[k] = whole($(id)); showSettings(); changed(false); });
 }
-for (const id of ["lighting", "shadows"]) {
+const length32 = (element) => Math.fround(Math.max(0, Math.min(1e12, Number(element.value) || 0)));
+$("aperture").addEventListener("change", () => { view.camera.aperture = length32($("aperture")); showSettings(); changed(false); });
+$("focus").addEventListener("change", () => {
+  view.camera["focus-distance"] = length32($("focus")) || scene.view.camera["focus-distance"];
+  showSettings();
+  changed(false);
+});
+$("focus-click").addEventListener("click", () => setFocusing(!isFocusing));
+
+// Time.
+let playing = 0;
+function showFrame(frame, isMoving) {
+  view.frame = frame;
+  showSettings();
+  changed(isMoving);
+}
+$("frame").addEventListener("input", () => showFrame(Number($("frame").value), true));
+$("play").addEventListener("click", () => {
+  clearInterval(playing);
+  const isOn = !playing;
+  playing = isOn ? setInterval(() => showFrame((view.frame + 1) % scene.frames, true), 1000 / Math.min(60, scene.fps)) : 0;
+  $("play").setAttribute("aria-pressed", String(isOn));
+});
+
+// The device.
+function chooseDevice(backend, accel) {
+  const accels = scene.devices.find((one) => one.backend === backend)?.accels ?? [];
+  say({ type: "device", choice: { backend, accel: accels.includes(accel) ? accel : accels[0] } });
+}
+$("backend").addEventListener("change", () => chooseDevice($("backend").value, $("accel").value));
+$("accel").addEventListener("change", () => chooseDevice($("backend").value, $("accel").value));
+
+for (const id of ["lighting", "shadows", "show"]) {
   $(id).addEventListener("change", () => { view[id] = $(id).value; changed(false); });
 }
 $("reset").addEventListener("click", () => {
@@ -385,6 +505,18 @@ $("reset").addEventListener("click", () => {
   changed(false);
 });
 $("copy").addEventListener("click", () => say({ type: "command" }));
+/** Asks the server for a file of this page, and hands it to the browser. */
+async function take(path, name) {
+  const answer = await fetch(`${path}?page=${scene.page}`).catch(() => null);
+  if (!answer?.ok) return refuse(answer ? (await answer.text()).trim() : "The viewer is gone.");
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(await answer.blob());
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+$("save").addEventListener("click", () => take("/scene.json", "scene.json"));
+$("exr").addEventListener("click", () => take("/picture.exr", "picture.exr"));
 $("fold").addEventListener("click", () => {
   const isOpen = $("controls").hidden;
   $("controls").hidden = !isOpen;

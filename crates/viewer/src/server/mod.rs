@@ -6,7 +6,10 @@ mod socket;
 
 pub(crate) use guard::Guard;
 
+use crate::client::Client;
+use crate::message::MAX_MESSAGE;
 use crate::renderer::Shared;
+use crate::take;
 use axum::Router;
 use axum::extract::{Request, State, WebSocketUpgrade};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
@@ -22,9 +25,15 @@ const PAGE: &str = include_str!("../page/index.html");
 const STYLE: &str = include_str!("../page/style.css");
 const SCRIPT: &str = include_str!("../page/viewer.js");
 
+/// What is said to who has no token.
+const NO_TOKEN: &str = "open the address that `eosphor view` printed, with its token";
+
 /// What a page may load and do: only what this server has.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// What is read of a socket at a time, in bytes: a view has 500. The library's own buffer has 128 KiB.
+const READ_BUFFER: usize = 4 * 1024;
 
 #[derive(Clone)]
 struct Site {
@@ -48,6 +57,8 @@ pub(crate) async fn serve(
         // Browsers ask for it; there is none.
         .route("/favicon.ico", get(|| async { StatusCode::NO_CONTENT }))
         .route("/socket", get(open_socket))
+        .route("/scene.json", get(scene_file))
+        .route("/picture.exr", get(exr_file))
         .layer(middleware::from_fn_with_state(site.clone(), check))
         .with_state(site);
     let serve = axum::serve(Limited::new(listener), router);
@@ -89,13 +100,13 @@ async fn page(State(site): State<Site>, request: Request) -> Response {
     }
     match site.guard.is_known(request.headers()) {
         true => file("text/html; charset=utf-8", PAGE),
-        false => refuse("open the address that `eosphor view` printed, with its token"),
+        false => refuse(NO_TOKEN),
     }
 }
 
 async fn open_socket(State(site): State<Site>, socket: WebSocketUpgrade, request: Request) -> Response {
     if !site.guard.is_known(request.headers()) {
-        return refuse("open the address that `eosphor view` printed, with its token");
+        return refuse(NO_TOKEN);
     }
     if !site.guard.is_own_page(request.headers()) {
         return refuse("pages of other sites may not see this");
@@ -105,11 +116,53 @@ async fn open_socket(State(site): State<Site>, socket: WebSocketUpgrade, request
     };
     let shared = Arc::clone(&site.shared);
     let failed = (Arc::clone(&site.shared), Arc::clone(&client));
-    let socket =
-        socket.max_message_size(crate::message::MAX_MESSAGE).max_frame_size(crate::message::MAX_MESSAGE);
     socket
+        .max_message_size(MAX_MESSAGE)
+        .max_frame_size(MAX_MESSAGE)
+        .read_buffer_size(READ_BUFFER)
         .on_failed_upgrade(move |_| failed.0.leave(&failed.1))
         .on_upgrade(move |socket| socket::run(socket, shared, client))
+}
+
+/// The scene file of a page's view.
+async fn scene_file(State(site): State<Site>, request: Request) -> Response {
+    let make = |shared: &Shared, client: &Client| take::scene_file(shared, client).map(String::into_bytes);
+    made_file(asking_page(&site, &request), site, "application/json", make).await
+}
+
+/// The picture of a page in linear colours.
+async fn exr_file(State(site): State<Site>, request: Request) -> Response {
+    made_file(asking_page(&site, &request), site, "image/x-exr", take::exr).await
+}
+
+/// The page whose number a request names (`?page=7`), or what the request is told.
+fn asking_page(site: &Site, request: &Request) -> Result<Arc<Client>, (StatusCode, &'static str)> {
+    if !site.guard.is_known(request.headers()) {
+        return Err((StatusCode::FORBIDDEN, NO_TOKEN));
+    }
+    let mut pairs = request.uri().query().unwrap_or_default().split('&');
+    let number = pairs.find_map(|pair| pair.strip_prefix("page=")?.parse().ok());
+    let page = number.and_then(|number| site.shared.page(number));
+    page.ok_or((StatusCode::NOT_FOUND, "there is no such page; load it again"))
+}
+
+/// A file for a page, made on another thread: it takes its time.
+async fn made_file(
+    page: Result<Arc<Client>, (StatusCode, &'static str)>,
+    site: Site,
+    kind: &'static str,
+    make: impl FnOnce(&Shared, &Client) -> Result<Vec<u8>, String> + Send + 'static,
+) -> Response {
+    let client = match page {
+        Ok(client) => client,
+        Err(refusal) => return refusal.into_response(),
+    };
+    let shared = site.shared;
+    match tokio::task::spawn_blocking(move || make(&shared, &client)).await {
+        Ok(Ok(bytes)) => ([(header::CONTENT_TYPE, kind)], bytes).into_response(),
+        Ok(Err(text)) => (StatusCode::CONFLICT, format!("{text}\n")).into_response(),
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "the file could not be made\n").into_response(),
+    }
 }
 
 fn file(kind: &'static str, text: &'static str) -> Response {

@@ -1,8 +1,10 @@
 //! The socket of a page: its messages in, texts and frames out.
 
-use crate::client::Client;
-use crate::message::{FromPage, ToPage};
-use crate::renderer::{Shared, command_line, pixel};
+use crate::client::{Client, Side};
+use crate::message::{Frame, FromPage, ToPage};
+use crate::pixel;
+use crate::renderer::Shared;
+use crate::take::command_line;
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
@@ -23,13 +25,18 @@ pub(super) async fn run(socket: WebSocket, shared: Arc<Shared>, client: Arc<Clie
     shared.leave(&client);
 }
 
-async fn hear_all(mut stream: SplitStream<WebSocket>, shared: &Shared, client: &Client) {
+async fn hear_all(mut stream: SplitStream<WebSocket>, shared: &Arc<Shared>, client: &Arc<Client>) {
     while let Some(Ok(message)) = stream.next().await {
         match message {
             Message::Text(text) => hear(shared, client, &text),
             Message::Binary(_) => client.tell(ToPage::Refused { text: "pages send texts".into() }),
             // Pings are answered by the library.
-            Message::Ping(_) | Message::Pong(_) => {}
+            Message::Ping(_) => {}
+            Message::Pong(answer) => {
+                if let Some((frame, side)) = Side::read(&answer) {
+                    client.state().answered(frame, side, Instant::now());
+                }
+            }
             Message::Close(_) => break,
         }
     }
@@ -45,7 +52,7 @@ async fn send_all(mut sink: SplitSink<WebSocket, Message>, client: &Client) {
 }
 
 /// Takes a message of the page.
-fn hear(shared: &Shared, client: &Client, text: &str) {
+fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
     let message = match FromPage::read(text) {
         Ok(message) => message,
         Err(text) => return client.tell(ToPage::Refused { text }),
@@ -58,22 +65,26 @@ fn hear(shared: &Shared, client: &Client, text: &str) {
                 Err(text) => return client.tell(ToPage::Refused { text }),
             }
         }
-        FromPage::Ack { frame } => client.state().acknowledged(frame, Instant::now()),
+        FromPage::Ack { frame } => {
+            client.state().acknowledged(frame);
+            // The next piece may go.
+            client.to_send.notify_one();
+        }
         FromPage::Alive {} => return,
         FromPage::Pixel { x, y } => {
-            if let Some((linear, samples)) = pixel(client, x, y) {
-                client.tell(ToPage::Pixel { x, y, linear, samples });
-            }
-            return;
+            return pixel::ask(shared, client, [x, y]);
         }
         FromPage::Command {} => {
             let wanted = client.state().wanted;
             if let Some(wanted) = wanted {
-                let text = command_line(shared, &shared.stage(), &wanted.view);
-                client.tell(ToPage::Command { text });
+                client.tell(match command_line(shared, &wanted.view) {
+                    Ok(text) => ToPage::Command { text },
+                    Err(text) => ToPage::Refused { text },
+                });
             }
             return;
         }
+        FromPage::Device { choice } => return shared.wish_device(choice, client),
     }
     shared.wake();
 }
@@ -82,21 +93,27 @@ fn hear(shared: &Shared, client: &Client, text: &str) {
 async fn send(socket: &mut SplitSink<WebSocket, Message>, client: &Client) -> bool {
     loop {
         let text = client.state().take_text();
-        let message = match text {
+        let sent = match text {
             Some(text) => match serde_json::to_string(&text) {
-                Ok(text) => Message::Text(text.into()),
+                Ok(text) => timeout(SEND_TIME, socket.send(Message::Text(text.into()))).await,
                 Err(_) => continue,
             },
             None => {
-                let frame = client.state().take_frame(Instant::now());
-                match frame {
-                    Some(frame) => Message::Binary(frame.to_message().into()),
-                    None => return true,
-                }
+                let frame = client.state().take_frame();
+                let Some(frame) = frame else { return true };
+                timeout(SEND_TIME, send_frame(socket, &frame)).await
             }
         };
-        if !matches!(timeout(SEND_TIME, socket.send(message)).await, Ok(Ok(()))) {
+        if !matches!(sent, Ok(Ok(()))) {
             return false;
         }
     }
+}
+
+/// Sends a frame between two questions.
+async fn send_frame(socket: &mut SplitSink<WebSocket, Message>, frame: &Frame) -> Result<(), axum::Error> {
+    let question = |side: Side| Message::Ping(side.question(frame.header.frame).into());
+    socket.feed(question(Side::Before)).await?;
+    socket.feed(Message::Binary(frame.to_message().into())).await?;
+    socket.send(question(Side::After)).await
 }

@@ -32,9 +32,9 @@ pub(super) struct SceneFile {
     #[serde(rename = "description", default)]
     #[schemars(with = "String")]
     pub(super) _description: Option<String>,
-    /// A scene that this one begins with: `builtin:NAME`, or any file that is rendered (OBJ, glTF, PLY, JSON), relative to
-    /// this one. The keys of `settings` and `device` that are given here go over those of the base; `camera` (it stands
-    /// still), `lights` and `output` take the place of its own. No other key stands beside it.
+    /// A scene that this one begins with: a file of any kind that is rendered, beside this one, or a built-in scene. Of this
+    /// file `settings` and `device` then go over its own key by key, `camera` (which stands still), `lights` and `output` take the
+    /// place of its own, and there is nothing else.
     #[serde(default)]
     #[schemars(extend("examples" = ["builtin:glass"]))]
     pub(super) base: Option<PathBuf>,

@@ -18,10 +18,6 @@ fn scenes() -> Option<PathBuf> {
 
 /// A whole scene around a part of it; what examples name is there.
 fn document(key: &str, part: Value) -> Value {
-    if key == "base" {
-        // That has all of these.
-        return json!({ "eosphor": 2, "base": part });
-    }
     let mut whole = json!({
         "eosphor": 2,
         "materials": { "red": { "matte": { "color": [1, 0, 0] } } },
@@ -144,6 +140,10 @@ fn every_key_of_the_schema_is_read() {
             }
             if key == "meshes" && text.contains("glb") {
                 document = serde_json::from_str(&text.replace("chair.glb", "chair.obj")).unwrap();
+            }
+            // What a scene is made of does not stand beside its base.
+            if let Some(base) = document.get("base") {
+                document = json!({ "eosphor": 2, "base": base });
             }
             // A light that moves must be there.
             if let Some(motions) = document.pointer_mut("/animation/lights").and_then(Value::as_array_mut) {

@@ -1,0 +1,5 @@
+//! Tests of viewers.
+
+mod page;
+mod shown;
+mod viewer;
