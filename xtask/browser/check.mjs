@@ -93,6 +93,8 @@ const middle = async (page) => {
 // What rests is the file: the PNG of the page and that of the copied command line.
 const changes = [
   async () => {},
+  // Alone: a camera that was framed for the first size stays.
+  (page) => set(page, "height", "140"),
   async (page) => {
     const [x, y] = await middle(page);
     await page.mouse.move(x, y);

@@ -52,12 +52,12 @@ pub(crate) struct ClientState {
 struct UnderWay {
     number: u64,
     bytes: usize,
-    /// When the page's answer to the question before the frame came.
+    /// When the pong to the ping before the frame came.
     began: Option<Instant>,
 }
 
-/// Where a question (a ping) is that goes with a frame. The page's system answers as it passes, whatever the page does: the time
-/// between the answers is what the frame took on the line, without the way there and back and without what was queued before.
+/// On which side of a frame a ping is sent. Browsers send pongs by themselves, however busy the page's script is: the time between
+/// the two pongs is what the frame took on the line, without the round trip and without what was queued before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     Before,
@@ -186,8 +186,8 @@ impl ClientState {
         Some(frame)
     }
 
-    /// The page's system has answered the question on this side of a frame. Answers to what was not asked say nothing.
-    pub(crate) fn answered(&mut self, frame: u64, side: Side, now: Instant) {
+    /// The pong to the ping on this side of a frame has come. Pongs without a ping change nothing.
+    pub(crate) fn ponged(&mut self, frame: u64, side: Side, now: Instant) {
         let Some(under_way) = self.under_way.iter_mut().find(|under_way| under_way.number == frame) else {
             return;
         };
@@ -211,16 +211,16 @@ impl ClientState {
 }
 
 impl Side {
-    /// What a question asks, for its answer.
-    pub(crate) fn question(self, frame: u64) -> Vec<u8> {
+    /// The payload of a ping, which its pong repeats.
+    pub(crate) fn ping(self, frame: u64) -> Vec<u8> {
         let mut text = frame.to_le_bytes().to_vec();
         text.push(u8::from(self == Side::After));
         text
     }
 
-    /// Which question an answer is to.
-    pub(crate) fn read(answer: &[u8]) -> Option<(u64, Side)> {
-        let (frame, side) = answer.split_first_chunk()?;
+    /// Which ping a pong is to.
+    pub(crate) fn of_pong(payload: &[u8]) -> Option<(u64, Side)> {
+        let (frame, side) = payload.split_first_chunk()?;
         let side = match side {
             [0] => Side::Before,
             [1] => Side::After,
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_tell_how_long_a_frame_was_on_the_line() {
+    fn pongs_tell_how_long_a_frame_was_on_the_line() {
         let (client, start) = (Client::new(1), Instant::now());
         let at = |ms| start + Duration::from_millis(ms);
         for number in 1..=2 {
@@ -300,24 +300,24 @@ mod tests {
             assert!(client.state().take_frame().is_some());
         }
         let mut state = client.state();
-        // Answers that make no sense change nothing.
-        assert_eq!(Side::read(b"hello"), None);
-        assert_eq!(Side::read(&[0; 10]), None);
-        state.answered(1, Side::After, at(1));
-        state.answered(7, Side::Before, at(1));
+        // Pongs that make no sense change nothing.
+        assert_eq!(Side::of_pong(b"hello"), None);
+        assert_eq!(Side::of_pong(&[0; 10]), None);
+        state.ponged(1, Side::After, at(1));
+        state.ponged(7, Side::Before, at(1));
         assert_eq!(state.quality.line(), None);
         // Half a second of round trip does not count, nor does the other frame.
         for (number, side, ms) in
             [(1, Side::Before, 500), (1, Side::After, 600), (2, Side::Before, 600), (2, Side::After, 700)]
         {
-            let question = side.question(number);
-            assert_eq!(Side::read(&question), Some((number, side)));
-            state.answered(number, side, at(ms));
+            let payload = side.ping(number);
+            assert_eq!(Side::of_pong(&payload), Some((number, side)));
+            state.ponged(number, side, at(ms));
         }
         assert!((state.quality.line().unwrap() / 1e6 - 1.0).abs() < 1e-3);
         // What was acknowledged is done.
         state.acknowledged(2);
-        state.answered(2, Side::Before, at(800));
+        state.ponged(2, Side::Before, at(800));
         assert!(state.under_way.is_empty());
     }
 }

@@ -12,7 +12,9 @@
 
 mod client;
 mod encode;
+mod export;
 mod false_colors;
+mod frames;
 #[cfg(fuzzing)]
 mod fuzzed;
 mod hover;
@@ -25,7 +27,6 @@ mod renderer;
 mod server;
 mod source;
 mod stage;
-mod take;
 mod viewer;
 mod watch;
 

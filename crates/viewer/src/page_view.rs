@@ -118,7 +118,7 @@ impl PageView {
     }
 
     /// The scene's camera, where the page has not changed it.
-    fn camera_of_scene(&self, scene: &Scene, own: &PageView) -> Option<Camera> {
+    pub(crate) fn camera_of_scene(&self, scene: &Scene, own: &PageView) -> Option<Camera> {
         scene.camera_at(self.frame).filter(|_| self.camera == own.camera)
     }
 
@@ -256,7 +256,7 @@ impl PageView {
         };
         let file = match (layer, self.frame) {
             (_, 1..) if self.show != Show::Picture => {
-                return Err("what is shown beside the picture is rendered of the first frame alone".into());
+                return Err("normals, depths, objects, materials and costs can be rendered to a file for frame 0 only".into());
             }
             (Some(layer), _) => {
                 flags.push(format!("--layers={layer}"));

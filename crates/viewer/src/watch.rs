@@ -26,7 +26,7 @@ pub(crate) fn watch(shared: &Shared) {
     let mut seen = marks(&files);
     while !shared.is_over.load(Ordering::Relaxed) {
         std::thread::sleep(PAUSE);
-        shared.grant_device();
+        shared.switch_device();
         let now = marks(&files);
         if now == seen {
             continue;

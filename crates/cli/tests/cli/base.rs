@@ -39,7 +39,7 @@ fn what_is_wrong_with_a_base_is_said() {
     fs::write(place.path("room.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     for (text, words) in [
         (r#"{"eosphor": 2, "base": "rom.obj"}"#, ["s.json:1:24: base: ", "did you mean room.obj?"]),
-        (r#"{"eosphor": 2, "base": "s.json"}"#, ["s.json:1:24: base: ", "begins with itself"]),
+        (r#"{"eosphor": 2, "base": "s.json"}"#, ["s.json:1:24: base: ", "leads back to the file itself"]),
         (r#"{"eosphor": 2, "base": "room.obj", "spheres": []}"#, ["s.json:1:36: ", "belongs into the base"]),
     ] {
         fs::write(place.path("s.json"), text).unwrap();

@@ -13,7 +13,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Most scene files that may begin with each other.
+/// Longest chain of scene files of which each is the base of the one before.
 pub(super) const MAX_BASES: usize = 16;
 
 /// A scene in the making.
@@ -26,7 +26,7 @@ pub(super) struct Loader {
     options: LoadOptions,
     budget: Budget,
     files_read: Vec<PathBuf>,
-    /// Scene files that begin with each other; the last one is being read.
+    /// Scene files of which each is the base of the one before; the last one is being read.
     chain: Vec<PathBuf>,
     images: HashMap<PathBuf, u32>,
     default_material: Option<u32>,
@@ -73,25 +73,22 @@ impl Loader {
         Ok(bytes)
     }
 
-    /// Notes that a scene file begins with another one, and says what is wrong with that, if anything.
+    /// Notes the base of a scene file. Fails where bases lead in a circle, or are too many.
     pub(super) fn begin_with(&mut self, file: &Path, base: &Path) -> Result<(), String> {
         self.chain.push(file.to_path_buf());
         let shown = |path: &PathBuf| path.display().to_string();
         if let Some(first) = self.chain.iter().position(|path| path == base) {
             let circle: Vec<String> = self.chain[first..].iter().map(shown).collect();
-            let message = "the file begins with itself";
+            let message = "the base leads back to the file itself";
             return Err(match circle.as_slice() {
                 [_] => format!("{message}; name another one"),
-                _ => format!(
-                    "{message}, by way of {}; name another one",
-                    circle[..circle.len() - 1].join(", ")
-                ),
+                _ => {
+                    format!("{message}, through {}; name another one", circle[..circle.len() - 1].join(", "))
+                }
             });
         }
         if self.chain.len() > MAX_BASES {
-            return Err(format!(
-                "more than {MAX_BASES} files begin with each other, maybe in a circle; put some of them together"
-            ));
+            return Err(format!("more than {MAX_BASES} bases of bases; merge some of these files"));
         }
         Ok(())
     }

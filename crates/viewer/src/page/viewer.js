@@ -506,7 +506,7 @@ $("reset").addEventListener("click", () => {
 });
 $("copy").addEventListener("click", () => say({ type: "command" }));
 /** Asks the server for a file of this page, and hands it to the browser. */
-async function take(path, name) {
+async function download(path, name) {
   const answer = await fetch(`${path}?page=${scene.page}`).catch(() => null);
   if (!answer?.ok) return refuse(answer ? (await answer.text()).trim() : "The viewer is gone.");
   const link = document.createElement("a");
@@ -515,8 +515,8 @@ async function take(path, name) {
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
-$("save").addEventListener("click", () => take("/scene.json", "scene.json"));
-$("exr").addEventListener("click", () => take("/picture.exr", "picture.exr"));
+$("save").addEventListener("click", () => download("/scene.json", "scene.json"));
+$("exr").addEventListener("click", () => download("/picture.exr", "picture.exr"));
 $("fold").addEventListener("click", () => {
   const isOpen = $("controls").hidden;
   $("controls").hidden = !isOpen;

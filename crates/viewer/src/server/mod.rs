@@ -7,9 +7,9 @@ mod socket;
 pub(crate) use guard::Guard;
 
 use crate::client::Client;
+use crate::export;
 use crate::message::MAX_MESSAGE;
 use crate::renderer::Shared;
-use crate::take;
 use axum::Router;
 use axum::extract::{Request, State, WebSocketUpgrade};
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
@@ -126,13 +126,13 @@ async fn open_socket(State(site): State<Site>, socket: WebSocketUpgrade, request
 
 /// The scene file of a page's view.
 async fn scene_file(State(site): State<Site>, request: Request) -> Response {
-    let make = |shared: &Shared, client: &Client| take::scene_file(shared, client).map(String::into_bytes);
+    let make = |shared: &Shared, client: &Client| export::scene_file(shared, client).map(String::into_bytes);
     made_file(asking_page(&site, &request), site, "application/json", make).await
 }
 
 /// The picture of a page in linear colours.
 async fn exr_file(State(site): State<Site>, request: Request) -> Response {
-    made_file(asking_page(&site, &request), site, "image/x-exr", take::exr).await
+    made_file(asking_page(&site, &request), site, "image/x-exr", export::exr).await
 }
 
 /// The page whose number a request names (`?page=7`), or what the request is told.

@@ -1,10 +1,10 @@
 //! The socket of a page: its messages in, texts and frames out.
 
 use crate::client::{Client, Side};
+use crate::export::command_line;
 use crate::message::{Frame, FromPage, ToPage};
 use crate::pixel;
 use crate::renderer::Shared;
-use crate::take::command_line;
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
@@ -32,9 +32,9 @@ async fn hear_all(mut stream: SplitStream<WebSocket>, shared: &Arc<Shared>, clie
             Message::Binary(_) => client.tell(ToPage::Refused { text: "pages send texts".into() }),
             // Pings are answered by the library.
             Message::Ping(_) => {}
-            Message::Pong(answer) => {
-                if let Some((frame, side)) = Side::read(&answer) {
-                    client.state().answered(frame, side, Instant::now());
+            Message::Pong(payload) => {
+                if let Some((frame, side)) = Side::of_pong(&payload) {
+                    client.state().ponged(frame, side, Instant::now());
                 }
             }
             Message::Close(_) => break,
@@ -84,7 +84,7 @@ fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
             }
             return;
         }
-        FromPage::Device { choice } => return shared.wish_device(choice, client),
+        FromPage::Device { choice } => return shared.request_device(choice, client),
     }
     shared.wake();
 }
@@ -110,10 +110,10 @@ async fn send(socket: &mut SplitSink<WebSocket, Message>, client: &Client) -> bo
     }
 }
 
-/// Sends a frame between two questions.
+/// Sends a frame between two pings.
 async fn send_frame(socket: &mut SplitSink<WebSocket, Message>, frame: &Frame) -> Result<(), axum::Error> {
-    let question = |side: Side| Message::Ping(side.question(frame.header.frame).into());
-    socket.feed(question(Side::Before)).await?;
+    let ping = |side: Side| Message::Ping(side.ping(frame.header.frame).into());
+    socket.feed(ping(Side::Before)).await?;
     socket.feed(Message::Binary(frame.to_message().into())).await?;
-    socket.send(question(Side::After)).await
+    socket.send(ping(Side::After)).await
 }

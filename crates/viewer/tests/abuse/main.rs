@@ -1,15 +1,18 @@
 //! Connections that make no sense, say too much or too little, vanish, or take nothing: whoever behaves gets pictures as before,
 //! and memory does not grow. A program of its own: it measures the memory of its process.
 
+#[path = "../page.rs"]
+#[allow(dead_code, reason = "the other tests take more of it")]
+mod page;
+
 use eosphor::{Backend, CpuBackend, CpuOptions, LoadOptions, load};
 use eosphor_viewer::{DeviceChoice, PageView, SceneSource, SourceError, SourceScene, Viewer, ViewerOptions};
+use page::{Heard, Page};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
-use tungstenite::client::IntoClientRequest;
-use tungstenite::{Message, WebSocket};
 
 /// Connections, unless `EOSPHOR_TEST_ABUSE` says more.
 const CONNECTIONS: u32 = 400;
@@ -49,42 +52,16 @@ impl SceneSource for Cornell {
     }
 }
 
-/// A page that behaves.
-struct Good {
-    socket: WebSocket<TcpStream>,
-    view: PageView,
-    input: u64,
-}
-
-impl Good {
-    fn open(address: SocketAddr, token: &str) -> Good {
-        let mut request = format!("ws://{address}/socket").into_client_request().unwrap();
-        let cookie = format!("eosphor-{}={token}", address.port());
-        request.headers_mut().insert("cookie", cookie.parse().unwrap());
-        request.headers_mut().insert("origin", format!("http://{address}").parse().unwrap());
-        let stream = TcpStream::connect(address).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-        let (mut socket, _) = tungstenite::client(request, stream).unwrap();
-        let scene: Value = serde_json::from_str(socket.read().unwrap().to_text().unwrap()).unwrap();
-        let view = serde_json::from_value(scene["view"].clone()).unwrap();
-        Good { socket, view, input: 0 }
-    }
-
-    /// A frame of a new view: in motion, or the picture at rest.
-    fn gets_a_picture(&mut self, moving: bool) {
-        self.input += 1;
-        self.view.camera.eye[0] += 1e-4;
-        let message = json!({ "type": "view", "input": self.input, "moving": moving, "view": self.view });
-        self.socket.send(Message::text(message.to_string())).unwrap();
-        loop {
-            let Message::Binary(bytes) = self.socket.read().unwrap() else { continue };
-            let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
-            let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
-            let ack = json!({ "type": "ack", "frame": header["frame"] });
-            self.socket.send(Message::text(ack.to_string())).unwrap();
-            if header["input"] == self.input && (moving || header["format"] == "image/png") {
-                return;
-            }
+/// A page that behaves gets a frame of a new view: in motion, or the picture at rest.
+fn gets_a_picture(page: &mut Page, view: &mut PageView, moving: bool) {
+    view.camera.eye[0] += 1e-4;
+    let input = page.want(view, moving);
+    loop {
+        if let Heard::Frame(header, _) = page.hear()
+            && header["input"] == input
+            && (moving || header["format"] == "image/png")
+        {
+            return;
         }
     }
 }
@@ -162,7 +139,7 @@ impl Abuse {
             5 => stream.write_all(&framed(1, &self.junk(200))),
             6 => stream.write_all(&framed(1, &vec![b'{'; [20_000, 100_000][self.random() % 2]])),
             7 => stream.write_all(&framed(2, &self.junk(50))),
-            // Answers to what was not asked.
+            // Pongs without a ping.
             8 => (0..20).try_for_each(|k| stream.write_all(&framed(10, &[k, 0, 0, 0, 0, 0, 0, 0, k % 2]))),
             9 => stream.write_all(&framed(1, &vec![b'{'; 10_000])[..200]),
             10 => {
@@ -203,12 +180,14 @@ fn abuse_leaves_pictures_and_memory_as_they_were() {
     let count = std::env::var("EOSPHOR_TEST_ABUSE").ok().map_or(CONNECTIONS, |text| text.parse().unwrap());
     let viewer = Viewer::start(Box::new(Cornell), &ViewerOptions::default()).unwrap();
     let (address, token) = (viewer.address(), viewer.token().to_owned());
-    let mut good = Good::open(address, &token);
+    let mut page = Page::open(&viewer);
+    let mut view = page.scene();
+    let asked = serde_json::to_value(view).unwrap();
+    let mut gets_a_picture = |moving| gets_a_picture(&mut page, &mut view, moving);
     // As if someone had looked at it for a while.
-    (0..60).for_each(|_| good.gets_a_picture(true));
-    (0..5).for_each(|_| good.gets_a_picture(false));
-    let view = serde_json::to_value(good.view).unwrap();
-    let mut abuse = Abuse { address, token, random: 1, slow: VecDeque::new(), view };
+    (0..60).for_each(|_| gets_a_picture(true));
+    (0..5).for_each(|_| gets_a_picture(false));
+    let mut abuse = Abuse { address, token, random: 1, slow: VecDeque::new(), view: asked };
     let mut before = None;
     for k in 1..=WARM + count {
         if k == WARM {
@@ -216,13 +195,13 @@ fn abuse_leaves_pictures_and_memory_as_they_were() {
         }
         let _ = abuse.connection();
         if k % 200 == 0 {
-            good.gets_a_picture(false);
+            gets_a_picture(false);
         }
     }
     abuse.slow.clear();
     // The server hears of the last ones.
     std::thread::sleep(Duration::from_secs(1));
-    good.gets_a_picture(false);
+    gets_a_picture(false);
     if let (Some(before), Some(after)) = (before, memory()) {
         println!("{count} connections: {before:.0} kB before, {after:.0} kB after");
         assert!(after < before * GROWTH + KEPT, "{before} kB before, {after} kB after");

@@ -1,4 +1,4 @@
-//! A scene that begins with another file: what it says goes over that.
+//! A scene with a base: another file that it starts from, and overrides in part.
 
 use super::OLD_VERSION;
 use super::build::Builder;
@@ -8,7 +8,7 @@ use super::semantics;
 use super::tree::{Step, way};
 use crate::error::{Place, Problem, SceneError};
 use crate::files::{builtin, read_scene};
-use crate::model::{Camera, DeviceSettings, Light, RenderSettings, Scene, double};
+use crate::model::{Camera, DeviceSettings, Light, PixelSampling, RenderSettings, Scene, double};
 use eosphor_core::math::Vec3;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ struct Given {
 }
 
 impl Builder<'_> {
-    /// Reads the scene that the file begins with, and puts what the file says over it.
+    /// Reads the base of the file, and overrides it by what the file says.
     pub(super) fn build_over(&mut self, base: &Path, file: SceneFile) -> Result<(), SceneError> {
         self.check_keys(&file)?;
         let base = if builtin::name_of(base).is_some() { base.to_path_buf() } else { self.beside(base) };
@@ -49,7 +49,7 @@ impl Builder<'_> {
         match self.document.root.entries().iter().find(|entry| !BESIDE.contains(&&*entry.key)) {
             Some(entry) => {
                 let message = format!(
-                    "{} does not stand beside \"base\": what the scene is made of, and what moves, belongs into the base",
+                    "{} cannot be used together with \"base\"; put it into the base file",
                     quoted(&entry.key)
                 );
                 Err(self.document.error(entry.key_at, message))
@@ -93,7 +93,12 @@ impl Builder<'_> {
     ) -> Result<(), SceneError> {
         let Given { settings, device } =
             serde_json::from_str(self.document.text).map_err(|problem| self.not_taken(&problem))?;
+        let has_samples = settings.contains_key("samples") && !settings.contains_key("pixel-sampling");
         scene.settings = self.over::<RenderSettings>(&scene.settings, settings)?;
+        // As the flag does: a number of samples would not count beside the base's grid.
+        if has_samples && matches!(scene.settings.pixel_sampling, PixelSampling::Grid(_)) {
+            scene.settings.pixel_sampling = PixelSampling::Random;
+        }
         scene.settings.headlight &= headlight && !file.lights.as_ref().is_some_and(Vec::is_empty);
         scene.device = self.over::<DeviceSettings>(&scene.device, device)?;
         if let Some(camera) = file.camera {

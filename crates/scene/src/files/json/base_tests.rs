@@ -1,4 +1,4 @@
-//! Scenes that begin with another one.
+//! Scenes with a base.
 
 use crate::files::{LoadOptions, LoadedScene, load, load_from_memory};
 use crate::model::{Camera, CameraMotion, Light, PixelSampling, Scene};
@@ -61,6 +61,19 @@ fn what_is_given_goes_over_the_base() {
     assert_eq!((over.device.leaf_size, over.device.accel.map(|a| a.name())), (Some(7), Some("octree")));
     assert_eq!(over.output.as_deref(), Some("other.png"));
     assert_eq!(over.spheres, base.spheres);
+}
+
+#[test]
+fn a_number_of_samples_takes_the_place_of_the_bases_grid() {
+    let grid = BALL.replace("\"samples\": 3", "\"pixel-sampling\": { \"grid\": 4 }");
+    let with = |settings: &str| {
+        let text = format!(r#"{{ "eosphor": 2, "base": "b.json", "settings": {{ {settings} }} }}"#);
+        let settings = scene(&[("a.json", &text), ("b.json", &grid)]).settings;
+        (settings.samples, settings.pixel_sampling)
+    };
+    assert_eq!(with("\"depth\": 1"), (1, PixelSampling::Grid(4)));
+    assert_eq!(with("\"samples\": 9"), (9, PixelSampling::Random));
+    assert_eq!(with("\"samples\": 9, \"pixel-sampling\": { \"grid\": 2 }"), (9, PixelSampling::Grid(2)));
 }
 
 #[test]
@@ -129,7 +142,7 @@ fn what_is_wrong_is_said_at_its_place() {
         let text = format!("{{ \"eosphor\": 2, \"base\": \"ball.json\",\n  \"{key}\": {empty} }}");
         let error = error(&[("a.json", &text), ("ball.json", BALL)]);
         assert!(
-            error.starts_with(&format!("a.json:2:3: \"{key}\" does not stand beside \"base\"")),
+            error.starts_with(&format!("a.json:2:3: \"{key}\" cannot be used together with \"base\"")),
             "{error}"
         );
     }
@@ -159,15 +172,15 @@ fn what_is_wrong_is_said_at_its_place() {
 fn circles_and_long_chains_end() {
     let over = |base: usize| format!(r#"{{ "eosphor": 2, "base": "{base}.json" }}"#);
     let itself = error(&[("0.json", &over(0))]);
-    assert!(itself.contains("begins with itself; name another one"), "{itself}");
+    assert!(itself.contains("leads back to the file itself; name another one"), "{itself}");
     let texts: Vec<(String, String)> = (0..40).map(|k| (format!("{k}.json"), over((k + 1) % 3))).collect();
     let files: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
     let circle = error(&files[..3]);
-    assert!(circle.contains("by way of 0.json, 1.json"), "{circle}");
+    assert!(circle.contains("through 0.json, 1.json"), "{circle}");
     let texts: Vec<(String, String)> = (0..40).map(|k| (format!("{k}.json"), over(k + 1))).collect();
     let files: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
     let long = error(&files);
-    assert!(long.contains("more than 16 files begin with each other"), "{long}");
+    assert!(long.contains("more than 16 bases of bases"), "{long}");
 }
 
 #[test]
@@ -260,7 +273,7 @@ fn what_is_wrong_inside_a_model_names_the_model() {
 }
 
 #[test]
-fn sixteen_files_may_begin_with_each_other() {
+fn sixteen_bases_are_followed_and_no_more() {
     let chain = |length: usize| {
         let mut texts: Vec<_> =
             (0..length).map(|k| (format!("{k}.json"), over(&format!("{}.json", k + 1), ""))).collect();
@@ -271,7 +284,7 @@ fn sixteen_files_may_begin_with_each_other() {
     };
     assert_eq!(chain(16), Ok(3));
     let message = chain(17).unwrap_err();
-    assert!(message.starts_with("16.json:1:25: base: more than 16 files"), "{message}");
+    assert!(message.starts_with("16.json:1:25: base: more than 16 bases"), "{message}");
 }
 
 #[test]

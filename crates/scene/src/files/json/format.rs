@@ -32,9 +32,9 @@ pub(super) struct SceneFile {
     #[serde(rename = "description", default)]
     #[schemars(with = "String")]
     pub(super) _description: Option<String>,
-    /// A scene that this one begins with: a file of any kind that is rendered, beside this one, or a built-in scene. Of this
-    /// file `settings` and `device` then go over its own key by key, `camera` (which stands still), `lights` and `output` take the
-    /// place of its own, and there is nothing else.
+    /// The scene to start from: a file of any kind that can be rendered, relative to this file or absolute, or `builtin:NAME`. Keys
+    /// of `settings` and `device` given here override those of the base one by one; `camera` (which then does not move), `lights`
+    /// and `output` replace the base's. No other keys may stand beside it.
     #[serde(default)]
     #[schemars(extend("examples" = ["builtin:glass"]))]
     pub(super) base: Option<PathBuf>,

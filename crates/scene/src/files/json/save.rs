@@ -1,4 +1,4 @@
-//! A scene as a file that begins with another one, and says what differs.
+//! Writes a scene as a file with a base, and what differs from it.
 
 use super::Document;
 use super::build::Builder;
@@ -8,7 +8,7 @@ use crate::error::{Problem, SceneError};
 use crate::files::LoadOptions;
 use crate::files::loader::Loader;
 use crate::files::source::Source;
-use crate::model::{Camera, CameraMotion, Light, Scene};
+use crate::model::{Camera, CameraMotion, Light, PixelSampling, Scene};
 use eosphor_core::math::Vec3;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -17,21 +17,19 @@ use std::path::Path;
 /// Settings that are written even where they are as the base has them: they are what people look for.
 const ALWAYS: [&str; 3] = ["size", "samples", "seed"];
 
-/// Why a scene cannot be written as a file that begins with its base.
+/// Why a scene cannot be written as a file with a base.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CannotSave {
-    /// Something differs from the base that such a file does not say.
-    #[error(
-        "{what}, and a scene file that begins with another one does not say that; change the file that it begins with"
-    )]
+    /// Something differs from the base that such a file cannot express.
+    #[error("{what}; a scene file with a \"base\" cannot express that: change the base itself")]
     NotSaid {
         /// What differs, in words.
         what: &'static str,
     },
-    /// A number has more digits than the coordinates of the file.
+    /// A position so close to the origin of a scene far from 0 that no coordinates of the file round to it.
     #[error(
-        "{what} is so near the point that the scene is counted from that its coordinates in the file lose digits; move it a little"
+        "{what} is so close to the scene's origin that no coordinates in the file give exactly its position; move it a little"
     )]
     Digits {
         /// What it is.
@@ -42,8 +40,8 @@ pub enum CannotSave {
     Problem(#[from] Problem),
 }
 
-/// The text of a scene file that begins with `base`, as that key has it. It loads as `after`, where the base alone loads as
-/// `before`. It says camera, lights, settings, device and output where they differ. Size, samples and seed it says in any case.
+/// The text of a scene file with this `base`, which loads as `after` where the base alone loads as `before`. Camera, lights,
+/// settings, device and output are written where they differ; size, samples and seed always.
 ///
 /// # Errors
 /// Where something else differs, or `after` is no scene that can be rendered.
@@ -63,8 +61,12 @@ pub fn scene_over_base(base: &str, before: &Scene, after: &Scene) -> Result<Stri
         let lights = after.lights.iter().enumerate().map(|(i, light)| light_keys(i, *light, after));
         file.insert("lights".into(), lights.collect::<Result<Vec<Value>, _>>()?.into());
     }
+    // Samples alone would take the place of a grid.
+    let has_grid = matches!(after.settings.pixel_sampling, PixelSampling::Grid(_));
     let settings = changed_keys(&before.settings, &after.settings, |key| {
-        ALWAYS.contains(&key) || is_darkened && ["ambient", "background"].contains(&key)
+        ALWAYS.contains(&key)
+            || has_grid && key == "pixel-sampling"
+            || is_darkened && ["ambient", "background"].contains(&key)
     });
     file.insert("settings".into(), settings.into());
     let device = changed_keys(&before.device, &after.device, |_| false);
@@ -83,7 +85,7 @@ fn not_said<T>(what: &'static str) -> Result<T, CannotSave> {
     Err(CannotSave::NotSaid { what })
 }
 
-/// Whether all that such a file does not say is equal.
+/// Fails where something differs that such a file cannot express.
 fn check_contents(before: &Scene, after: &Scene) -> Result<(), CannotSave> {
     let is_placed_alike = before.origin == after.origin
         && before.instances == after.instances
@@ -246,7 +248,7 @@ fn pretty(file: &Map<String, Value>) -> String {
     format!("{{\n{}\n}}\n", file.iter().map(whole).collect::<Vec<_>>().join(",\n"))
 }
 
-/// Reads the text over all of the base but its geometry, and compares.
+/// Reads the text over the base without its geometry, and compares.
 fn check_text(text: &str, before: &Scene, after: &Scene) -> Result<(), CannotSave> {
     let options = LoadOptions::default();
     let mut loader = Loader::new(Source::Memory(Vec::new()), &options);

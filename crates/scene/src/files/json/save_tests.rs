@@ -86,6 +86,9 @@ fn lights_settings_and_device_are_written_where_they_differ() {
         after.output = Some("a \"b\".png".into());
         let text = check(base, &before, &after);
         assert!(text.contains("\"max-distance\": 0.1,") && text.contains("\"grid\": 3"), "{text}");
+        // A grid that the base has stays, also where nothing changes.
+        let with_grid = Scene { settings: after.settings, ..before.clone() };
+        scene_over_base(base, &with_grid, &with_grid).unwrap();
         // What was set can be taken away again.
         check(base, &before, &Scene { settings: before.settings, ..after });
     }
@@ -153,7 +156,7 @@ fn coordinates_far_from_0_have_all_the_digits_that_there_are() {
     // What is nearer to the origin than the file has digits.
     after.camera = Some(Camera { position: vec3(1.0, 1.234_567e-9, 4.0), ..Camera::default() });
     let error = scene_over_base("far.obj", &before, &after).unwrap_err();
-    assert!(error.to_string().starts_with("the camera is so near the point"), "{error}");
+    assert!(error.to_string().starts_with("the camera is so close to the scene's origin"), "{error}");
 }
 
 fn coordinate() -> impl Strategy<Value = f64> {
@@ -205,7 +208,7 @@ proptest! {
         match scene_over_base(BASES[base], &before, &after) {
             Ok(_) => { check(BASES[base], &before, &after); }
             // Near the point that a far scene is counted from, coordinates of the file lack digits.
-            Err(error) => prop_assert!(BASES[base] == "far.obj" && error.to_string().contains("lose digits"), "{error}"),
+            Err(error) => prop_assert!(BASES[base] == "far.obj" && error.to_string().contains("exactly its position"), "{error}"),
         }
     }
 }

@@ -141,7 +141,7 @@ fn every_key_of_the_schema_is_read() {
             if key == "meshes" && text.contains("glb") {
                 document = serde_json::from_str(&text.replace("chair.glb", "chair.obj")).unwrap();
             }
-            // What a scene is made of does not stand beside its base.
+            // Few keys may stand beside a base.
             if let Some(base) = document.get("base") {
                 document = json!({ "eosphor": 2, "base": base });
             }

@@ -1,9 +1,10 @@
-//! What a page takes with it: the command line of its view, a scene file, the picture in linear colours.
+//! What a page exports: the command line of its view, a scene file, the picture in linear colours.
 
 use crate::client::Client;
 use crate::encode;
+use crate::frames::file_options;
 use crate::page_view::{PageView, Show};
-use crate::renderer::{Shared, file_options};
+use crate::renderer::Shared;
 use eosphor::Scene;
 
 /// The command line that renders a page's view.
@@ -29,12 +30,13 @@ pub(crate) fn command_line(shared: &Shared, view: &PageView) -> Result<String, S
 pub(crate) fn scene_file(shared: &Shared, client: &Client) -> Result<String, String> {
     let view = view_of(client)?;
     if view.frame > 0 {
-        return Err("a scene file names no frame: save the first one, or take the command line".into());
+        return Err("a scene file names no frame: save frame 0, or copy the command line".into());
     }
     let stage = shared.stage();
     let (camera, settings) = view.applied(&stage.scene, &stage.own);
     let mut shown = Scene { settings, ..(*stage.scene).clone() };
-    if view.camera != stage.own.camera {
+    // One that was framed for the size of the start would be framed anew for another size.
+    if view.camera_of_scene(&stage.scene, &stage.own).is_none() {
         // As flags that say the whole camera do.
         shown.camera = Some(camera);
         shown.animation.iter_mut().for_each(|animation| animation.camera = None);
