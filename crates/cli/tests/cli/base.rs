@@ -40,7 +40,10 @@ fn what_is_wrong_with_a_base_is_said() {
     for (text, words) in [
         (r#"{"eosphor": 2, "base": "rom.obj"}"#, ["s.json:1:24: base: ", "did you mean room.obj?"]),
         (r#"{"eosphor": 2, "base": "s.json"}"#, ["s.json:1:24: base: ", "leads back to the file itself"]),
-        (r#"{"eosphor": 2, "base": "room.obj", "spheres": []}"#, ["s.json:1:36: ", "belongs into the base"]),
+        (
+            r#"{"eosphor": 2, "base": "room.obj", "spheres": []}"#,
+            ["s.json:1:36: ", "put it into the base file"],
+        ),
     ] {
         fs::write(place.path("s.json"), text).unwrap();
         place.run(&["render", "s.json", "-o", "a.png"]).failed_with(&words);
