@@ -74,6 +74,10 @@ pub fn radiance<T: Tracer, const W: usize>(
                 let branch = level.next_branch;
                 level.next_branch += 1;
                 if let Some(child) = child_ray(view, &point, &shown, (x, y, sample), branch) {
+                    // Nothing is left to do here after the last branch: the point would be computed again for nothing.
+                    if level.next_branch == branches && there >= 1.0 {
+                        stack.pop();
+                    }
                     break 'next child;
                 }
             }
