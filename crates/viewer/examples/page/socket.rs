@@ -4,6 +4,7 @@ use crate::Result;
 use eosphor_viewer::PageView;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest;
@@ -11,6 +12,10 @@ use tungstenite::{Message, WebSocket};
 
 pub(crate) struct Page {
     pub(crate) socket: WebSocket<TcpStream>,
+    address: String,
+    cookie: String,
+    /// The number that the viewer knows it by.
+    number: Value,
     /// The pieces of a picture that have come.
     pieces: Vec<u8>,
     input: u64,
@@ -31,12 +36,22 @@ impl Page {
             url.trim().strip_prefix("http://").and_then(|u| u.split_once("/?token=")).ok_or("no address")?;
         let port = address.rsplit(':').next().unwrap_or_default();
         let mut request = format!("ws://{address}/socket").into_client_request()?;
-        request.headers_mut().insert("cookie", format!("eosphor-{port}={token}").parse()?);
+        let cookie = format!("eosphor-{port}={token}");
+        request.headers_mut().insert("cookie", cookie.parse()?);
         request.headers_mut().insert("origin", format!("http://{address}").parse()?);
         let stream = TcpStream::connect(address)?;
         stream.set_nodelay(true)?;
         let (socket, _) = tungstenite::client(request, stream)?;
-        Ok(Page { socket, pieces: Vec::new(), input: 0, sent: BTreeMap::new() })
+        let address = address.to_owned();
+        Ok(Page {
+            socket,
+            address,
+            cookie,
+            number: Value::Null,
+            pieces: Vec::new(),
+            input: 0,
+            sent: BTreeMap::new(),
+        })
     }
 
     pub(crate) fn want(&mut self, view: &PageView, moving: bool) -> Result<u64> {
@@ -108,7 +123,26 @@ impl Page {
     pub(crate) fn scene(&mut self) -> Result<(Value, PageView)> {
         let scene = self.text("scene")?;
         let own = serde_json::from_value(scene["view"].clone())?;
+        self.number = scene["page"].clone();
         Ok((scene, own))
+    }
+
+    /// The file that is offered at a path for what this page shows.
+    pub(crate) fn download(&self, path: &str) -> Result<Vec<u8>> {
+        let (address, cookie, number) = (&self.address, &self.cookie, &self.number);
+        let mut stream = TcpStream::connect(address)?;
+        write!(
+            stream,
+            "GET {path}?page={number} HTTP/1.1\r\nHost: {address}\r\nCookie: {cookie}\r\nConnection: close\r\n\r\n"
+        )?;
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer)?;
+        let end = answer.windows(4).position(|four| four == b"\r\n\r\n").ok_or("an answer without a body")?;
+        let body = answer.split_off(end + 4);
+        match answer.starts_with(b"HTTP/1.1 200 ") {
+            true => Ok(body),
+            false => Err(String::from_utf8_lossy(&body).into()),
+        }
     }
 
     /// The picture at rest; and how long the first frame at rest took.

@@ -106,7 +106,7 @@ pub fn child_ray(
         if rays == 0 {
             (mirror, kr, RayKind::Reflected, parent.inside)
         } else {
-            let lobe = glossy_lobe(mirror, material_values.glossy_exponent);
+            let lobe = glossy_lobe(mirror, material_values);
             let index = sample.wrapping_mul(rays).wrapping_add(branch);
             let direction = lobe.sample(point_2d(index, key(GLOSSY_DIMENSION)));
             // Rays of the lobe that go under the surface count as black.
@@ -141,7 +141,7 @@ pub fn child_ray(
         let rays =
             if material_values.glossy_transmission { material_values.lobe_rays(parent.depth) } else { 0 };
         if rays > 0 {
-            let lobe = glossy_lobe(direction, material_values.glossy_exponent);
+            let lobe = glossy_lobe(direction, material_values);
             let index = sample.wrapping_mul(rays).wrapping_add(branch - reflected);
             let spread_out = lobe.sample(point_2d(index, key(GLOSSY_TRANSMISSION_DIMENSION)));
             // As above: what ends on the wrong side counts as black.
@@ -175,6 +175,6 @@ pub fn child_ray(
 /// How a glossy material spreads light about the unit direction of its mirror or its glass. Rays and samples of lamps both
 /// ask here.
 #[inline(always)]
-pub(super) fn glossy_lobe(axis: Vec3, exponent: f32) -> Lobe {
-    Lobe::CosinePower(CosinePower { axis, exponent })
+pub(super) fn glossy_lobe(axis: Vec3, material_values: &EvaluatedMaterial) -> Lobe {
+    Lobe::CosinePower(CosinePower { axis, exponent: material_values.glossy_exponent })
 }

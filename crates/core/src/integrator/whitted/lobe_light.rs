@@ -6,6 +6,7 @@
 
 use super::children::{Mirror, glossy_lobe, reflected_share};
 use super::direct_light::answers_light;
+use crate::bsdf::{Delta, Lobe};
 use crate::geometry::Instance;
 use crate::integrator::PathRay;
 use crate::material::NONE;
@@ -17,10 +18,8 @@ use crate::view::{SceneView, item};
 /// How a surface point reflects lamps: by the lobe that its glossy rays are distributed by.
 #[derive(Clone, Copy, Debug)]
 pub struct LampLobe {
-    /// Unit vector about which it lies.
-    pub axis: Vec3,
-    /// It is `cos^exponent` of the angle to the axis.
-    pub exponent: f32,
+    /// The lobe; where there is none, a direction that no light comes from.
+    pub lobe: Lobe,
     /// Rays that are traced of it; where there is no lobe, 0.
     pub rays: f32,
     /// What is reflected, times the radiance of a lamp over the colour of its light.
@@ -29,7 +28,8 @@ pub struct LampLobe {
 
 impl LampLobe {
     /// None.
-    pub const NONE: LampLobe = LampLobe { axis: Vec3::ZERO, exponent: 0.0, rays: 0.0, color: Vec3::ZERO };
+    pub const NONE: LampLobe =
+        LampLobe { lobe: Lobe::Delta(Delta { direction: Vec3::ZERO }), rays: 0.0, color: Vec3::ZERO };
 
     /// The lobe at a point that `ray` found, where rays of it will be traced and there are lights.
     #[inline(always)]
@@ -42,8 +42,7 @@ impl LampLobe {
         }
         let mirror = Mirror::new(view.settings, point, ray.direction);
         LampLobe {
-            axis: mirror.direction,
-            exponent: look.glossy_exponent,
+            lobe: glossy_lobe(mirror.direction, look),
             rays: rays as f32,
             color: reflected_share(look, &mirror) * view.settings.lamp_radiance,
         }
@@ -58,7 +57,7 @@ impl LampLobe {
     /// What a sample of a lamp brings: its weight times the density of the lobe, and the share of this way.
     #[inline(always)]
     pub fn weigh(&self, weight: f32, to_light: Vec3) -> f32 {
-        let density = glossy_lobe(self.axis, self.exponent).pdf(to_light);
+        let density = self.lobe.pdf(to_light);
         // The weight is one over the density of all samples of the lamp.
         weight * density / (1.0 + self.rays * density * weight)
     }
