@@ -4,6 +4,7 @@
 import { execFileSync, spawn } from "node:child_process";
 import fs from "node:fs";
 import http from "node:http";
+import net from "node:net";
 import path from "node:path";
 import { createRequire } from "node:module";
 import puppeteer from "puppeteer-core";
@@ -89,6 +90,34 @@ const middle = async (page) => {
   const box = await (await page.$("#picture")).boundingBox();
   return [box.x + box.width / 2, box.y + box.height / 2];
 };
+
+/** A port that passes on to another one, with so many bytes a second on the way back. */
+async function relay(port, rate) {
+  const server = net.createServer((near) => {
+    const far = net.connect(port, "127.0.0.1");
+    near.pipe(far);
+    far.on("data", async (data) => {
+      far.pause();
+      for (let at = 0; at < data.length; at += 2500) {
+        await pause((1000 * Math.min(2500, data.length - at)) / rate);
+        near.write(data.subarray(at, at + 2500));
+      }
+      far.resume();
+    });
+    far.on("end", () => near.end());
+    for (const socket of [near, far]) socket.on("error", () => { near.destroy(); far.destroy(); });
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  return server;
+}
+/** The picture on show as 16 x 9 mean colours. */
+const colours = (page) =>
+  page.$eval("#picture", (canvas) => {
+    const small = new OffscreenCanvas(16, 9).getContext("2d");
+    small.imageSmoothingQuality = "high";
+    small.drawImage(canvas, 0, 0, 16, 9);
+    return Array.from(small.getImageData(0, 0, 16, 9).data).filter((_, k) => k % 4 < 3);
+  });
 
 // What rests is the file: the PNG of the page and that of the copied command line.
 const changes = [
@@ -251,6 +280,42 @@ for (let k = 0; k < Number(processes); k += 1) {
   // Figures, not verdicts: a test does not depend on the time it took.
   console.log(`     ${(frames / Number(seconds)).toFixed(1)} frames/s; input to picture: median ${at(0.5)} ms, p95 ${at(0.95)} ms`);
   await page.browserContext().close();
+  viewer.kill();
+}
+
+// A slow line, by a relay: moving frames are video, of the picture that then rests.
+{
+  const { viewer, url } = await view(["builtin:cornell", "--size", "1280x720", "--samples", "2", "--shadows", "none"]);
+  const slow = await relay(new URL(url).port, 250000);
+  const page = await open(url.replace(/:\d+\//, `:${slow.address().port}/`));
+  await rest(page);
+  const [x, y] = await middle(page);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  const formats = new Map();
+  const latencies = [];
+  let small = null;
+  for (let k = 0; k < 300; k += 1) {
+    // Quick at first, and slow in the end: the last moving picture is nearly that at rest.
+    await page.mouse.move(x + (k < 250 ? 40 * Math.sin(k * 0.05) : 0.01 * k), y);
+    await pause(12);
+    const format = await page.evaluate("window.eosphor.measured.last.format");
+    formats.set(format, (formats.get(format) ?? 0) + 1);
+    if (format === "video/h264") small = await colours(page);
+  }
+  latencies.push(...(await page.evaluate("window.eosphor.measured.latencies.slice(-50)")));
+  await page.mouse.up();
+  await rest(page);
+  const decodes = await page.evaluate("'VideoDecoder' in window");
+  console.log(`     2 Mbit/s: ${[...formats].join("; ")}; input to picture ${latencies.sort((a, b) => a - b)[25]?.toFixed(0)} ms`);
+  report(!decodes || small !== null, "on a slow line moving frames are video, where the browser decodes it");
+  if (small) {
+    const sharp = await colours(page);
+    const apart = sharp.reduce((sum, value, k) => sum + Math.abs(value - small[k]), 0) / sharp.length;
+    report(apart < 6, `they show the picture that then rests: ${apart.toFixed(2)} of 255 apart`);
+  }
+  await page.browserContext().close();
+  slow.close();
   viewer.kill();
 }
 

@@ -153,8 +153,8 @@ pub mod shares {
 pub mod video {
     #[doc(inline)]
     pub use eosphor_picture::output::{
-        FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
-        VideoWriter, check_video_size, padded_size,
+        FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, LiveEncoder, LiveFrame, MAX_FRAMES,
+        SEGMENT_FRAMES, VideoOptions, VideoWriter, check_video_size, padded_size,
     };
 }
 

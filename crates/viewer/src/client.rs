@@ -5,6 +5,8 @@ use crate::message::{Frame, FrameHeader, ToPage};
 use crate::page_view::PageView;
 use crate::progress::Progress;
 use crate::quality::Quality;
+use crate::video::Video;
+use crate::video_quality::VideoQuality;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -26,6 +28,7 @@ pub(crate) struct Client {
     pub(crate) number: u64,
     state: Mutex<ClientState>,
     pub(crate) hover: Hover,
+    pub(crate) video: Video,
     /// Told when there is something to send.
     pub(crate) to_send: Notify,
     /// Ends what is being rendered for it.
@@ -38,6 +41,10 @@ pub(crate) struct ClientState {
     /// What it wants to see.
     pub(crate) wanted: Option<Wanted>,
     pub(crate) quality: Quality,
+    /// It decodes H.264.
+    decodes_h264: bool,
+    /// That of moving frames which go as video.
+    video: Option<VideoQuality>,
     /// The picture at rest, as far as it is.
     pub(crate) progress: Option<Progress>,
     /// The newest frame that is still to be sent, or what is left of it.
@@ -91,7 +98,14 @@ pub(crate) enum Next {
 impl Client {
     pub(crate) fn new(number: u64) -> Client {
         let (to_send, cancel) = (Notify::new(), AtomicBool::new(false));
-        Client { number, state: Mutex::default(), hover: Hover::default(), to_send, cancel }
+        Client {
+            number,
+            state: Mutex::default(),
+            hover: Hover::default(),
+            video: Video::default(),
+            to_send,
+            cancel,
+        }
     }
 
     pub(crate) fn state(&self) -> MutexGuard<'_, ClientState> {
@@ -147,6 +161,36 @@ impl ClientState {
         match &self.progress {
             Some(progress) if progress.version == version && progress.is_complete() => Next::Nothing,
             _ => Next::Resting(wanted),
+        }
+    }
+
+    /// Takes what the page says of its decoder.
+    pub(crate) fn decodes_h264(&mut self, does: bool) {
+        self.decodes_h264 = does && cfg!(feature = "video");
+        self.video.take_if(|_| !does);
+    }
+
+    /// How the next moving frame goes as video, if it does. Only where none has gone yet may JPEGs take its place.
+    pub(crate) fn next_video(&mut self, is_running: bool) -> Option<VideoQuality> {
+        let line = self.quality.line();
+        if !is_running && self.video.is_some_and(|video| video.is_needless(line)) {
+            self.video = None;
+            self.quality = self.quality.restarted();
+        }
+        self.video
+    }
+
+    /// Learns from a moving frame that took so long to be made; `is_key` is of those that went as video.
+    pub(crate) fn made_moving(&mut self, took: Duration, bytes: usize, is_key: Option<bool>) {
+        match (&mut self.video, is_key) {
+            (Some(video), Some(is_key)) => video.encoded(took, bytes, is_key, self.quality.line()),
+            (_, Some(_)) => {}
+            (_, None) => {
+                self.quality.rendered(took, bytes);
+                if self.decodes_h264 && self.video.is_none() && self.quality.is_held_back() {
+                    self.video = Some(VideoQuality::new(self.quality.scale()));
+                }
+            }
         }
     }
 
@@ -251,6 +295,7 @@ mod tests {
             all_samples: 1,
             at_rest: false,
             piece: [0, 1],
+            key: true,
             format: "image/jpeg",
             milliseconds: Milliseconds::default(),
         };

@@ -23,6 +23,7 @@ const REST_QUALITY: u8 = 92;
 /// Media types of frames.
 const JPEG: &str = "image/jpeg";
 const PNG: &str = "image/png";
+const H264: &str = "video/h264";
 
 /// Why a frame cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -37,8 +38,13 @@ pub(crate) enum FrameError {
 
 /// A frame of a camera that moves: of a size that is rendered in time.
 pub(crate) fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Result<(), FrameError> {
-    let quality = client.state().quality;
-    let (state, settings) = stage.moving(&wanted.view, quality.size(wanted.view.size))?;
+    let (quality, video) = {
+        let mut client_state = client.state();
+        (client_state.quality, client_state.next_video(client.video.is_running()))
+    };
+    let full = wanted.view.size;
+    let size = video.map_or_else(|| quality.size(full), |video| video.size(full));
+    let (state, settings) = stage.moving(&wanted.view, size)?;
     let start = Instant::now();
     // It is worth its time even if the camera has moved on: else nothing would be seen of a quick movement.
     let never = AtomicBool::new(false);
@@ -55,10 +61,19 @@ pub(crate) fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Re
         }
     };
     let developed = Instant::now();
-    let bytes = encode::jpeg(&picture, quality.jpeg())?;
+    let video_frame = video.and_then(|video| client.video.encode(&picture, video.quantiser()).ok());
+    if video.is_some() && video_frame.is_none() {
+        // An encoder that fails, as for a picture of few pixels, is not asked again.
+        client.state().decodes_h264(false);
+    }
+    let is_key = video_frame.as_ref().map(|frame| frame.is_key);
+    let (bytes, format) = match video_frame {
+        Some(frame) => (frame.bytes, H264),
+        None => (encode::jpeg(&picture, quality.jpeg())?, JPEG),
+    };
     let (milliseconds, took) = (steps(start, rendered, developed), start.elapsed());
     let mut client_state = client.state();
-    client_state.quality.rendered(took, bytes.len());
+    client_state.made_moving(took, bytes.len(), is_key);
     if let Some(now) = &mut client_state.wanted
         && now.input == wanted.input
     {
@@ -74,7 +89,8 @@ pub(crate) fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Re
         all_samples: state.settings.samples,
         at_rest: false,
         piece: WHOLE,
-        format: JPEG,
+        key: is_key.unwrap_or(true),
+        format,
         milliseconds,
     };
     drop(client_state);
@@ -164,9 +180,13 @@ fn send_at_rest(
         all_samples: progress.all_samples,
         at_rest: true,
         piece: WHOLE,
+        key: true,
         format,
         milliseconds,
     };
+    if format == PNG {
+        client.video.end();
+    }
     if keep(client, wanted, progress) {
         client.show(Frame { header, bytes });
     }

@@ -27,6 +27,8 @@ mod renderer;
 mod server;
 mod source;
 mod stage;
+mod video;
+mod video_quality;
 mod viewer;
 mod watch;
 

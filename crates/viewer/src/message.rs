@@ -21,6 +21,8 @@ pub(crate) enum FromPage {
     },
     /// It has drawn this frame.
     Ack { frame: u64 },
+    /// Whether it decodes H.264.
+    Decodes { h264: bool },
     /// It is still there.
     Alive {},
     /// It wants to know what is at a pixel of the picture at rest.
@@ -124,6 +126,8 @@ pub(crate) struct FrameHeader {
     pub(crate) at_rest: bool,
     /// Pictures of many bytes come in pieces: which one this is, and how many there are.
     pub(crate) piece: [u32; 2],
+    /// Whether it can be decoded without the frames before it.
+    pub(crate) key: bool,
     /// The media type.
     pub(crate) format: &'static str,
     pub(crate) milliseconds: Milliseconds,

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 /// The time that a moving frame may take to be rendered and encoded.
-const FRAME: Duration = Duration::from_millis(33);
+pub(crate) const FRAME: Duration = Duration::from_millis(33);
 
 /// The time that the bytes of a moving frame may take on the line: those of one are there when the next is rendered, and none
 /// waits.
-const LINE: Duration = FRAME;
+pub(crate) const LINE: Duration = FRAME;
 
 /// The time that a piece of a picture at rest may take on the line: a camera that moves again waits for two of them at most.
 const PIECE: Duration = Duration::from_millis(50);
@@ -20,10 +20,14 @@ const FIRST_PIECE_BYTES: f64 = 65_536.0;
 const LEAST_TIME: Duration = Duration::from_millis(1);
 
 /// How much of what was known of the line counts after another frame: a quarter of a second is remembered.
-const MEMORY: f64 = 0.85;
+pub(crate) const MEMORY: f64 = 0.85;
 
 /// No side is shorter than this share of the one at rest.
-const LEAST_SCALE: f64 = 0.25;
+pub(crate) const LEAST_SCALE: f64 = 0.25;
+
+/// A line holds JPEGs well where they take less time on it: a third of the others' time. After so many that take more, it does not.
+pub(crate) const LINE_OF_JPEG: f64 = 0.011;
+const HELD_BACK: u32 = 8;
 
 /// JPEG qualities of moving frames.
 const QUALITIES: std::ops::RangeInclusive<f64> = 35.0..=85.0;
@@ -35,13 +39,15 @@ pub(crate) struct Quality {
     scale: f64,
     /// Of JPEGs.
     jpeg: f64,
+    /// JPEGs since the last one that the line held well.
+    held_back: u32,
     /// Bytes that went over the line lately, and the seconds that they took; newer ones count for more.
     passed: [f64; 2],
 }
 
 impl Default for Quality {
     fn default() -> Quality {
-        Quality { scale: 0.5, jpeg: 80.0, passed: [0.0; 2] }
+        Quality { scale: 0.5, jpeg: 80.0, held_back: 0, passed: [0.0; 2] }
     }
 }
 
@@ -54,6 +60,21 @@ impl Quality {
     /// The JPEG quality of the next frame.
     pub(crate) fn jpeg(&self) -> u8 {
         self.jpeg.round() as u8
+    }
+
+    /// Whether the line does not hold good JPEGs.
+    pub(crate) fn is_held_back(&self) -> bool {
+        self.held_back >= HELD_BACK
+    }
+
+    /// Begins again with good JPEGs, on the line that is known.
+    pub(crate) fn restarted(&self) -> Quality {
+        Quality { passed: self.passed, ..Quality::default() }
+    }
+
+    /// Share of a side that the next frame has.
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// Bytes a second that the line takes; `None`: that is not known yet.
@@ -72,6 +93,8 @@ impl Quality {
     pub(crate) fn rendered(&mut self, took: Duration, bytes: usize) {
         let of_time = FRAME.as_secs_f64() / took.as_secs_f64().max(1e-4);
         let of_line = self.line().map_or(2.0, |line| line * LINE.as_secs_f64() / bytes.max(1) as f64);
+        let is_held_back = self.line().is_some_and(|line| bytes as f64 / line > LINE_OF_JPEG);
+        self.held_back = if is_held_back { self.held_back + 1 } else { 0 };
         // First the quality pays for a slow line, then the resolution.
         let quality_pays = self.jpeg > *QUALITIES.start();
         if of_line < 1.0 && quality_pays {

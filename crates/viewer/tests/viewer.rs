@@ -166,7 +166,7 @@ fn only_who_has_the_token_comes_in_from_the_page_itself() {
     let page = ask("/", &cookie);
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("<canvas"), "{page}");
     // Nothing of it comes from elsewhere.
-    for path in ["/", "/style.css", "/viewer.js"] {
+    for path in ["/", "/style.css", "/viewer.js", "/video.js"] {
         let text = ask(path, &cookie);
         assert!(text.starts_with("HTTP/1.1 200"), "{path}");
         assert!(!text.contains("https:") && !text.contains("src=\"http"), "{path}");

@@ -41,8 +41,8 @@ pub use share::{BAND_ROWS, ShareError, ShareHeader, ShareReader, ShareWriter, me
 pub use stream::Stream;
 #[cfg(feature = "video")]
 pub use video::{
-    FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, MAX_FRAMES, SEGMENT_FRAMES, VideoOptions,
-    VideoWriter, check_video_size, padded_size,
+    FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, LiveEncoder, LiveFrame, MAX_FRAMES,
+    SEGMENT_FRAMES, VideoOptions, VideoWriter, check_video_size, padded_size,
 };
 pub use writer::{PictureWriter, partial_path};
 

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::socket::{Heard, Page};
 use eosphor_viewer::PageView;
+use openh264::decoder::Decoder;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -58,10 +59,19 @@ type Decoded = (Value, usize, f64);
 fn decoder() -> (Sender<(Value, Vec<u8>)>, Receiver<Decoded>) {
     let ((frames, to_decode), (decoded, done)) = (channel::<(Value, Vec<u8>)>(), channel());
     std::thread::spawn(move || {
+        let mut video: Option<Decoder> = None;
         for (header, bytes) in to_decode {
             let start = Instant::now();
-            if header["format"] == "image/jpeg" {
-                JpegDecoder::new(ZCursor::new(&bytes)).decode().expect("a JPEG");
+            match header["format"].as_str() {
+                Some("image/jpeg") => drop(JpegDecoder::new(ZCursor::new(&bytes)).decode().expect("a JPEG")),
+                Some("video/h264") => {
+                    if header["key"] == true {
+                        video = Some(Decoder::new().expect("a decoder"));
+                    }
+                    let picture = video.as_mut().expect("a key frame comes first").decode(&bytes);
+                    assert!(picture.expect("H.264").is_some(), "each frame can be shown when it is there");
+                }
+                _ => {}
             }
             let took = start.elapsed().as_secs_f64() * 1e3;
             if decoded.send((header, bytes.len(), took)).is_err() {

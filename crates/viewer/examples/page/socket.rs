@@ -41,7 +41,10 @@ impl Page {
         request.headers_mut().insert("origin", format!("http://{address}").parse()?);
         let stream = TcpStream::connect(address)?;
         stream.set_nodelay(true)?;
-        let (socket, _) = tungstenite::client(request, stream)?;
+        let (mut socket, _) = tungstenite::client(request, stream)?;
+        // For measuring JPEGs on slow lines: without this they are what comes.
+        let h264 = std::env::var_os("EOSPHOR_PAGE_JPEG").is_none();
+        socket.send(Message::text(json!({ "type": "decodes", "h264": h264 }).to_string()))?;
         let address = address.to_owned();
         Ok(Page {
             socket,

@@ -1,5 +1,7 @@
 // The page of `eosphor view`: sends where the camera is and which settings it has, and draws the frames that come back.
 
+import { FrameDecoder, canDecode } from "./video.js";
+
 const $ = (id) => document.getElementById(id);
 const canvas = $("picture");
 const ctx = canvas.getContext("2d", { alpha: false });
@@ -23,6 +25,9 @@ let shown = null;
 let lastFrame = 0;
 /** The pieces of a picture at rest that have come. */
 let pieceBlobs = [];
+/** Of moving frames that come as video; whether this browser has one. */
+let decoder = null;
+let decodes = canDecode();
 let kept = null;
 let comparing = false;
 /** The picture at rest, as a file, and where the page has it. */
@@ -166,7 +171,12 @@ function connect() {
   lastFrame = 0;
   socket = new WebSocket(`ws://${location.host}/socket`);
   socket.binaryType = "arraybuffer";
-  socket.onopen = () => { $("status").hidden = true; };
+  decoder?.close();
+  decoder = null;
+  socket.onopen = async () => {
+    $("status").hidden = true;
+    if (await decodes) say({ type: "decodes", h264: true });
+  };
   socket.onclose = () => {
     $("status").textContent = "The viewer is gone; trying again";
     $("status").hidden = false;
@@ -234,7 +244,19 @@ async function draw(data) {
   if (piece + 1 < pieces) return say({ type: "ack", frame: header.frame });
   if (pieces > 1) blob = new Blob(pieceBlobs, { type: header.format });
   pieceBlobs = [];
-  const bitmap = await createImageBitmap(blob);
+  let bitmap;
+  try {
+    bitmap = header.format === "video/h264"
+      ? await (decoder ??= new FrameDecoder()).decode(header, new Uint8Array(data, 4 + headerLength))
+      : await createImageBitmap(blob);
+  } catch {
+    // What comes then are JPEGs.
+    if (header.format === "video/h264") {
+      decodes = Promise.resolve(false);
+      say({ type: "decodes", h264: false });
+    }
+    return say({ type: "ack", frame: header.frame });
+  }
   if (lastFrame < header.frame) {
     lastFrame = header.frame;
     shown?.bitmap.close();

@@ -24,6 +24,7 @@ use tokio::sync::oneshot;
 const PAGE: &str = include_str!("../page/index.html");
 const STYLE: &str = include_str!("../page/style.css");
 const SCRIPT: &str = include_str!("../page/viewer.js");
+const VIDEO: &str = include_str!("../page/video.js");
 
 /// What is said to who has no token.
 const NO_TOKEN: &str = "open the address that `eosphor view` printed, with its token";
@@ -54,6 +55,7 @@ pub(crate) async fn serve(
         .route("/", get(page))
         .route("/style.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))
         .route("/viewer.js", get(|| async { file("text/javascript; charset=utf-8", SCRIPT) }))
+        .route("/video.js", get(|| async { file("text/javascript; charset=utf-8", VIDEO) }))
         // Browsers ask for it; there is none.
         .route("/favicon.ico", get(|| async { StatusCode::NO_CONTENT }))
         .route("/socket", get(open_socket))

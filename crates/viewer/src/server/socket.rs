@@ -70,6 +70,7 @@ fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
             // The next piece may go.
             client.to_send.notify_one();
         }
+        FromPage::Decodes { h264 } => return client.state().decodes_h264(h264),
         FromPage::Alive {} => return,
         FromPage::Pixel { x, y } => {
             return pixel::ask(shared, client, [x, y]);

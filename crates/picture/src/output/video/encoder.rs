@@ -113,6 +113,6 @@ fn level_of(planes: &Planes, hertz: f64) -> Level {
     }
 }
 
-fn encoding(error: impl ToString) -> Error {
+pub(super) fn encoding(error: impl ToString) -> Error {
     Error::other(format!("the H.264 encoder failed: {}", error.to_string()))
 }

@@ -18,11 +18,13 @@
 //! | `writer.rs` | all of it together |
 //! | `mp4.rs` | segments to the file |
 //! | `ffmpeg.rs` | the other way: frames in order to a program that is installed |
+//! | `live.rs` | no file: frames of a live picture |
 
 mod encoder;
 mod ffmpeg;
 mod folder;
 mod frame;
+mod live;
 mod mp4;
 mod planes;
 mod queue;
@@ -35,6 +37,7 @@ mod writer;
 mod tests;
 
 pub use ffmpeg::{FfmpegOptions, FfmpegPipe};
+pub use live::{LiveEncoder, LiveFrame};
 pub use rate::{FrameRate, InvalidFrameRate};
 pub use settings::{MAX_FRAMES, VideoOptions, check_video_size, padded_size};
 pub use writer::VideoWriter;
