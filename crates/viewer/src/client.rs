@@ -336,6 +336,40 @@ mod tests {
         assert_eq!(take(), Some(([0, 1], 9, 100 * piece)));
     }
 
+    /// Only pages that decode H.264 get it, and only where the line holds JPEGs back.
+    #[test]
+    fn video_is_for_slow_lines() {
+        let client = Client::new(1);
+        let mut state = client.state();
+        let took = Duration::from_millis(20);
+        let slow = |state: &mut ClientState| {
+            state.quality.passed(10_000, Duration::from_millis(40));
+            state.made_moving(took, 10_000, None);
+        };
+        (0..50).for_each(|_| slow(&mut state));
+        assert!(state.next_video(false).is_none());
+        state.decodes_h264(true);
+        slow(&mut state);
+        assert_eq!(state.next_video(false).is_some(), cfg!(feature = "video"));
+        if cfg!(feature = "video") {
+            // While it runs it stays, and where none runs a quick line ends it.
+            state.made_moving(took, 2_000, Some(true));
+            state.made_moving(took, 2_000, Some(false));
+            (0..100).for_each(|_| state.quality.passed(1_000_000, Duration::from_millis(10)));
+            assert!(state.next_video(true).is_some());
+            assert!(state.next_video(false).is_none());
+            // JPEGs begin anew, and are not held back.
+            state.made_moving(took, 10_000, None);
+            assert!(state.next_video(false).is_none());
+            // A page whose decoder fails gets none.
+            (0..50).for_each(|_| slow(&mut state));
+            assert!(state.next_video(false).is_some());
+            state.decodes_h264(false);
+            slow(&mut state);
+            assert!(state.next_video(false).is_none());
+        }
+    }
+
     #[test]
     fn pongs_tell_how_long_a_frame_was_on_the_line() {
         let (client, start) = (Client::new(1), Instant::now());

@@ -3,6 +3,7 @@
 use crate::page::{Heard, Page, Small, connect, file_of, start, token_of};
 use eosphor_viewer::{PageView, SceneSource, Viewer, ViewerOptions};
 use serde_json::{Value, json};
+use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -165,9 +166,14 @@ fn only_who_has_the_token_comes_in_from_the_page_itself() {
     let cookie = format!("Cookie: eosphor-{}={token}\r\n", address.port());
     let page = ask("/", &cookie);
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("<canvas"), "{page}");
-    // Nothing of it comes from elsewhere.
-    for path in ["/", "/style.css", "/viewer.js", "/video.js"] {
-        let text = ask(path, &cookie);
+    // All of it is there, and nothing of it comes from elsewhere.
+    let folder = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/page")).unwrap();
+    let names = folder.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let scripts: Vec<String> = names.filter(|name| name.ends_with(".js")).collect();
+    assert!(scripts.iter().any(|name| name == "viewer.js"), "{scripts:?}");
+    for name in ["", "style.css"].into_iter().chain(scripts.iter().map(String::as_str)) {
+        let path = format!("/{name}");
+        let text = ask(&path, &cookie);
         assert!(text.starts_with("HTTP/1.1 200"), "{path}");
         assert!(!text.contains("https:") && !text.contains("src=\"http"), "{path}");
     }

@@ -8,7 +8,7 @@
 //! gives and from the scenes that it saves. A scene may be followed by flags of `view`: `"scene.obj --up z"`.
 //!
 //! `page --connect URL SECONDS PARTS`: orbits at a viewer that runs, and prints a line of JSON for each part of the time. `cargo
-//! xtask lines` reads those.
+//! xtask lines` reads those. With `EOSPHOR_PAGE_JPEG` in the environment it says that it decodes no H.264.
 
 mod orbit;
 mod socket;

@@ -23,8 +23,31 @@ use tokio::sync::oneshot;
 
 const PAGE: &str = include_str!("../page/index.html");
 const STYLE: &str = include_str!("../page/style.css");
-const SCRIPT: &str = include_str!("../page/viewer.js");
-const VIDEO: &str = include_str!("../page/video.js");
+/// The page's scripts: modules, which load each other by these names; `viewer.js` is the first.
+const SCRIPTS: [(&str, &str); 22] = [
+    ("/camera.js", include_str!("../page/camera.js")),
+    ("/changes.js", include_str!("../page/changes.js")),
+    ("/device.js", include_str!("../page/device.js")),
+    ("/elements.js", include_str!("../page/elements.js")),
+    ("/export.js", include_str!("../page/export.js")),
+    ("/focus.js", include_str!("../page/focus.js")),
+    ("/frames.js", include_str!("../page/frames.js")),
+    ("/keys.js", include_str!("../page/keys.js")),
+    ("/memory.js", include_str!("../page/memory.js")),
+    ("/messages.js", include_str!("../page/messages.js")),
+    ("/page_state.js", include_str!("../page/page_state.js")),
+    ("/picture.js", include_str!("../page/picture.js")),
+    ("/pixel_value.js", include_str!("../page/pixel_value.js")),
+    ("/pointer.js", include_str!("../page/pointer.js")),
+    ("/problem.js", include_str!("../page/problem.js")),
+    ("/settings.js", include_str!("../page/settings.js")),
+    ("/socket.js", include_str!("../page/socket.js")),
+    ("/statistics.js", include_str!("../page/statistics.js")),
+    ("/time.js", include_str!("../page/time.js")),
+    ("/vectors.js", include_str!("../page/vectors.js")),
+    ("/video.js", include_str!("../page/video.js")),
+    ("/viewer.js", include_str!("../page/viewer.js")),
+];
 
 /// What is said to who has no token.
 const NO_TOKEN: &str = "open the address that `eosphor view` printed, with its token";
@@ -51,11 +74,13 @@ pub(crate) async fn serve(
 ) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
     let site = Site { shared, guard: Arc::new(guard) };
+    let scripts = SCRIPTS.into_iter().fold(Router::new(), |router, (path, text)| {
+        router.route(path, get(move || async move { file("text/javascript; charset=utf-8", text) }))
+    });
     let router = Router::new()
         .route("/", get(page))
         .route("/style.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))
-        .route("/viewer.js", get(|| async { file("text/javascript; charset=utf-8", SCRIPT) }))
-        .route("/video.js", get(|| async { file("text/javascript; charset=utf-8", VIDEO) }))
+        .merge(scripts)
         // Browsers ask for it; there is none.
         .route("/favicon.ico", get(|| async { StatusCode::NO_CONTENT }))
         .route("/socket", get(open_socket))

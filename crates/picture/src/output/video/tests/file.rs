@@ -93,7 +93,7 @@ fn decode(file: &[u8]) -> Vec<Developed> {
     frames
 }
 
-fn screen_bytes(planes: &impl YUVSource) -> Developed {
+pub(super) fn screen_bytes(planes: &impl YUVSource) -> Developed {
     let ((width, height), (y_stride, u_stride, v_stride)) = (planes.dimensions(), planes.strides());
     let mut rgb = Vec::new();
     for row in 0..height {
@@ -115,7 +115,7 @@ fn screen_bytes(planes: &impl YUVSource) -> Developed {
 }
 
 /// Root of the mean square, and mean, of the differences of the picture that both have.
-fn difference(a: &Developed, b: &Developed) -> (f64, [f64; 3]) {
+pub(super) fn difference(a: &Developed, b: &Developed) -> (f64, [f64; 3]) {
     let (mut squares, mut sums) = (0.0, [0.0; 3]);
     let (width, height) = (a.width.min(b.width), a.height.min(b.height));
     for y in 0..height {

@@ -1,6 +1,7 @@
 //! From frames to files and back.
 
 mod file;
+mod live;
 mod resume;
 mod tools;
 
