@@ -6,8 +6,8 @@
 //! `eosphor render` writes for that view.
 //!
 //! The way of a frame: [`PageView`] (what the page wants) → `Stage` (the scene, prepared on a backend) → the renderer's thread →
-//! JPEG, H.264 or PNG → `Client` → the page. The renderer has a thread of its own, and so has the server: neither a frame waits for a
-//! socket, nor a socket for a frame.
+//! JPEG, H.264 or PNG → `Client` → the page. The renderer has a thread of its own, and so has the server: neither a frame waits for
+//! a socket, nor a socket for a frame.
 #![warn(missing_docs)]
 
 mod client;

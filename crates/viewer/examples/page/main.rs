@@ -4,8 +4,8 @@
 //! `page PROGRAM SECONDS PROCESSES VIEW_ARGUMENTS...`: starts `PROGRAM view VIEW_ARGUMENTS --no-open` so many times, orbits for so
 //! long with 120 inputs a second, then rests.
 //!
-//! `page --truth PROGRAM BACKEND SCENE...`: shows three changed views of each scene, and renders them by the command lines that the page
-//! gives and from the scenes that it saves. A scene may be followed by flags of `view`: `"scene.obj --up z"`.
+//! `page --truth PROGRAM BACKEND SCENE...`: shows three changed views of each scene, and renders them by the command lines that the
+//! page gives and from the scenes that it saves. A scene may be followed by flags of `view`: `"scene.obj --up z"`.
 //!
 //! `page --connect URL SECONDS PARTS`: orbits at a viewer that runs, and prints a line of JSON for each part of the time. `cargo
 //! xtask lines` reads those. With `EOSPHOR_PAGE_JPEG` in the environment it says that it decodes no H.264.
