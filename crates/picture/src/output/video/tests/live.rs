@@ -15,7 +15,9 @@ fn each_frame_is_decoded_when_it_is_there() {
             assert_eq!(made.is_key, number == 0, "{size:?}, frame {number}");
             let decoded = decoder.decode(&made.bytes).unwrap().expect("nothing waits for the next frame");
             let (error, _) = difference(&screen_bytes(&decoded), &picture);
-            assert!(error < 4.0, "{size:?}, frame {number}: {error}");
+            // Quantiser 26 has steps of 13, so an error of up to 13 / sqrt(12) = 3.8 in each plane, and up to 1.86 times that in red and
+            // blue. The frame before would be 12 away.
+            assert!(error < 6.0, "{size:?}, frame {number}: {error}");
         }
     }
 }
