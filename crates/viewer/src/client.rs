@@ -170,7 +170,8 @@ impl ClientState {
         self.video.take_if(|_| !does);
     }
 
-    /// How the next moving frame goes as video, if it does. Only where none has gone yet may JPEGs take its place.
+    /// How the next moving frame is encoded as video, if it is. Where no encoder is running and the line has become quick enough,
+    /// frames are JPEGs again.
     pub(crate) fn next_video(&mut self, is_running: bool) -> Option<VideoQuality> {
         let line = self.quality.line();
         if !is_running && self.video.is_some_and(|video| video.is_needless(line)) {
@@ -180,14 +181,14 @@ impl ClientState {
         self.video
     }
 
-    /// Learns from a moving frame that took so long to be made; `is_key` is of those that went as video.
+    /// Learns from a moving frame that took so long to be made; `is_key` is `None` for JPEGs.
     pub(crate) fn made_moving(&mut self, took: Duration, bytes: usize, is_key: Option<bool>) {
         match (&mut self.video, is_key) {
             (Some(video), Some(is_key)) => video.encoded(took, bytes, is_key, self.quality.line()),
             (_, Some(_)) => {}
             (_, None) => {
                 self.quality.rendered(took, bytes);
-                if self.decodes_h264 && self.video.is_none() && self.quality.is_held_back() {
+                if self.decodes_h264 && self.video.is_none() && self.quality.is_too_slow_for_jpegs() {
                     self.video = Some(VideoQuality::new(self.quality.scale()));
                 }
             }
@@ -336,7 +337,7 @@ mod tests {
         assert_eq!(take(), Some(([0, 1], 9, 100 * piece)));
     }
 
-    /// Only pages that decode H.264 get it, and only where the line holds JPEGs back.
+    /// Only pages that decode H.264 get it, and only where the line is too slow for JPEGs.
     #[test]
     fn video_is_for_slow_lines() {
         let client = Client::new(1);
@@ -358,7 +359,7 @@ mod tests {
             (0..100).for_each(|_| state.quality.passed(1_000_000, Duration::from_millis(10)));
             assert!(state.next_video(true).is_some());
             assert!(state.next_video(false).is_none());
-            // JPEGs begin anew, and are not held back.
+            // JPEGs begin anew, on a line that is quick enough.
             state.made_moving(took, 10_000, None);
             assert!(state.next_video(false).is_none());
             // A page whose decoder fails gets none.

@@ -63,7 +63,7 @@ pub(crate) fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Re
     let developed = Instant::now();
     let video_frame = video.and_then(|video| client.video.encode(&picture, video.quantiser()).ok());
     if video.is_some() && video_frame.is_none() {
-        // An encoder that fails, as for a picture of few pixels, is not asked again.
+        // There are too many, or the picture is too small for one: this page gets JPEGs from now on.
         client.state().decodes_h264(false);
     }
     let is_key = video_frame.as_ref().map(|frame| frame.is_key);

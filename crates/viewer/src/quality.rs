@@ -25,9 +25,11 @@ pub(crate) const MEMORY: f64 = 0.85;
 /// No side is shorter than this share of the one at rest.
 pub(crate) const LEAST_SCALE: f64 = 0.25;
 
-/// A line holds JPEGs well where they take less time on it: a third of the others' time. After so many that take more, it does not.
+/// The time in seconds that a JPEG may take on a line that is quick enough for JPEGs.
 pub(crate) const LINE_OF_JPEG: f64 = 0.011;
-const HELD_BACK: u32 = 8;
+
+/// After so many JPEGs in a row that took longer, the line is too slow for them.
+const SLOW_JPEGS: u32 = 8;
 
 /// JPEG qualities of moving frames.
 const QUALITIES: std::ops::RangeInclusive<f64> = 35.0..=85.0;
@@ -39,15 +41,15 @@ pub(crate) struct Quality {
     scale: f64,
     /// Of JPEGs.
     jpeg: f64,
-    /// JPEGs since the last one that the line held well.
-    held_back: u32,
+    /// JPEGs in a row that took long on the line.
+    slow_jpegs: u32,
     /// Bytes that went over the line lately, and the seconds that they took; newer ones count for more.
     passed: [f64; 2],
 }
 
 impl Default for Quality {
     fn default() -> Quality {
-        Quality { scale: 0.5, jpeg: 80.0, held_back: 0, passed: [0.0; 2] }
+        Quality { scale: 0.5, jpeg: 80.0, slow_jpegs: 0, passed: [0.0; 2] }
     }
 }
 
@@ -62,12 +64,12 @@ impl Quality {
         self.jpeg.round() as u8
     }
 
-    /// Whether the line does not hold good JPEGs.
-    pub(crate) fn is_held_back(&self) -> bool {
-        self.held_back >= HELD_BACK
+    /// Whether the line is too slow for JPEGs.
+    pub(crate) fn is_too_slow_for_jpegs(&self) -> bool {
+        self.slow_jpegs >= SLOW_JPEGS
     }
 
-    /// Begins again with good JPEGs, on the line that is known.
+    /// That of a page which has had no frames, on the line that is known.
     pub(crate) fn restarted(&self) -> Quality {
         Quality { passed: self.passed, ..Quality::default() }
     }
@@ -93,8 +95,8 @@ impl Quality {
     pub(crate) fn rendered(&mut self, took: Duration, bytes: usize) {
         let of_time = FRAME.as_secs_f64() / took.as_secs_f64().max(1e-4);
         let of_line = self.line().map_or(2.0, |line| line * LINE.as_secs_f64() / bytes.max(1) as f64);
-        let is_held_back = self.line().is_some_and(|line| bytes as f64 / line > LINE_OF_JPEG);
-        self.held_back = if is_held_back { self.held_back + 1 } else { 0 };
+        let is_slow = self.line().is_some_and(|line| bytes as f64 / line > LINE_OF_JPEG);
+        self.slow_jpegs = if is_slow { self.slow_jpegs.saturating_add(1) } else { 0 };
         // First the quality pays for a slow line, then the resolution.
         let quality_pays = self.jpeg > *QUALITIES.start();
         if of_line < 1.0 && quality_pays {

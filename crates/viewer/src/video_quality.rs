@@ -9,10 +9,10 @@ const QUANTISERS: [u8; 5] = [22, 26, 30, 34, 38];
 /// Which of them comes first.
 const FIRST_STEP: usize = 2;
 
-/// Bytes of a finer step over those of a coarser one, where a picture has noise.
+/// The bytes of a finer step over those of a coarser one, in pictures with noise.
 const FINER: f64 = 6.0;
 
-/// A JPEG of the same quality has this many times the bytes, and a little more.
+/// The bytes of a JPEG over those of a video frame of the same quality, rounded up.
 const JPEG: f64 = 8.0;
 
 /// The longer side of the largest frame that the encoder takes, and the shorter one.
@@ -35,7 +35,7 @@ pub(crate) struct VideoQuality {
     step: usize,
     /// Frames since one of them changed, without key frames.
     frames: u32,
-    /// Frames after which it may get better: the double, each time that better was too much.
+    /// Frames after which the picture may get better; doubled each time that a better one was too much.
     better_after: u32,
     /// Whether the last change was to the better.
     got_better: bool,
@@ -48,7 +48,7 @@ pub(crate) struct VideoQuality {
 }
 
 impl VideoQuality {
-    /// Begins with frames whose sides have at least half of those at rest.
+    /// That of a video which begins, with this share of a side, or a half where that is more.
     pub(crate) fn new(scale: f64) -> VideoQuality {
         VideoQuality {
             scale: scale.max(0.5),
@@ -114,7 +114,7 @@ impl VideoQuality {
         }
     }
 
-    /// Whether the line holds JPEGs of that quality, so that video only costs time.
+    /// Whether the line is quick enough for JPEGs of this quality, so that video only costs time.
     pub(crate) fn is_needless(&self, line: Option<f64>) -> bool {
         line.is_some_and(|line| self.frames > 0 && line * LINE_OF_JPEG > JPEG * self.bytes)
     }

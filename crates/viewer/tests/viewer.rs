@@ -175,6 +175,10 @@ fn only_who_has_the_token_comes_in_from_the_page_itself() {
         let path = format!("/{name}");
         let text = ask(&path, &cookie);
         assert!(text.starts_with("HTTP/1.1 200"), "{path}");
+        assert!(
+            !name.ends_with(".js") || page.contains(&format!("\"modulepreload\" href=\"{path}\"")),
+            "{path}"
+        );
         assert!(!text.contains("https:") && !text.contains("src=\"http"), "{path}");
     }
 }

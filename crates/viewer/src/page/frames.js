@@ -8,6 +8,8 @@ import { say } from "./socket.js";
 import { measure } from "./statistics.js";
 import { FrameDecoder, canDecode } from "./video.js";
 
+/** Counts connections; what was on its way when one ended is of no use to the next. */
+let connection = 0;
 /** The number of the last frame; each connection counts anew. */
 let lastFrame = 0;
 /** The pieces of a picture at rest that have come. */
@@ -18,7 +20,9 @@ let decodes = canDecode();
 
 /** A new connection begins. */
 export function begin() {
+  connection += 1;
   lastFrame = 0;
+  pieceBlobs = [];
   decoder?.close();
   decoder = null;
 }
@@ -38,20 +42,22 @@ export async function draw(data) {
   if (piece + 1 < pieces) return say({ type: "ack", frame: header.frame });
   if (pieces > 1) blob = new Blob(pieceBlobs, { type: header.format });
   pieceBlobs = [];
-  let bitmap;
+  const ofConnection = connection;
+  let bitmap = null;
   try {
     bitmap = header.format === "video/h264"
       ? await (decoder ??= new FrameDecoder()).decode(header, new Uint8Array(data, 4 + headerLength))
       : await createImageBitmap(blob);
   } catch {
-    // What comes then are JPEGs.
-    if (header.format === "video/h264") {
-      decodes = Promise.resolve(false);
-      say({ type: "decodes", h264: false });
-    }
-    return say({ type: "ack", frame: header.frame });
+    // It is acknowledged below, so that others come.
   }
-  if (lastFrame < header.frame) {
+  if (ofConnection !== connection) return bitmap?.close();
+  if (!bitmap && header.format === "video/h264") {
+    // What comes then are JPEGs.
+    decodes = Promise.resolve(false);
+    say({ type: "decodes", h264: false });
+  }
+  if (bitmap && lastFrame < header.frame) {
     lastFrame = header.frame;
     show(header, bitmap);
     measure(header);

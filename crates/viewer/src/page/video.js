@@ -1,4 +1,4 @@
-// Moving frames as H.264: the server sends them where the line does not hold JPEGs, if this page can decode them.
+// Moving frames as H.264: the server sends them where the line is too slow for JPEGs, if this page can decode them.
 
 /** Constrained baseline of level 5.2: what the server encodes has no more. */
 const CODEC = { codec: "avc1.42e034", optimizeForLatency: true };

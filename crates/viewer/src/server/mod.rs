@@ -23,6 +23,10 @@ use tokio::sync::oneshot;
 
 const PAGE: &str = include_str!("../page/index.html");
 const STYLE: &str = include_str!("../page/style.css");
+
+/// Where the page names its scripts.
+const PLACE_OF_SCRIPTS: &str = "<!-- scripts -->";
+
 /// The page's scripts: modules, which load each other by these names; `viewer.js` is the first.
 const SCRIPTS: [(&str, &str); 22] = [
     ("/camera.js", include_str!("../page/camera.js")),
@@ -113,6 +117,12 @@ async fn check(State(site): State<Site>, request: Request, next: Next) -> Respon
     response
 }
 
+/// Names all scripts, so that browsers load them at once and not one after the other, as they import each other.
+fn preloaded_scripts() -> String {
+    let link = |(path, _)| format!("<link rel=\"modulepreload\" href=\"{path}\">\n");
+    SCRIPTS.map(link).concat()
+}
+
 /// The page; who comes with the token gets a cookie, and the token leaves the address bar.
 async fn page(State(site): State<Site>, request: Request) -> Response {
     // A token is of letters and digits, which nothing is escaped in.
@@ -126,7 +136,10 @@ async fn page(State(site): State<Site>, request: Request) -> Response {
         return response;
     }
     match site.guard.is_known(request.headers()) {
-        true => file("text/html; charset=utf-8", PAGE),
+        true => {
+            let page = PAGE.replacen(PLACE_OF_SCRIPTS, &preloaded_scripts(), 1);
+            ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response()
+        }
         false => refuse(NO_TOKEN),
     }
 }

@@ -45,7 +45,7 @@ pub fn radiance<T: Tracer, const W: usize>(
         if hit.is_miss() {
             sum.add(path_ray.weight * settings.background);
         } else {
-            // SAFETY: levels have depths 0, 1, 2 ... each, none above MAX_DEPTH.
+            // SAFETY: each level is deeper than the one below it, and none is deeper than MAX_DEPTH.
             unsafe { stack.push(Level { ray: path_ray, hit, next_branch: FRESH }) };
         }
         // The next branch of the deepest point that has one.

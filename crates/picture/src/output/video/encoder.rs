@@ -36,28 +36,9 @@ impl SegmentEncoder {
         // Nothing but the level that the file claims follows from it.
         let bits = BitRate::from_bps((pixels * 0.2).clamp(10_000.0, 200e6) as u32);
         let quantiser = settings.quantiser()?;
-        let mut config = EncoderConfig::new()
+        let mut config = config(quantiser, bits)
             .profile(Profile::High)
-            .max_frame_rate(Hertz::from_hz(hertz.clamp(1.0, 60.0) as f32))
-            .bitrate(bits)
-            // The one mode in which the range of quantisers is kept to and no bits are counted: with both ends equal
-            // every frame has that quantiser. (`Off` takes no notice of the range.)
-            .rate_control_mode(RateControlMode::Bufferbased)
-            .qp(QpRange::new(quantiser, quantiser))
-            .skip_frames(false)
-            // It raises the quantiser by up to 2, and starts new groups of pictures.
-            .scene_change_detect(false)
-            // It leaves parts of the picture as they were in the frame before.
-            .background_detection(false)
-            .adaptive_quantization(false)
-            .long_term_reference(false)
-            .usage_type(UsageType::CameraVideoRealTime)
-            // More of it took a fifth longer and made files no smaller: `examples/encode.rs`.
-            .complexity(Complexity::Low)
-            .intra_frame_period(IntraFramePeriod::auto())
-            .sps_pps_strategy(SpsPpsStrategy::ConstantId)
-            .num_threads(1)
-            .vui(VuiConfig::bt709());
+            .max_frame_rate(Hertz::from_hz(hertz.clamp(1.0, 60.0) as f32));
         if hertz > 60.0 {
             // The encoder counts no more than 60 frames a second when it chooses the level.
             config = config.level(level_of(&planes, hertz));
@@ -100,6 +81,30 @@ impl SegmentEncoder {
     pub(super) fn finish(self) -> ParameterSets {
         self.parameters
     }
+}
+
+/// What all encoders are set to: every frame has this quantiser, and but for the first one it needs the frame before.
+pub(super) fn config(quantiser: u8, bits: BitRate) -> EncoderConfig {
+    EncoderConfig::new()
+        .bitrate(bits)
+        // The one mode in which the range of quantisers is kept to and no bits are counted: with both ends equal
+        // every frame has that quantiser. (`Off` takes no notice of the range.)
+        .rate_control_mode(RateControlMode::Bufferbased)
+        .qp(QpRange::new(quantiser, quantiser))
+        .skip_frames(false)
+        // It raises the quantiser by up to 2, and starts new groups of pictures.
+        .scene_change_detect(false)
+        // It leaves parts of the picture as they were in the frame before.
+        .background_detection(false)
+        .adaptive_quantization(false)
+        .long_term_reference(false)
+        .usage_type(UsageType::CameraVideoRealTime)
+        // More of it took a fifth longer and made files no smaller: `examples/encode.rs`.
+        .complexity(Complexity::Low)
+        .intra_frame_period(IntraFramePeriod::auto())
+        .sps_pps_strategy(SpsPpsStrategy::ConstantId)
+        .num_threads(1)
+        .vui(VuiConfig::bt709())
 }
 
 /// The level by blocks of 16 × 16 pixels a second: ITU-T H.264, table A-1.

@@ -1,13 +1,10 @@
 //! A live picture: frames as H.264, each of which can be shown as soon as it is there.
 
 use super::super::Developed;
-use super::encoder::encoding;
+use super::encoder::{config, encoding};
 use super::planes::Planes;
 use openh264::OpenH264API;
-use openh264::encoder::{
-    BitRate, Complexity, Encoder, EncoderConfig, FrameType, IntraFramePeriod, Profile, QpRange,
-    RateControlMode, SpsPpsStrategy, UsageType, VuiConfig,
-};
+use openh264::encoder::{BitRate, Encoder, FrameType, Profile};
 use openh264::formats::YUVSlices;
 use std::io::Error;
 
@@ -36,24 +33,8 @@ impl LiveEncoder {
     pub fn new(size: (u32, u32), quantiser: u8) -> Result<LiveEncoder, Error> {
         super::check_video_size(size).map_err(super::misuse)?;
         let quantiser = quantiser.clamp(12, 51);
-        let config = EncoderConfig::new()
-            // Without frames that wait for later ones, and without what slow decoders lack.
-            .profile(Profile::Baseline)
-            // As for files (`encoder.rs`): the mode that keeps to the range of quantisers.
-            .rate_control_mode(RateControlMode::Bufferbased)
-            .qp(QpRange::new(quantiser, quantiser))
-            .bitrate(BitRate::from_bps(20_000_000))
-            .skip_frames(false)
-            .scene_change_detect(false)
-            .background_detection(false)
-            .adaptive_quantization(false)
-            .long_term_reference(false)
-            .usage_type(UsageType::CameraVideoRealTime)
-            .complexity(Complexity::Low)
-            .intra_frame_period(IntraFramePeriod::auto())
-            .sps_pps_strategy(SpsPpsStrategy::ConstantId)
-            .num_threads(1)
-            .vui(VuiConfig::bt709());
+        // Without what slow decoders lack.
+        let config = config(quantiser, BitRate::from_bps(20_000_000)).profile(Profile::Baseline);
         let encoder = Encoder::with_api_config(OpenH264API::from_source(), config).map_err(encoding)?;
         Ok(LiveEncoder { encoder, planes: Planes::new(size), quantiser })
     }
