@@ -166,6 +166,8 @@ fn only_who_has_the_token_comes_in_from_the_page_itself() {
     let cookie = format!("Cookie: eosphor-{}={token}\r\n", address.port());
     let page = ask("/", &cookie);
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("<canvas"), "{page}");
+    let long = ask(&format!("/{}", "a".repeat(20_000)), &cookie);
+    assert!(long.starts_with("HTTP/1.1 4"), "{long}");
     // All of it is there, and nothing of it comes from elsewhere.
     let folder = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/page")).unwrap();
     let names = folder.map(|entry| entry.unwrap().file_name().into_string().unwrap());

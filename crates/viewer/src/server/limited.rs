@@ -1,8 +1,6 @@
 //! A listener that lets so many connections in at a time, and none that stays silent.
 
-use axum::serve::Listener;
 use std::io;
-use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
@@ -28,15 +26,11 @@ impl Limited {
     pub(super) fn new(listener: TcpListener) -> Limited {
         Limited { listener, room: Arc::new(Semaphore::new(MAX_CONNECTIONS)) }
     }
-}
 
-impl Listener for Limited {
-    type Io = Connection;
-    type Addr = SocketAddr;
-
-    async fn accept(&mut self) -> (Connection, SocketAddr) {
+    /// The next connection.
+    pub(super) async fn accept(&self) -> Connection {
         loop {
-            let Ok((stream, address)) = self.listener.accept().await else {
+            let Ok((stream, _)) = self.listener.accept().await else {
                 // Too many files are open, say: who waits a moment may find room.
                 tokio::time::sleep(Duration::from_millis(50)).await;
                 continue;
@@ -46,12 +40,8 @@ impl Listener for Limited {
             // Frames are sent whole; input must not wait for more input.
             let _ = stream.set_nodelay(true);
             let silent = Box::pin(sleep_until(Instant::now() + SILENCE));
-            return (Connection { stream, silent, _permit: permit }, address);
+            return Connection { stream, silent, _permit: permit };
         }
-    }
-
-    fn local_addr(&self) -> io::Result<SocketAddr> {
-        self.listener.local_addr()
     }
 }
 

@@ -16,6 +16,9 @@ use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
+use hyper::server::conn::http1;
+use hyper_util::rt::TokioIo;
+use hyper_util::service::TowerToHyperService;
 use limited::Limited;
 use std::net::TcpListener;
 use std::sync::Arc;
@@ -60,6 +63,9 @@ const NO_TOKEN: &str = "open the address that `eosphor view` printed, with its t
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
+/// Longest request without its body, in bytes. Those of browsers have about 1,000.
+const MAX_REQUEST: usize = 16 * 1024;
+
 /// What is read of a socket at a time, in bytes: a view has 500. The library's own buffer has 128 KiB.
 const READ_BUFFER: usize = 4 * 1024;
 
@@ -92,11 +98,22 @@ pub(crate) async fn serve(
         .route("/picture.exr", get(exr_file))
         .layer(middleware::from_fn_with_state(site.clone(), check))
         .with_state(site);
-    let serve = axum::serve(Limited::new(listener), router);
     // Sockets that are open do not hold up the end.
     tokio::select! {
-        _ = serve.into_future() => {}
+        () = accept(Limited::new(listener), router) => {}
         _ = stopped => {}
+    }
+}
+
+/// Serves each connection on its own. `axum::serve` would, too, but takes 400 KiB of request before it refuses one as too long.
+async fn accept(listener: Limited, router: Router) {
+    let mut http = http1::Builder::new();
+    http.max_buf_size(MAX_REQUEST);
+    loop {
+        let connection = TokioIo::new(listener.accept().await);
+        let service = TowerToHyperService::new(router.clone());
+        // What goes wrong with a connection ends that one alone.
+        tokio::spawn(http.serve_connection(connection, service).with_upgrades());
     }
 }
 
