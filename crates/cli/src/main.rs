@@ -21,7 +21,7 @@ mod streams;
 mod text;
 mod watcher;
 
-use arguments::{Arguments, Bench, Command};
+use arguments::{Arguments, Bench, Command, Lab};
 use std::process::ExitCode;
 
 #[global_allocator]
@@ -54,6 +54,11 @@ fn main() -> ExitCode {
                 .and_then(|_| commands::bench_rays(flags)),
             Bench::Render(flags) => requests::obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)
                 .and_then(|_| commands::bench_render(flags)),
+        },
+        Command::Lab(flags) => match &flags.what {
+            Lab::List => commands::lab_list(),
+            Lab::Run(flags) => commands::lab_run(flags),
+            Lab::Report(flags) => commands::lab_report(flags),
         },
         Command::Devices(flags) => commands::devices(flags),
         Command::Schema(flags) => commands::schema(flags),

@@ -5,12 +5,13 @@ use std::fs;
 use std::path::Path;
 
 /// From the bottom to the top. A crate uses crates before it and no others.
-pub(super) const ORDER: [&str; 10] =
-    ["core", "accel", "scene", "render", "cuda", "picture", "eosphor", "viewer", "cluster", "cli"];
+pub(super) const ORDER: [&str; 11] =
+    ["core", "accel", "scene", "render", "cuda", "picture", "eosphor", "viewer", "cluster", "lab", "cli"];
 
 /// Those that stand apart: what they may use of the above.
-const APART: [(&str, &str, &[&str]); 3] = [
+const APART: [(&str, &str, &[&str]); 4] = [
     ("cluster", "crates/cluster", &[]),
+    ("lab", "crates/lab", &[]),
     ("gpu", "gpu", &["core"]),
     // Pictures are the same whatever device made them.
     ("picture", "crates/picture", &["core", "accel", "scene", "render"]),

@@ -44,6 +44,9 @@ pub(crate) struct BenchRenderFlags {
     /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Print each time, and a hash of the picture, for eosphor lab
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) lines: bool,
     #[command(flatten)]
     pub(crate) picture: PictureFlags,
     #[command(flatten)]
@@ -72,6 +75,9 @@ pub(crate) struct BenchRaysFlags {
     /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Print each time, and a hash of the answers, for eosphor lab
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) lines: bool,
     #[command(flatten)]
     pub(crate) textures: TextureFlags,
     #[command(flatten)]

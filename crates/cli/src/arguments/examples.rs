@@ -50,6 +50,12 @@ Examples:
   eosphor view model.glb --size 1280x720 --samples 64
   eosphor view scene.json --port 8080 --no-open";
 
+pub(super) const LAB_RUN: &str = "\
+Examples:
+  eosphor lab run structures
+  eosphor lab run --all --quick
+  eosphor lab run my-experiment.json -o results && eosphor lab report -o results";
+
 pub(super) const BENCH_RENDER: &str = "\
 Examples:
   eosphor bench render builtin:glass

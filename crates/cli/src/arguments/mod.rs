@@ -8,6 +8,7 @@ mod device;
 mod examples;
 mod frames;
 mod keep;
+mod lab;
 mod lights;
 mod needs;
 mod render;
@@ -26,6 +27,7 @@ pub(crate) use course::CourseFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use frames::{FrameFlags, OutputKind};
 pub(crate) use keep::KeepFlags;
+pub(crate) use lab::{Lab, LabFlags, LabReportFlags, LabRunFlags};
 pub(crate) use lights::LightFlags;
 pub(crate) use needs::{Need, check, would_do_nothing};
 pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, SampleRange, Share, Show};
@@ -120,6 +122,8 @@ pub(crate) enum Command {
     Merge(MergeFlags),
     /// Measure the speed of a device, and compare its answers with the CPU's
     Bench(BenchFlags),
+    /// Run experiments about speed, in fresh processes and random order, and say what may be said of them
+    Lab(LabFlags),
     /// List the devices that can render
     Devices(DevicesFlags),
     /// Print the JSON schema of scene files, for editors

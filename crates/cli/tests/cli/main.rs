@@ -12,6 +12,7 @@ mod folders;
 mod help;
 #[cfg(unix)]
 mod inputs;
+mod lab;
 mod lights;
 #[cfg(target_os = "linux")]
 mod names;

@@ -4,7 +4,7 @@ use crate::place::Place;
 use std::fs;
 
 /// Every command, with what it needs at least.
-const COMMANDS: [&[&str]; 12] = [
+const COMMANDS: [&[&str]; 14] = [
     &["render", "builtin:cornell", "-o", "a.png"],
     &["course", "--default"],
     &["info", "builtin:cornell"],
@@ -12,6 +12,8 @@ const COMMANDS: [&[&str]; 12] = [
     &["merge", "-o", "a.png"],
     &["bench", "rays", "builtin:cornell"],
     &["bench", "render", "builtin:cornell"],
+    &["lab", "list"],
+    &["lab", "report"],
     &["view", "builtin:cornell", "--no-open"],
     &["devices"],
     &["schema"],
@@ -22,7 +24,7 @@ const COMMANDS: [&[&str]; 12] = [
 #[test]
 fn unknown_flags_and_arguments_are_wrong_usage() {
     let place = Place::new();
-    for command in &COMMANDS[..11] {
+    for command in &COMMANDS[..13] {
         place.run(&[command, &["--nonsense"][..]].concat()).is_wrong_usage(&["--nonsense"]);
         if command[0] != "merge" {
             place.run(&[command, &["too-much"][..]].concat()).is_wrong_usage(&["too-much"]);

@@ -1,6 +1,6 @@
 //! `eosphor bench rays SCENE`: how fast a device answers queries about rays, and whether it answers as the CPU does.
 
-use super::median;
+use super::{lab_line, median};
 use crate::arguments::{BackendChoice, BenchRaysFlags, would_do_nothing};
 use crate::backend::{check_device, cpu_backend, hierarchy_options, limit_threads};
 use crate::failure::Failure;
@@ -33,6 +33,11 @@ struct Row {
     mrays_per_second: f64,
     /// Answers that are not the CPU's, bit for bit. The CPU itself is compared with its own scalar search.
     different: usize,
+    /// For `eosphor lab`.
+    #[serde(skip)]
+    times: Vec<f64>,
+    #[serde(skip)]
+    answer: blake3::Hash,
 }
 
 /// What answers.
@@ -93,14 +98,19 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
         let (hits, times) = device.closest_hits(rays, flags.repeats)?;
         let expected = cpu.closest_hits(&reference, rays);
         let different = hits.iter().zip(&expected).filter(|(a, b)| bits(a) != bits(b)).count();
-        report.rows.push(Row::new(set, "closest hit", rays, times, different));
+        report.rows.push(Row::new(set, "closest hit", rays, times, different, hash_of_hits(&hits)));
         let (hidden, times) = device.occluded(rays, flags.repeats)?;
         let expected = cpu.occluded_rays(&reference, rays);
         let different = hidden.iter().zip(&expected).filter(|(a, b)| a != b).count();
-        report.rows.push(Row::new(set, "any hit", rays, times, different));
+        let bytes: Vec<u8> = hidden.iter().map(|&is| u8::from(is)).collect();
+        report.rows.push(Row::new(set, "any hit", rays, times, different, blake3::hash(&bytes)));
     }
     let different: usize = report.rows.iter().map(|row| row.different).sum();
-    if flags.json { streams::json(&report) } else { streams::result(&report.table()) }?;
+    match (flags.json, flags.lines) {
+        (true, _) => streams::json(&report)?,
+        (_, true) => streams::result(&report.lines()?)?,
+        _ => streams::result(&report.table())?,
+    }
     match different {
         0 => Ok(()),
         n => Err(Failure::Failed(format!(
@@ -113,6 +123,15 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
 /// All that a hit says, so that no difference is too small.
 fn bits(hit: &Hit) -> (u32, u32, u32, u32, u32) {
     (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.id.instance, hit.id.primitive)
+}
+
+fn hash_of_hits(hits: &[Hit]) -> blake3::Hash {
+    let mut hasher = blake3::Hasher::new();
+    for hit in hits {
+        let (t, u, v, instance, primitive) = bits(hit);
+        [t, u, v, instance, primitive].iter().for_each(|word| drop(hasher.update(&word.to_le_bytes())));
+    }
+    hasher.finalize()
 }
 
 impl Device<'_> {
@@ -165,14 +184,29 @@ fn repeated<T>(repeats: usize, answer: impl Fn() -> T) -> (T, Vec<f64>) {
 }
 
 impl Row {
-    fn new(set: &'static str, query: &'static str, rays: &[Ray], times: Vec<f64>, different: usize) -> Row {
-        let milliseconds = median(times);
+    fn new(
+        set: &'static str,
+        query: &'static str,
+        rays: &[Ray],
+        times: Vec<f64>,
+        different: usize,
+        answer: blake3::Hash,
+    ) -> Row {
+        let milliseconds = median(times.clone());
         let mrays_per_second = if milliseconds > 0.0 { rays.len() as f64 * 1e-3 / milliseconds } else { 0.0 };
-        Row { set, query, rays: rays.len(), milliseconds, mrays_per_second, different }
+        Row { set, query, rays: rays.len(), milliseconds, mrays_per_second, different, times, answer }
     }
 }
 
 impl Report {
+    /// For `eosphor lab`.
+    fn lines(&self) -> Result<String, Failure> {
+        let line = |row: &Row| {
+            lab_line(&format!("{}, {}", row.set, row.query), row.rays as u64, row.answer, &row.times)
+        };
+        self.rows.iter().map(line).collect()
+    }
+
     fn table(&self) -> String {
         let mut text =
             format!("{}, {}; {} triangles\n", self.device, self.accel, grouped(self.triangles as u64));

@@ -1,6 +1,6 @@
 //! `eosphor bench render SCENE`: how long a picture takes once the scene is on the device.
 
-use super::median;
+use super::{lab_line, median};
 use crate::arguments::BenchRenderFlags;
 use crate::backend::{backend_for, limit_threads};
 use crate::commands::scene::apply;
@@ -42,7 +42,7 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     let prepare_milliseconds = start.elapsed().as_secs_f64() * 1e3;
     let (cancel, watch) = (AtomicBool::new(false), |_| ());
     let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false, frame: None };
-    let mut rays = 0;
+    let (mut rays, mut answer) = (0, blake3::Hasher::new());
     let mut times = Vec::with_capacity(flags.repeats);
     // Once to warm up.
     for repeat in 0..=flags.repeats {
@@ -52,6 +52,13 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
             times.push(start.elapsed().as_secs_f64() * 1e3);
         }
         rays = rendered.statistics.total_rays();
+        if flags.lines && repeat == flags.repeats {
+            let channels = rendered.film.pixels.iter().flat_map(|color| [color.x, color.y, color.z]);
+            channels.for_each(|channel| drop(answer.update(&channel.to_bits().to_le_bytes())));
+        }
+    }
+    if flags.lines {
+        return streams::result(&lab_line("picture", rays, answer.finalize(), &times)?);
     }
     let shortest_milliseconds = times.iter().copied().fold(f64::INFINITY, f64::min);
     let milliseconds = median(times);

@@ -1,0 +1,151 @@
+//! `eosphor lab`: experiments about speed.
+
+use crate::arguments::{LabReportFlags, LabRunFlags};
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::streams::{self, Verbosity};
+use eosphor::{explain, first_gpu};
+use eosphor_lab::{
+    Experiment, Header, Machine, Records, RecordsError, RecordsFile, RunOptions, RunProgress,
+    builtin_experiments, markdown, run,
+};
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Blocks of a quick run.
+const QUICK_BLOCKS: u32 = 2;
+
+/// The most bytes of a file that describes an experiment.
+const MAX_FILE: u64 = 1 << 20;
+
+/// The ending of files of runs.
+const ENDING: &str = "jsonl";
+
+pub(crate) fn lab_list() -> Result<(), Failure> {
+    let mut text = String::new();
+    for Experiment { name, question, variants, .. } in builtin_experiments() {
+        let _ = writeln!(text, "{name:<14} {:>2} variants   {question}", variants.len());
+    }
+    streams::result(&text)
+}
+
+pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
+    let verbosity = if flags.quiet { Verbosity::Quiet } else { Verbosity::Normal };
+    let experiments = match flags.all {
+        true => builtin_experiments(),
+        false => flags.experiments.iter().map(|name| find(name)).collect::<Result<_, _>>()?,
+    };
+    interrupt::watch(verbosity)?;
+    let program = std::env::current_exe();
+    let program =
+        program.map_err(|error| Failure::Failed(format!("cannot find this program: {}", explain(&error))))?;
+    let blocks = if flags.quick { QUICK_BLOCKS } else { flags.blocks };
+    let options = RunOptions { blocks, program: program.into(), has_gpu: first_gpu().is_some() };
+    let folder = &flags.output;
+    fs::create_dir_all(folder).map_err(|error| {
+        Failure::Failed(format!("cannot make the folder: {}: {}", folder.display(), explain(&error)))
+    })?;
+    let machine = Machine::this_one();
+    let seed = flags.seed.unwrap_or_else(random_seed);
+    for experiment in experiments {
+        let path = folder.join(format!("{}.{ENDING}", experiment.name));
+        let name = experiment.name.clone();
+        let header = Header::new(experiment, machine.clone(), seed, env!("CARGO_PKG_VERSION"));
+        let mut file = RecordsFile::open(&path, header).map_err(failed)?;
+        let kept = file.records.header.seed;
+        if flags.seed.is_some_and(|seed| seed != kept) {
+            return Err(Failure::Usage(format!(
+                "--seed {seed}: {} has a run with seed {kept}; leave the flag out to go on with it",
+                path.display()
+            )));
+        }
+        let say = |progress: RunProgress| {
+            let RunProgress { block, undisturbed: [done, wanted], variant } = progress;
+            let line =
+                format!("{name}: block {}, {done} of {wanted} undisturbed ones done; {variant}", block + 1);
+            verbosity.say(Verbosity::Normal, &line);
+        };
+        let is_whole = run(&mut file, &options, interrupt::cancel().asked(), &say).map_err(failed)?;
+        if !is_whole {
+            let count = file.records.records.len();
+            return Err(Failure::Interrupted(format!(
+                "interrupted; {count} processes are in {}: the same command goes on",
+                path.display()
+            )));
+        }
+        streams::result(&markdown(&file.records))?;
+    }
+    Ok(())
+}
+
+pub(crate) fn lab_report(flags: &LabReportFlags) -> Result<(), Failure> {
+    let runs = match flags.runs.is_empty() {
+        true => runs_of(&flags.output)?,
+        false => flags.runs.clone(),
+    };
+    let mut text = String::from("# Eosphor, measured\n\n");
+    for run in runs {
+        text.push_str(&markdown(&Records::read(&run).map_err(failed)?));
+    }
+    streams::result(&text)
+}
+
+/// The files of runs of a folder, by name.
+fn runs_of(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let cannot = |error: std::io::Error| {
+        Failure::Failed(format!("cannot read the folder of runs: {}: {}", folder.display(), explain(&error)))
+    };
+    let mut runs = Vec::new();
+    for entry in fs::read_dir(folder).map_err(cannot)? {
+        let path = entry.map_err(cannot)?.path();
+        if path.extension().is_some_and(|ending| ending == ENDING) {
+            runs.push(path);
+        }
+    }
+    runs.sort();
+    match runs.is_empty() {
+        true => {
+            Err(Failure::Failed(format!("{} has no runs: make some with eosphor lab run", folder.display())))
+        }
+        false => Ok(runs),
+    }
+}
+
+/// The experiment of this name, or of this file.
+fn find(name: &str) -> Result<Experiment, Failure> {
+    if let Some(experiment) = builtin_experiments().into_iter().find(|experiment| experiment.name == name) {
+        return Ok(experiment);
+    }
+    if !name.ends_with(".json") {
+        let names: Vec<String> =
+            builtin_experiments().into_iter().map(|experiment| experiment.name).collect();
+        return Err(Failure::Usage(format!(
+            "there is no experiment {name}: there are {}, and files that end in .json",
+            names.join(", ")
+        )));
+    }
+    let cannot = |error: std::io::Error| {
+        Failure::Failed(format!("cannot read the experiment: {name}: {}", explain(&error)))
+    };
+    let length = fs::metadata(name).map_err(cannot)?.len();
+    if length > MAX_FILE {
+        return Err(Failure::Failed(format!("cannot read the experiment: {name}: more than 1 MiB")));
+    }
+    let text = fs::read_to_string(name).map_err(cannot)?;
+    // The error names line and column.
+    let experiment: Experiment =
+        serde_json::from_str(&text).map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
+    experiment.check().map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
+    Ok(experiment)
+}
+
+fn failed(error: RecordsError) -> Failure {
+    Failure::because(error)
+}
+
+/// Different with every call.
+fn random_seed() -> u64 {
+    use std::hash::{BuildHasher, RandomState};
+    RandomState::new().hash_one(std::process::id())
+}
