@@ -6,7 +6,7 @@
 //! and nothing is claimed of blocks in which other work was seen on the cores.
 //!
 //! The way: [`Experiment`] → [`run`] → [`RecordsFile`] (a line for each process; a run that was ended goes on) → [`compare`] →
-//! [`markdown`].
+//! [`markdown`]. [`compare_runs`] is for two versions or machines.
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]
 
@@ -17,20 +17,28 @@ mod load;
 mod machine;
 mod plan;
 mod process;
+mod program;
 mod quantity;
 mod records;
 mod report;
 mod run;
 pub mod statistics;
+mod stopwatch;
+mod two_runs;
 
 pub use builtin::builtin_experiments;
 pub use comparison::{Comparison, TOO_FEW, UNSTABLE, VariantResult, Verdict, compare};
-pub use experiment::{Experiment, InvalidExperiment, Measure, Variant};
+pub use experiment::{
+    Axis, Clock, Experiment, InvalidExperiment, Measure, Published, Quick, Variant, experiment_schema,
+};
 pub use load::Load;
-pub use machine::Machine;
+pub use machine::{Gpu, Machine};
 pub use plan::{Slot, block_order};
-pub use process::{Measured, allowed_cores, measure};
-pub use quantity::{Quantity, read_quantities};
-pub use records::{Header, Outcome, Record, Records, RecordsError, RecordsFile};
-pub use report::markdown;
-pub use run::{CLAIM_BLOCKS, RunOptions, RunProgress, run};
+pub use process::allowed_cores;
+pub use program::{Program, hash_of_program};
+pub use quantity::{MILLISECONDS, Quantity, read_quantities};
+pub use records::{Header, Measured, Outcome, Record, Records, RecordsError, RecordsFile};
+pub use report::{changes_markdown, markdown};
+pub use run::{CLAIM_BLOCKS, RunError, RunOptions, RunProgress, run};
+pub use stopwatch::{Stopwatch, Times};
+pub use two_runs::{Change, compare_runs};

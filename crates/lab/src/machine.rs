@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::fs;
+use std::process::{Command, Stdio};
 
 /// What the system tells of a machine; what it does not tell is not there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -25,7 +26,29 @@ pub struct Machine {
     pub governor: Option<String>,
     /// The system and its version.
     pub system: String,
+    /// Its GPUs, as `nvidia-smi` tells of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gpus: Vec<Gpu>,
 }
+
+/// A GPU of a machine, in the words of `nvidia-smi`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Gpu {
+    /// Its model.
+    pub name: String,
+    /// The version of its driver.
+    pub driver: String,
+    /// Its memory.
+    pub memory: String,
+    /// The most that its multiprocessors are clocked at.
+    pub clock: String,
+    /// The most power that it may take.
+    pub power_limit: String,
+}
+
+/// What `nvidia-smi` is asked, in the order of the fields of [`Gpu`].
+const GPU_QUERY: &str = "--query-gpu=name,driver_version,memory.total,clocks.max.sm,power.limit";
 
 impl Machine {
     /// This one.
@@ -54,8 +77,28 @@ impl Machine {
             huge_pages: read("/sys/kernel/mm/transparent_hugepage/enabled").and_then(|text| chosen(&text)),
             governor: read("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"),
             system: format!("{} {} {kernel}", std::env::consts::OS, std::env::consts::ARCH).trim().to_owned(),
+            gpus: gpus(),
         }
     }
+}
+
+/// What `nvidia-smi` says; nothing where there is none.
+fn gpus() -> Vec<Gpu> {
+    let mut command = Command::new("nvidia-smi");
+    let output = command.args([GPU_QUERY, "--format=csv,noheader"]).stderr(Stdio::null()).output();
+    match output {
+        Ok(output) if output.status.success() => gpus_of(&String::from_utf8_lossy(&output.stdout)),
+        _ => Vec::new(),
+    }
+}
+
+fn gpus_of(text: &str) -> Vec<Gpu> {
+    let of_line = |line: &str| {
+        let fields: Vec<String> = line.split(',').map(|field| field.trim().to_owned()).collect();
+        let [name, driver, memory, clock, power_limit] = fields.try_into().ok()?;
+        Some(Gpu { name, driver, memory, clock, power_limit })
+    };
+    text.lines().filter_map(of_line).collect()
 }
 
 /// The value of `name: value`, the first time.
@@ -84,6 +127,13 @@ mod tests {
         assert_eq!(value_of(text, "flags"), None);
         assert_eq!(chosen("always [madvise] never").as_deref(), Some("madvise"));
         assert_eq!(chosen("nothing"), None);
+    }
+
+    #[test]
+    fn gpus_of_a_known_text() {
+        let text = "NVIDIA H100 80GB HBM3, 580.159.04, 81559 MiB, 1980 MHz, 700.00 W\nno line\n";
+        let [gpu] = &gpus_of(text)[..] else { panic!("one") };
+        assert_eq!((&gpu.name[..], &gpu.power_limit[..]), ("NVIDIA H100 80GB HBM3", "700.00 W"));
     }
 
     #[test]

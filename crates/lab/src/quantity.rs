@@ -2,28 +2,40 @@
 
 use serde::{Deserialize, Serialize};
 
-/// One time that was measured, several times, with the work and its answer. Programs print one as a line of JSON:
+/// One quantity that was measured, several times, with the work and its answer. Programs print one as a line of JSON:
 ///
 /// ```json
-/// {"quantity":"primary closest hit","work":921600,"answer":"5f0c","milliseconds":[41.2,40.9,41.0]}
+/// {"quantity":"primary, closest hit","unit":"ms","values":[41.2,40.9],"cpu":[41.1,40.8],"work":921600,"answer":"5f0c"}
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Quantity {
     /// What it is.
     pub quantity: String,
-    /// Rays.
-    pub work: u64,
-    /// A hash of the picture, or of the hits: times of different answers are not compared. Programs whose hits are not ours bit for
-    /// bit leave it out; their `hits` are shown instead.
+    /// What the values count: `ms` for times. Less is better, whatever it is.
+    pub unit: String,
+    /// Of each repetition, after one to warm up.
+    pub values: Vec<f64>,
+    /// Of times, the CPU time of the process in each repetition, in milliseconds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cpu: Vec<f64>,
+    /// Rays, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub work: Option<u64>,
+    /// A hash of the picture, or of the hits: what has different answers is not compared. Programs whose hits are not ours bit for
+    /// bit leave it out; their `hits` and `different` are shown instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub answer: Option<String>,
     /// How many rays hit something, of programs that do not hash.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hits: Option<u64>,
-    /// Of each repetition, after one to warm up.
-    pub milliseconds: Vec<f64>,
+    /// How many rays have another answer than ours, of programs that do not hash.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub different: Option<u64>,
 }
+
+/// The unit of times.
+pub const MILLISECONDS: &str = "ms";
 
 /// The most quantities, repetitions and bytes of text of a process.
 const MAX_QUANTITIES: usize = 100;
@@ -46,16 +58,17 @@ pub fn read_quantities(text: &str) -> Result<Vec<Quantity>, String> {
             Ok(quantity) => quantity,
             Err(error) => return wrong(&error.to_string()),
         };
-        let Quantity { quantity: name, milliseconds, answer, .. } = &quantity;
-        let is_time = |ms: &f64| ms.is_finite() && *ms > 0.0;
-        if name.is_empty()
-            || name.len() > MAX_TEXT
-            || answer.as_ref().is_some_and(|text| text.len() > MAX_TEXT)
-        {
-            return wrong(&format!("a name or answer without 1 to {MAX_TEXT} bytes"));
+        let Quantity { quantity: name, unit, values, cpu, answer, .. } = &quantity;
+        let is_text = |text: &String| (1..=MAX_TEXT).contains(&text.len());
+        let is_value = |value: &f64| value.is_finite() && *value > 0.0;
+        if ![name, unit].into_iter().chain(answer).all(is_text) {
+            return wrong(&format!("a name, unit or answer without 1 to {MAX_TEXT} bytes"));
         }
-        if !(1..=MAX_REPEATS).contains(&milliseconds.len()) || !milliseconds.iter().all(is_time) {
-            return wrong(&format!("it must have 1 to {MAX_REPEATS} times above 0"));
+        if !(1..=MAX_REPEATS).contains(&values.len()) || !values.iter().all(is_value) {
+            return wrong(&format!("it must have 1 to {MAX_REPEATS} values above 0"));
+        }
+        if !cpu.is_empty() && (cpu.len() != values.len() || !cpu.iter().all(is_value)) {
+            return wrong("\"cpu\" must have a time above 0 for each value");
         }
         if quantities.iter().any(|other| other.quantity == *name) {
             return wrong("a quantity for the second time");
@@ -76,10 +89,12 @@ mod tests {
     fn lines_come_back() {
         let quantity = |name: &str| Quantity {
             quantity: name.into(),
-            work: 7,
+            unit: MILLISECONDS.into(),
+            values: vec![1.5, 2.0],
+            cpu: vec![1.25, 1.5],
+            work: Some(7),
             answer: Some("5f".into()),
-            hits: None,
-            milliseconds: vec![1.5, 2.0],
+            ..Quantity::default()
         };
         let all = ["a", "b"].map(quantity);
         let text = all.iter().map(|one| serde_json::to_string(one).unwrap() + "\n").collect::<String>();
@@ -88,16 +103,18 @@ mod tests {
 
     #[test]
     fn what_makes_no_sense_is_said_with_its_line() {
-        let line = r#"{"quantity":"a","work":1,"milliseconds":[1.0]}"#;
+        let line = r#"{"quantity":"a","unit":"ms","values":[1.0]}"#;
         for (text, what) in [
             ("", "it measured nothing"),
             ("hello\n", "line 1"),
             (&format!("{line}\n{line}\n"), "line 2 of its output: a quantity for the second time"),
-            (r#"{"quantity":"a","work":1,"milliseconds":[]}"#, "times above 0"),
-            (r#"{"quantity":"a","work":1,"milliseconds":[0.0]}"#, "times above 0"),
-            (r#"{"quantity":"a","work":1,"milliseconds":[-1.0]}"#, "times above 0"),
-            (r#"{"quantity":"","work":1,"milliseconds":[1.0]}"#, "a name"),
-            (r#"{"quantity":"a","work":1,"milliseconds":[1.0],"more":1}"#, "unknown field"),
+            (r#"{"quantity":"a","unit":"ms","values":[]}"#, "values above 0"),
+            (r#"{"quantity":"a","unit":"ms","values":[0.0]}"#, "values above 0"),
+            (r#"{"quantity":"a","unit":"ms","values":[-1.0]}"#, "values above 0"),
+            (r#"{"quantity":"a","unit":"ms","values":[1.0],"cpu":[1.0,2.0]}"#, "\"cpu\" must have"),
+            (r#"{"quantity":"","unit":"ms","values":[1.0]}"#, "a name"),
+            (r#"{"quantity":"a","values":[1.0]}"#, "missing field"),
+            (r#"{"quantity":"a","unit":"ms","values":[1.0],"more":1}"#, "unknown field"),
         ] {
             let error = read_quantities(text).unwrap_err();
             assert!(error.contains(what), "{text}: {error}");

@@ -1,9 +1,11 @@
 //! The file of a run: what was measured, a line for each process, so that a run which was ended goes on.
 
 use crate::experiment::Experiment;
+use crate::load::Load;
 use crate::machine::Machine;
 use crate::plan::Slot;
-use crate::process::Measured;
+use crate::program::Program;
+use crate::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -21,12 +23,15 @@ const MAX_BYTES: u64 = 256 << 20;
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Header {
     format: u32,
-    /// The version of Eosphor.
-    pub version: String,
+    /// The program that is measured.
+    pub program: Program,
     /// When the run began, in seconds since 1970.
     pub began: u64,
     /// Keys the orders of blocks.
     pub seed: u64,
+    /// The experiment is run as `--quick` has it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_quick: bool,
     /// Where it ran.
     pub machine: Machine,
     /// What was run.
@@ -46,6 +51,20 @@ pub struct Record {
     pub again: bool,
     /// What it measured, or why it did not.
     pub outcome: Outcome,
+}
+
+/// A process that has measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Measured {
+    /// What it printed.
+    pub quantities: Vec<Quantity>,
+    /// How long it ran, with all that it did besides.
+    pub wall_seconds: f64,
+    /// The time that it took of cores.
+    pub cpu_seconds: f64,
+    /// What else ran; where the system does not tell, nothing.
+    pub load: Option<Load>,
 }
 
 /// What came of a process.
@@ -80,7 +99,7 @@ pub enum RecordsError {
         problem: String,
     },
     /// It holds another run.
-    #[error("{}: it holds a run of another experiment, seed, machine or version: move it away, or choose another folder", path.display())]
+    #[error("{}: it holds a run of another experiment, machine or program: move it away, or choose another folder", path.display())]
     Other {
         /// The file.
         path: PathBuf,
@@ -98,10 +117,17 @@ pub struct Records {
 
 impl Header {
     /// That of a run which begins now.
-    pub fn new(experiment: Experiment, machine: Machine, seed: u64, version: &str) -> Header {
+    pub fn new(experiment: &Experiment, is_quick: bool, machine: Machine, seed: u64, program: Program) -> Header {
+        let experiment = if is_quick { experiment.quickly() } else { experiment.clone() };
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let began = now.map_or(0, |since| since.as_secs());
-        Header { format: FORMAT, version: version.into(), began, seed, machine, experiment }
+        Header { format: FORMAT, program, began, seed, is_quick, machine, experiment }
+    }
+
+    /// Names machine and program in 8 digits: figures with the same ones were measured by the same program on the same machine.
+    pub fn id(&self) -> String {
+        let text = serde_json::to_vec(&(&self.machine, &self.program)).unwrap_or_default();
+        blake3::hash(&text).to_hex()[..8].to_owned()
     }
 
     /// Whether a run with this header goes on with the lines of the other one.

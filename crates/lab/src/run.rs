@@ -2,9 +2,12 @@
 
 use crate::experiment::{Experiment, Measure, Variant};
 use crate::plan::{Slot, block_order};
-use crate::process::{Measured, allowed_cores, measure};
-use crate::records::{Outcome, Record, Records, RecordsError, RecordsFile};
+use crate::process::{Ended, allowed_cores, run_process};
+use crate::quantity::{MILLISECONDS, Quantity, read_quantities};
+use crate::records::{Measured, Outcome, Record, Records, RecordsError, RecordsFile};
 use std::ffi::OsString;
+use std::fs::{self, File};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The least number of undisturbed blocks that anything is claimed of.
@@ -32,24 +35,41 @@ pub struct RunProgress<'a> {
     pub variant: &'a str,
 }
 
+/// Why a run could not go on.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// Its file.
+    #[error(transparent)]
+    Records(#[from] RecordsError),
+    /// What the processes read could not be made.
+    #[error("the preparation of experiment \"{experiment}\" failed: {problem}")]
+    Prepare {
+        /// The experiment.
+        experiment: String,
+        /// What went wrong.
+        problem: String,
+    },
+}
+
 /// Runs what is missing of a run. Each process is in the file when it has ended. Blocks that other work has disturbed are run again,
 /// as many as were wanted at most; both are kept. Whether all was run: `cancel` ends it after the process that runs.
 ///
 /// # Errors
 ///
-/// What the file of the run says. Processes that fail are part of the run.
+/// What the file of the run says, and a preparation that failed. Processes that fail are part of the run.
 pub fn run(
     file: &mut RecordsFile,
     options: &RunOptions,
     cancel: &AtomicBool,
     on_progress: &dyn Fn(RunProgress),
-) -> Result<bool, RecordsError> {
+) -> Result<bool, RunError> {
     let experiment = file.records.header.experiment.clone();
     let seed = file.records.header.seed;
     let runs_here: Vec<bool> =
         experiment.variants.iter().map(|variant| options.has_gpu || !variant.needs_gpu).collect();
     let mut cores = allowed_cores();
     cores.truncate(experiment.cores.unwrap_or(usize::MAX));
+    let mut place = None;
     let mut block = 0;
     while undisturbed_blocks(&file.records, block) < options.blocks && block < 2 * options.blocks {
         for slot in block_order(&experiment, &runs_here, seed, block) {
@@ -59,13 +79,18 @@ pub fn run(
             if cancel.load(Ordering::Relaxed) {
                 return Ok(false);
             }
+            if place.is_none() {
+                let problem = |problem| RunError::Prepare { experiment: experiment.name.clone(), problem };
+                place = Some(Place::prepare(&experiment, options).map_err(problem)?);
+            }
+            let Some(place) = &place else { unreachable!("it was just made") };
             let variant = &experiment.variants[match slot {
                 Slot::Variant(number) => number,
                 Slot::BaseAgain => experiment.variant(&experiment.base).unwrap_or_default(),
             }];
             let undisturbed = [undisturbed_blocks(&file.records, block), options.blocks];
             on_progress(RunProgress { block, undisturbed, variant: &variant.name });
-            let measured = run_variant(&experiment, variant, options, &cores);
+            let measured = run_variant(&experiment, variant, block, options, place, &cores);
             // A signal to all processes of a terminal ends the one that measures, too: that is no failure of it.
             if measured.is_err() && cancel.load(Ordering::Relaxed) {
                 return Ok(false);
@@ -83,27 +108,89 @@ fn undisturbed_blocks(records: &Records, end: u32) -> u32 {
     (0..end).filter(|&block| !records.is_disturbed(block)).count() as u32
 }
 
+/// Where processes read what was prepared, and write.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn prepare(experiment: &Experiment, options: &RunOptions) -> Result<Place, String> {
+        let cannot = |error: std::io::Error| format!("cannot make a temporary folder: {error}");
+        let place = Place { folder: tempfile::tempdir().map_err(cannot)? };
+        fs::create_dir(place.folder.path().join("data")).map_err(cannot)?;
+        if !experiment.prepare.is_empty() {
+            let mut words = vec![options.program.clone()];
+            words.extend(experiment.prepare.iter().map(|word| place.filled(word, 0)));
+            run_process(&words, None, &[])?;
+        }
+        Ok(place)
+    }
+
+    /// A word with the places that its braces stand for.
+    fn filled(&self, word: &str, block: u32) -> OsString {
+        let path = |name: &str| self.folder.path().join(name).to_string_lossy().into_owned();
+        let filled = word.replace("{data}", &path("data")).replace("{out}", &path("out"));
+        filled.replace("{block}", &block.to_string()).into()
+    }
+}
+
 /// A fresh process of a variant.
 fn run_variant(
     experiment: &Experiment,
     variant: &Variant,
+    block: u32,
     options: &RunOptions,
+    place: &Place,
     cores: &[usize],
 ) -> Result<Measured, String> {
-    let mut arguments: Vec<String> = Vec::new();
-    let program = match &variant.program {
-        Some(program) => OsString::from(program),
-        None => {
-            let what = match experiment.measures {
-                Measure::Picture => "render",
-                Measure::Rays => "rays",
-            };
-            arguments.extend(
-                ["bench", what, "--lines", "--repeats", &experiment.repeats.to_string()].map(String::from),
-            );
-            options.program.clone()
-        }
-    };
-    arguments.extend(experiment.held.iter().chain(&variant.arguments).cloned());
-    measure(&program, &arguments, cores)
+    let repeats = experiment.repeats.to_string();
+    let mut words: Vec<OsString> = variant.launcher.iter().map(OsString::from).collect();
+    words.push(variant.program.as_ref().map_or_else(|| options.program.clone(), OsString::from));
+    if variant.program.is_none() {
+        let bench: &[&str] = match experiment.measures {
+            Measure::Picture => &["bench", "render", "--lines", "--repeats", &repeats],
+            Measure::Rays => &["bench", "rays", "--lines", "--repeats", &repeats],
+            Measure::Noise => &["bench", "noise", "--lines", "--repeats", &repeats],
+            Measure::Process => &[],
+        };
+        words.extend(bench.iter().map(OsString::from));
+        words.extend(experiment.held.iter().map(|word| place.filled(word, block)));
+    }
+    words.extend(variant.arguments.iter().map(|word| place.filled(word, block)));
+    let out = place.folder.path().join("out");
+    let cannot = |error: std::io::Error| format!("its folder for output: {error}");
+    fs::create_dir(&out).map_err(cannot)?;
+    let measured = run_process(&words, experiment.input.as_deref(), cores).and_then(|ended| {
+        let quantities = match experiment.measures {
+            Measure::Process => vec![whole_process(&ended, &out).map_err(cannot)?],
+            _ => read_quantities(&ended.output)?,
+        };
+        let Ended { wall_seconds, cpu_seconds, load, .. } = ended;
+        Ok(Measured { quantities, wall_seconds, cpu_seconds, load })
+    });
+    fs::remove_dir_all(&out).map_err(cannot)?;
+    measured
+}
+
+/// The time of a process as a whole; its answer are the files that it wrote.
+fn whole_process(ended: &Ended, out: &Path) -> Result<Quantity, std::io::Error> {
+    let mut paths: Vec<_> =
+        fs::read_dir(out)?.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?;
+    paths.sort();
+    let mut hasher = blake3::Hasher::new();
+    for path in &paths {
+        let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+        hasher.update(&(name.len() as u64).to_le_bytes()).update(name);
+        hasher.update(&fs::metadata(path)?.len().to_le_bytes());
+        hasher.update_reader(File::open(path)?)?;
+    }
+    let hash = hasher.finalize().to_hex();
+    Ok(Quantity {
+        quantity: "whole process".into(),
+        unit: MILLISECONDS.into(),
+        values: vec![ended.wall_seconds * 1e3],
+        cpu: if ended.cpu_seconds > 0.0 { vec![ended.cpu_seconds * 1e3] } else { Vec::new() },
+        answer: (!paths.is_empty()).then(|| hash[..16].to_owned()),
+        ..Quantity::default()
+    })
 }

@@ -3,7 +3,7 @@
 use super::{experiment, header};
 use eosphor_lab::statistics::CountedRandom;
 use eosphor_lab::{
-    Load, Measured, Outcome, Quantity, Record, Records, TOO_FEW, UNSTABLE, Verdict, compare, markdown,
+    Load, MILLISECONDS, Measured, Outcome, Quantity, Record, Records, TOO_FEW, UNSTABLE, Verdict, compare, markdown,
 };
 
 /// A machine with noise, and other work in some blocks.
@@ -38,12 +38,13 @@ impl World {
         let ms = ms * block * (1.0 + self.noise * self.normal() + hiccup);
         let quantity = Quantity {
             quantity: "time".into(),
-            work: 1000,
+            unit: MILLISECONDS.into(),
+            values: vec![ms, ms * 1.001, ms * 0.999],
+            work: Some(1000),
             answer: Some(answer.into()),
-            hits: None,
-            milliseconds: vec![ms, ms * 1.001, ms * 0.999],
+            ..Quantity::default()
         };
-        let load = Some(Load { other_cores: self.other_cores, stolen_cores: 0.0 });
+        let load = Some(Load { other_cores: self.other_cores, ..Load::default() });
         Outcome::Measured(Measured { quantities: vec![quantity], wall_seconds: 1.0, cpu_seconds: 1.0, load })
     }
 
@@ -65,12 +66,16 @@ impl World {
 }
 
 fn verdicts(records: &Records) -> Vec<Verdict> {
-    let [comparison] = &compare(records)[..] else { panic!("one quantity") };
+    let [comparison] = &compare(std::slice::from_ref(records))[0][..] else { panic!("one quantity") };
     comparison.variants.iter().map(|result| result.verdict.clone()).collect()
 }
 
+fn report(records: &Records) -> String {
+    markdown(std::slice::from_ref(records))
+}
+
 fn claims(records: &Records) -> usize {
-    verdicts(records).iter().filter(|verdict| matches!(verdict, Verdict::Faster | Verdict::Slower)).count()
+    verdicts(records).iter().filter(|verdict| matches!(verdict, Verdict::Less | Verdict::More)).count()
 }
 
 #[test]
@@ -90,12 +95,12 @@ fn of_equal_variants_nothing_is_claimed() {
 fn a_slowdown_of_a_twentieth_is_found() {
     let found = (0..50).filter(|&key| {
         let records = World::quiet(1000 + key).run(6, &[("a", 10.0, "x"), ("b", 10.5, "x")]);
-        verdicts(&records)[1] == Verdict::Slower
+        verdicts(&records)[1] == Verdict::More
     });
     let found = found.count();
     assert!(found >= 45, "{found} of 50");
     let records = World::quiet(3).run(6, &[("a", 10.0, "x"), ("b", 5.0, "x")]);
-    assert_eq!(verdicts(&records), [Verdict::Base, Verdict::Faster]);
+    assert_eq!(verdicts(&records), [Verdict::Base, Verdict::Less]);
 }
 
 #[test]
@@ -105,23 +110,23 @@ fn nothing_is_claimed_of_few_blocks_or_beside_other_work() {
     assert_eq!(verdicts(&records), [Verdict::Base, Verdict::NoClaim(TOO_FEW)]);
     let records = World { other_cores: 0.5, ..World::quiet(1) }.run(12, &variants);
     assert_eq!(verdicts(&records), [Verdict::Base, Verdict::NoClaim(UNSTABLE)]);
-    assert!(markdown(&records).contains("12 of them disturbed"));
+    assert!(report(&records).contains("12 of them disturbed"));
     // Six quiet blocks are enough, whatever the others say.
     let mut records = World::quiet(1).run(6, &variants);
     let mut loud =
         World { other_cores: 0.5, ..World::quiet(2) }.run(12, &[("a", 10.0, "x"), ("b", 5.0, "x")]);
     loud.records.retain(|record| record.block >= 6);
     records.records.extend(loud.records);
-    assert_eq!(verdicts(&records), [Verdict::Base, Verdict::Slower]);
+    assert_eq!(verdicts(&records), [Verdict::Base, Verdict::More]);
 }
 
 #[test]
 fn times_of_other_answers_are_not_compared() {
     let records = World::quiet(1).run(6, &[("a", 10.0, "x"), ("b", 5.0, "y"), ("c", 5.0, "x")]);
-    assert_eq!(verdicts(&records), [Verdict::Base, Verdict::OtherAnswers, Verdict::Faster]);
-    let text = markdown(&records);
+    assert_eq!(verdicts(&records), [Verdict::Base, Verdict::OtherAnswers, Verdict::Less]);
+    let text = report(&records);
     let row = text.lines().find(|line| line.starts_with("| b |")).unwrap();
-    assert!(row.contains("| – | – | other work or answers: no ratio |"), "{row}");
+    assert!(row.contains("| – | – | – | other answers: no ratio |"), "{row}");
     // Neither are those of a variant whose own answers differ from process to process.
     let mut records = World::quiet(1).run(6, &[("a", 10.0, "x"), ("b", 5.0, "x")]);
     let Outcome::Measured(last) = &mut records.records[16].outcome else { panic!("measured") };
@@ -140,11 +145,11 @@ fn what_is_missing_is_said() {
     records.records.retain(|record| record.variant != "c");
     let why = |text: &str| Verdict::NotMeasured(text.into());
     assert_eq!(verdicts(&records), [Verdict::Base, why("exit status: 1: no such | scene"), why("not yet")]);
-    assert!(markdown(&records).contains("not measured: exit status: 1: no such \\| scene"));
+    assert!(report(&records).contains("not measured: exit status: 1: no such \\| scene"));
     // Without the base there is nothing to compare with.
     let mut records = World::quiet(1).run(6, &[("a", 10.0, "x"), ("b", 5.0, "x")]);
     records.records.retain(|record| record.variant != "a");
     assert!(matches!(verdicts(&records)[..], [Verdict::NotMeasured(_), Verdict::NoClaim(_)]));
     records.records.clear();
-    assert!(compare(&records).is_empty() && markdown(&records).contains("0 processes"));
+    assert!(compare(&[records.clone()])[0].is_empty() && report(&records).contains("0 processes"));
 }

@@ -3,7 +3,7 @@
 mod claims;
 mod runs;
 
-use eosphor_lab::{Experiment, Header, Machine, Measure, Variant};
+use eosphor_lab::{Clock, Experiment, Header, Machine, Measure, Program, Variant};
 
 /// An experiment over these variants; the first one is the base. Each runs a shell with a script that knows which number it is.
 fn experiment(names: &[&str], script: &str) -> Experiment {
@@ -11,21 +11,26 @@ fn experiment(names: &[&str], script: &str) -> Experiment {
         name: (*name).into(),
         arguments: vec!["-c".into(), script.replace("NAME", name)],
         program: Some("sh".into()),
-        against: None,
-        needs_gpu: false,
+        ..Variant::default()
     };
     Experiment {
         name: "test".into(),
         question: "Does it work?".into(),
         measures: Measure::Rays,
+        prepare: Vec::new(),
         held: Vec::new(),
+        input: None,
         variants: names.iter().map(variant).collect(),
         base: names[0].into(),
         cores: Some(1),
+        clock: Clock::Wall,
         repeats: 1,
+        axis: None,
+        quick: None,
+        published: Vec::new(),
     }
 }
 
 fn header(experiment: Experiment) -> Header {
-    Header::new(experiment, Machine::default(), 7, "0")
+    Header::new(&experiment, false, Machine::default(), 7, Program::default())
 }

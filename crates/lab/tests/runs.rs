@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-const LINE: &str = r#"echo '{"quantity":"time","work":9,"answer":"NAME","milliseconds":[1.5,2.5]}'"#;
+const LINE: &str = r#"echo '{"quantity":"time","unit":"ms","values":[1.5,2.5],"work":9,"answer":"NAME"}'"#;
 
 fn options(blocks: u32) -> RunOptions {
     RunOptions { blocks, program: "false".into(), has_gpu: false }
@@ -17,7 +17,7 @@ fn options(blocks: u32) -> RunOptions {
 fn run_all(path: &Path, script: &str, blocks: u32) -> Records {
     let mut file = RecordsFile::open(path, header(experiment(&["a", "b"], script))).unwrap();
     assert!(run(&mut file, &options(blocks), &AtomicBool::new(false), &|_| ()).unwrap());
-    file.records
+    file.records.clone()
 }
 
 /// How often each variant ran in each block.
@@ -41,7 +41,7 @@ fn a_run_is_in_its_file() {
         "{places:?}"
     );
     let Outcome::Measured(measured) = &records.records[0].outcome else { panic!("{:?}", records.records[0]) };
-    assert_eq!(measured.quantities[0].milliseconds, [1.5, 2.5]);
+    assert_eq!(measured.quantities[0].values, [1.5, 2.5]);
     assert!(measured.wall_seconds > 0.0);
     // Run again, nothing runs.
     assert_eq!(run_all(&path, LINE, 2), records);
@@ -93,7 +93,7 @@ fn processes_that_fail_are_recorded() {
         let records = run_all(&folder.path().join(name), script, 1);
         let Outcome::Failed(why) = &records.records[0].outcome else { panic!("{name}") };
         assert!(why.contains(what), "{name}: {why}");
-        assert!(compare(&records).is_empty());
+        assert!(compare(&[records])[0].is_empty());
     }
     let mut missing = experiment(&["a"], "");
     missing.variants[0].program = Some("/no/such/program".into());
@@ -110,7 +110,7 @@ fn variants_without_their_gpu_are_left_out() {
     two.variants[1].needs_gpu = true;
     let mut file = RecordsFile::open(&folder.path().join("gpu"), header(two)).unwrap();
     assert!(run(&mut file, &options(1), &AtomicBool::new(false), &|_| ()).unwrap());
-    let verdict = compare(&file.records)[0].variants[1].verdict.clone();
+    let verdict = compare(&[file.records.clone()])[0][0].variants[1].verdict.clone();
     assert_eq!(verdict, Verdict::NotMeasured("no GPU here".into()));
 }
 

@@ -53,12 +53,13 @@ mod tests {
     #[test]
     fn a_known_ratio() {
         let got = paired_ratio(&[2.0, 4.0, 6.0], &[1.0, 2.0, 3.0], 1).unwrap();
-        assert_eq!((got.ratio, got.interval, got.p), (2.0, [2.0, 2.0], 0.0));
+        assert_eq!((got.ratio, got.interval), (2.0, [2.0, 2.0]));
+        assert!(got.p < 1e-9, "{}", got.p);
         let got = paired_ratio(&[1.0, 1.0, 1.0], &[1.0, 1.0, 1.0], 1).unwrap();
         assert_eq!((got.ratio, got.p), (1.0, 1.0));
-        // scipy.stats.ttest_1samp(log([1.1, 1.2, 0.9, 1.05]), 0): t = 0.95063, p = 0.41196.
+        // scipy.stats.ttest_1samp(log([1.1, 1.2, 0.9, 1.05]), 0): t = 0.91696, p = 0.42678.
         let got = paired_ratio(&[1.1, 1.2, 0.9, 1.05], &[1.0; 4], 1).unwrap();
-        assert!((got.p - 0.4120).abs() < 5e-4, "{}", got.p);
+        assert!((got.p - 0.426_78).abs() < 1e-5, "{}", got.p);
     }
 
     #[test]
