@@ -220,7 +220,8 @@ impl Series {
             let of_block = records.block(block);
             let Some(measured) = of_block.get(&(variant, again)) else { continue };
             let found = measured.quantities.iter().find(|one| one.quantity == quantity);
-            let Some((found, median)) = found.and_then(|found| Some((found, median_of(found, clock)?))) else {
+            let Some((found, median)) = found.and_then(|found| Some((found, median_of(found, clock)?)))
+            else {
                 continue;
             };
             series.medians.insert(block, median);

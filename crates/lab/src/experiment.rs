@@ -243,7 +243,10 @@ impl Experiment {
         }
         let is_kept = |name: &String| !self.variant(name).is_some_and(|number| self.variants[number].slow);
         quick.variants.retain(|variant| is_kept(&variant.name) || variant.name == self.base);
-        quick.variants.iter_mut().for_each(|variant| variant.against = variant.against.take().filter(&is_kept));
+        quick
+            .variants
+            .iter_mut()
+            .for_each(|variant| variant.against = variant.against.take().filter(&is_kept));
         quick.published.iter_mut().for_each(|figure| figure.beside = figure.beside.take().filter(&is_kept));
         quick
     }

@@ -117,7 +117,13 @@ pub struct Records {
 
 impl Header {
     /// That of a run which begins now.
-    pub fn new(experiment: &Experiment, is_quick: bool, machine: Machine, seed: u64, program: Program) -> Header {
+    pub fn new(
+        experiment: &Experiment,
+        is_quick: bool,
+        machine: Machine,
+        seed: u64,
+        program: Program,
+    ) -> Header {
         let experiment = if is_quick { experiment.quickly() } else { experiment.clone() };
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let began = now.map_or(0, |since| since.as_secs());

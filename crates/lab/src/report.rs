@@ -36,7 +36,8 @@ fn table(experiment: &Experiment, comparison: &Comparison) -> String {
         (Clock::Cpu, MILLISECONDS) => "CPU ms",
         (_, unit) => unit,
     };
-    let mut text = format!("| variant | {} | 95 % | Mrays/s | processes | over | ratio | 95 % | |\n", escaped(unit));
+    let mut text =
+        format!("| variant | {} | 95 % | Mrays/s | processes | over | ratio | 95 % | |\n", escaped(unit));
     text.push_str("|---|---:|---|---:|---:|---|---:|---|---|\n");
     for result in &comparison.variants {
         text.push_str(&row(result, &comparison.unit));
@@ -45,7 +46,12 @@ fn table(experiment: &Experiment, comparison: &Comparison) -> String {
     for (curve, slope) in &comparison.slopes {
         let name = if curve.is_empty() { String::new() } else { format!("{}: ", escaped(curve)) };
         let interval = slope.interval.map(|[low, high]| format!(" ({low:.3} to {high:.3})"));
-        let _ = writeln!(text, "{name}grows with the power {:.3}{}.\n", slope.slope, interval.unwrap_or_default());
+        let _ = writeln!(
+            text,
+            "{name}grows with the power {:.3}{}.\n",
+            slope.slope,
+            interval.unwrap_or_default()
+        );
     }
     if let Some(noise) = &comparison.noise {
         let [low, high] = noise.student_interval;
@@ -108,7 +114,8 @@ fn published(figures: &[Published]) -> String {
     if figures.is_empty() {
         return String::new();
     }
-    let mut text = String::from("| published | figure | hardware | source | beside ours |\n|---|---:|---|---|---|\n");
+    let mut text =
+        String::from("| published | figure | hardware | source | beside ours |\n|---|---:|---|---|---|\n");
     for Published { source, what, hardware, value, unit, beside, .. } in figures {
         let beside = beside.as_deref().unwrap_or("–");
         let cells = [what, &format!("{value} {unit}"), hardware, source, beside].map(|cell| escaped(cell));
@@ -128,7 +135,8 @@ fn conditions(records: &Records, claims: usize) -> String {
     });
     let (others, elsewhere): (Vec<f64>, Vec<f64>) =
         measured.map(|load| (load.other_cores, load.elsewhere_cores)).unzip();
-    let said = |loads: &[f64]| median(loads).map_or("not known".to_owned(), |load| format!("{load:.2} cores"));
+    let said =
+        |loads: &[f64]| median(loads).map_or("not known".to_owned(), |load| format!("{load:.2} cores"));
     let experiment = &header.experiment;
     let quick = if header.is_quick { " --quick" } else { "" };
     format!(
@@ -158,7 +166,9 @@ fn program(records: &Records) -> String {
 
 /// Two runs beside each other.
 pub fn changes_markdown(changes: &[Change]) -> String {
-    let mut text = String::from("| experiment | variant | quantity | second over first | 95 % | |\n|---|---|---|---:|---|---|\n");
+    let mut text = String::from(
+        "| experiment | variant | quantity | second over first | 95 % | |\n|---|---|---|---:|---|---|\n",
+    );
     for Change { experiment, variant, quantity, unit, ratio, verdict: said } in changes {
         let (value, interval) = match ratio {
             Some(ratio) => (format!("{:.3}", ratio.ratio), range(Some(ratio.interval))),

@@ -32,7 +32,8 @@ pub fn compare_runs(first: &[Records], second: &[Records]) -> Vec<Change> {
             changes.extend(changes_of(before, after));
         }
     }
-    let probabilities: Vec<f64> = changes.iter().filter_map(|change| Some(change.ratio.as_ref()?.p)).collect();
+    let probabilities: Vec<f64> =
+        changes.iter().filter_map(|change| Some(change.ratio.as_ref()?.p)).collect();
     let mut corrected = holm(&probabilities).into_iter();
     for change in &mut changes {
         let Some(ratio) = &change.ratio else { continue };
@@ -60,7 +61,8 @@ fn changes_of(before: &Records, after: &Records) -> Vec<Change> {
             }
             let values = |series: &Series| series.medians.values().copied().collect::<Vec<f64>>();
             let few = these.medians.len().min(those.medians.len()) < CLAIM_BLOCKS as usize;
-            let is_same_work = experiment_work(before, &variant.name) == experiment_work(after, &variant.name);
+            let is_same_work =
+                experiment_work(before, &variant.name) == experiment_work(after, &variant.name);
             let verdict = match why.or(other_why) {
                 _ if these.medians.is_empty() => Verdict::NotMeasured("not in the first run".into()),
                 _ if those.medians.is_empty() => Verdict::NotMeasured("not in the second run".into()),
@@ -73,7 +75,8 @@ fn changes_of(before: &Records, after: &Records) -> Vec<Change> {
                 },
             };
             let is_comparable = matches!(verdict, Verdict::NoClaim(_) | Verdict::NoDifferenceSeen);
-            let ratio = is_comparable.then(|| unpaired_ratio(&values(&those), &values(&these), seed)).flatten();
+            let ratio =
+                is_comparable.then(|| unpaired_ratio(&values(&those), &values(&these), seed)).flatten();
             changes.push(Change {
                 experiment: experiment.name.clone(),
                 variant: variant.name.clone(),

@@ -3,7 +3,8 @@
 use super::{experiment, header};
 use eosphor_lab::statistics::CountedRandom;
 use eosphor_lab::{
-    Load, MILLISECONDS, Measured, Outcome, Quantity, Record, Records, TOO_FEW, UNSTABLE, Verdict, compare, markdown,
+    Load, MILLISECONDS, Measured, Outcome, Quantity, Record, Records, TOO_FEW, UNSTABLE, Verdict, compare,
+    markdown,
 };
 
 /// A machine with noise, and other work in some blocks.

@@ -88,7 +88,7 @@ fn processes_that_fail_are_recorded() {
         ("signal", "kill -9 $$", "signal: 9"),
         ("nothing", "true", "it measured nothing"),
         ("nonsense", "echo hello", "line 1 of its output"),
-        ("much", "head -c 10000000 /dev/zero", "signal: 13"),
+        ("much", "exec head -c 10000000 /dev/zero", "signal: 13"),
     ] {
         let records = run_all(&folder.path().join(name), script, 1);
         let Outcome::Failed(why) = &records.records[0].outcome else { panic!("{name}") };

@@ -16,11 +16,7 @@ pub struct Slope {
 /// Fits a line to the logarithms of each block's points (x, y), by least squares. `None` where no block has two points of different x.
 pub fn log_log_slope(blocks: &[Vec<(f64, f64)>], key: u64) -> Option<Slope> {
     let of_blocks: Vec<f64> = blocks.iter().filter_map(|points| fit(points)).collect();
-    Some(Slope {
-        slope: median(&of_blocks)?,
-        interval: median_interval(&of_blocks, 0.95, key),
-        of_blocks,
-    })
+    Some(Slope { slope: median(&of_blocks)?, interval: median_interval(&of_blocks, 0.95, key), of_blocks })
 }
 
 fn fit(points: &[(f64, f64)]) -> Option<f64> {
@@ -30,8 +26,10 @@ fn fit(points: &[(f64, f64)]) -> Option<f64> {
     }
     let logarithms: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
     let count = logarithms.len() as f64;
-    let (x_mean, y_mean) =
-        (logarithms.iter().map(|p| p.0).sum::<f64>() / count, logarithms.iter().map(|p| p.1).sum::<f64>() / count);
+    let (x_mean, y_mean) = (
+        logarithms.iter().map(|p| p.0).sum::<f64>() / count,
+        logarithms.iter().map(|p| p.1).sum::<f64>() / count,
+    );
     let spread: f64 = logarithms.iter().map(|p| (p.0 - x_mean).powi(2)).sum();
     let together: f64 = logarithms.iter().map(|p| (p.0 - x_mean) * (p.1 - y_mean)).sum();
     (spread > 0.0).then(|| together / spread)

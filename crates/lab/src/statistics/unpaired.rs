@@ -71,7 +71,8 @@ mod tests {
 
     #[test]
     fn nothing_is_divided_by_what_was_not_measured() {
-        for (these, those) in [(&[1.0][..], &[1.0, 2.0][..]), (&[1.0, 2.0], &[0.0, 1.0]), (&[1.0, f64::NAN], &[1.0, 1.0])]
+        for (these, those) in
+            [(&[1.0][..], &[1.0, 2.0][..]), (&[1.0, 2.0], &[0.0, 1.0]), (&[1.0, f64::NAN], &[1.0, 1.0])]
         {
             assert_eq!(unpaired_ratio(these, those, 1), None);
         }
@@ -81,7 +82,8 @@ mod tests {
     #[test]
     fn chance_is_called_a_difference_as_rarely_as_is_said() {
         let mut random = CountedRandom::new(12);
-        let mut value = || 1.0 + 0.01 * (0..4).map(|_| random.next_bits() as f64 / 2f64.powi(64)).sum::<f64>();
+        let mut value =
+            || 1.0 + 0.01 * (0..4).map(|_| random.next_bits() as f64 / 2f64.powi(64)).sum::<f64>();
         let found = (0..2000).filter(|&key| {
             let [these, those] = [(); 2].map(|()| (0..6).map(|_| value()).collect::<Vec<f64>>());
             unpaired_ratio(&these, &those, key).unwrap().p < 0.05
