@@ -5,6 +5,7 @@ mod browser;
 mod fma;
 mod fuzz;
 mod kills;
+mod lab;
 mod lines;
 mod ptx;
 mod sheet;
@@ -37,6 +38,11 @@ const COMMANDS: &[Command] = &[
         "kills",
         "kill renders at random moments and let them go on [--stills N] [--ranks N] [--sequences N] [--backend NAME] [--program PATH]",
         kills::run,
+    ),
+    (
+        "lab",
+        "try whether eosphor lab lies: known truths on a quiet machine and beside other work [CASE...] [--runs N]",
+        lab::run,
     ),
     (
         "lines",

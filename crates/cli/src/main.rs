@@ -54,11 +54,15 @@ fn main() -> ExitCode {
                 .and_then(|_| commands::bench_rays(flags)),
             Bench::Render(flags) => requests::obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)
                 .and_then(|_| commands::bench_render(flags)),
+            Bench::Noise(flags) => requests::obey(&flags.scene, &mut flags.device, &mut flags.picture.accel)
+                .and_then(|_| commands::bench_noise(flags)),
         },
         Command::Lab(flags) => match &flags.what {
             Lab::List => commands::lab_list(),
             Lab::Run(flags) => commands::lab_run(flags),
             Lab::Report(flags) => commands::lab_report(flags),
+            Lab::Compare(flags) => commands::lab_compare(flags),
+            Lab::Schema => commands::lab_schema(),
         },
         Command::Devices(flags) => commands::devices(flags),
         Command::Schema(flags) => commands::schema(flags),

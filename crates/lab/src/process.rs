@@ -32,6 +32,14 @@ const MAX_OUTPUT: u64 = 4 << 20;
 /// How long the load before a process is looked at.
 const LOOK: Duration = Duration::from_millis(100);
 
+/// Where `mpirun` is Open MPI's, it starts no more ranks than there are cores, and none for root (as in containers), unless it is told.
+const OPEN_MPI: [(&str, &str); 4] = [
+    ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+    ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+    ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+    ("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe"),
+];
+
 /// Runs these words, a program and its arguments, on these cores.
 ///
 /// # Errors
@@ -44,6 +52,7 @@ pub(crate) fn run_process(words: &[OsString], input: Option<&str>, cores: &[usiz
     let clock_before = clock_megahertz(cores);
     let mut command = Command::new(program);
     command.args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.envs(OPEN_MPI);
     command.stdin(if input.is_some() { Stdio::piped() } else { Stdio::null() });
     stay_on(cores)?;
     let (before, children, start) = (core_times(cores), seconds_of_children(), Instant::now());

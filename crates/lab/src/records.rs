@@ -265,6 +265,11 @@ impl RecordsFile {
         Ok(RecordsFile { path: path.into(), file, records })
     }
 
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Adds a process that has run. It is on the disk when this returns.
     ///
     /// # Errors

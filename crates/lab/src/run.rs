@@ -7,7 +7,7 @@ use crate::quantity::{MILLISECONDS, Quantity, read_quantities};
 use crate::records::{Measured, Outcome, Record, Records, RecordsError, RecordsFile};
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The least number of undisturbed blocks that anything is claimed of.
@@ -81,7 +81,7 @@ pub fn run(
             }
             if place.is_none() {
                 let problem = |problem| RunError::Prepare { experiment: experiment.name.clone(), problem };
-                place = Some(Place::prepare(&experiment, options).map_err(problem)?);
+                place = Some(Place::prepare(&experiment, options, file).map_err(problem)?);
             }
             let Some(place) = &place else { unreachable!("it was just made") };
             let variant = &experiment.variants[match slot {
@@ -108,16 +108,22 @@ fn undisturbed_blocks(records: &Records, end: u32) -> u32 {
     (0..end).filter(|&block| !records.is_disturbed(block)).count() as u32
 }
 
-/// Where processes read what was prepared, and write.
+/// Where processes read what was prepared, and write: a folder beside the file of the run.
 struct Place {
-    folder: tempfile::TempDir,
+    folder: PathBuf,
 }
 
 impl Place {
-    fn prepare(experiment: &Experiment, options: &RunOptions) -> Result<Place, String> {
-        let cannot = |error: std::io::Error| format!("cannot make a temporary folder: {error}");
-        let place = Place { folder: tempfile::tempdir().map_err(cannot)? };
-        fs::create_dir(place.folder.path().join("data")).map_err(cannot)?;
+    fn prepare(experiment: &Experiment, options: &RunOptions, file: &RecordsFile) -> Result<Place, String> {
+        let mut name = file.path().as_os_str().to_owned();
+        name.push(".work");
+        let place = Place { folder: name.into() };
+        let cannot = |error: std::io::Error| format!("{}: {error}", place.folder.display());
+        // What a run that was killed has left; nobody else has this file of a run.
+        if place.folder.exists() {
+            fs::remove_dir_all(&place.folder).map_err(cannot)?;
+        }
+        fs::create_dir_all(place.folder.join("data")).map_err(cannot)?;
         if !experiment.prepare.is_empty() {
             let mut words = vec![options.program.clone()];
             words.extend(experiment.prepare.iter().map(|word| place.filled(word, 0)));
@@ -128,9 +134,15 @@ impl Place {
 
     /// A word with the places that its braces stand for.
     fn filled(&self, word: &str, block: u32) -> OsString {
-        let path = |name: &str| self.folder.path().join(name).to_string_lossy().into_owned();
+        let path = |name: &str| self.folder.join(name).to_string_lossy().into_owned();
         let filled = word.replace("{data}", &path("data")).replace("{out}", &path("out"));
         filled.replace("{block}", &block.to_string()).into()
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
@@ -157,7 +169,7 @@ fn run_variant(
         words.extend(experiment.held.iter().map(|word| place.filled(word, block)));
     }
     words.extend(variant.arguments.iter().map(|word| place.filled(word, block)));
-    let out = place.folder.path().join("out");
+    let out = place.folder.join("out");
     let cannot = |error: std::io::Error| format!("its folder for output: {error}");
     fs::create_dir(&out).map_err(cannot)?;
     let measured = run_process(&words, experiment.input.as_deref(), cores).and_then(|ended| {

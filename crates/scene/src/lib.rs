@@ -23,6 +23,7 @@ mod error;
 mod files;
 mod flatten;
 mod hare;
+mod hills;
 mod model;
 mod positions;
 mod snippet;

@@ -1,7 +1,7 @@
 //! Flags of `eosphor bench`.
 
 use super::camera::CameraFlags;
-use super::values::whole;
+use super::values::{whole, within};
 use super::{BackendChoice, DeviceFlags, Need, PictureFlags, SettingsFlags, TextureFlags, check, scene_help};
 use crate::failure::Failure;
 use clap::{Args, Subcommand};
@@ -32,6 +32,34 @@ pub(crate) enum Bench {
     /// one that render makes of the same scene with the same flags.
     #[command(after_help = super::examples::BENCH_RENDER)]
     Render(Box<BenchRenderFlags>),
+    /// Measure the noise of a picture
+    ///
+    /// Renders two pictures with seeds of their own, N times, and prints the root mean square of their difference over the root of
+    /// two: the standard deviation of a channel of a pixel, in units of radiance.
+    #[command(after_help = super::examples::BENCH_NOISE)]
+    Noise(Box<BenchNoiseFlags>),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchNoiseFlags {
+    #[arg(help = scene_help())]
+    pub(crate) scene: PathBuf,
+    /// How often the noise is measured, with other seeds each time, 1 to 10000
+    #[arg(long, value_name = "N", default_value = "3", value_parser = whole::<usize>(REPEATS), allow_hyphen_values = true)]
+    pub(crate) repeats: usize,
+    /// Print a line for eosphor lab
+    #[arg(long)]
+    pub(crate) lines: bool,
+    #[command(flatten)]
+    pub(crate) picture: PictureFlags,
+    #[command(flatten)]
+    pub(crate) settings: SettingsFlags,
+    #[command(flatten)]
+    pub(crate) textures: TextureFlags,
+    #[command(flatten)]
+    pub(crate) camera: CameraFlags,
+    #[command(flatten)]
+    pub(crate) device: DeviceFlags,
 }
 
 #[derive(Debug, Args)]
@@ -41,6 +69,9 @@ pub(crate) struct BenchRenderFlags {
     /// How often the picture is rendered, 1 to 10000
     #[arg(long, value_name = "N", default_value = "20", value_parser = whole::<usize>(REPEATS), allow_hyphen_values = true)]
     pub(crate) repeats: usize,
+    /// Repetitions before those that count, 0 to 100
+    #[arg(long, value_name = "N", default_value = "1", value_parser = whole::<usize>(0..=100), allow_hyphen_values = true)]
+    pub(crate) warm_up: usize,
     /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -72,9 +103,21 @@ pub(crate) struct BenchRaysFlags {
     /// How often each query is timed, 1 to 10000
     #[arg(long, value_name = "N", default_value = "30", value_parser = whole::<usize>(REPEATS), allow_hyphen_values = true)]
     pub(crate) repeats: usize,
+    /// Repetitions before those that count, 0 to 100
+    #[arg(long, value_name = "N", default_value = "1", value_parser = whole::<usize>(0..=100), allow_hyphen_values = true)]
+    pub(crate) warm_up: usize,
     /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Rays of each call, 1 to 100000000 [default: all]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>(1..=100_000_000), allow_hyphen_values = true)]
+    pub(crate) batch: Option<usize>,
+    /// Move the origins of the camera rays back by so many diagonals of the scene, 0 to 1e9
+    #[arg(long, value_name = "X", value_parser = within(0.0..=1e9), allow_hyphen_values = true)]
+    pub(crate) distance: Option<f32>,
+    /// Write triangles, rays and hits into this folder, for programs that measure other libraries
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) export: Option<PathBuf>,
     /// Print each time, and a hash of the answers, for eosphor lab
     #[arg(long, conflicts_with = "json")]
     pub(crate) lines: bool,
@@ -97,6 +140,8 @@ impl BenchRaysFlags {
             need("--tile", tile.is_some(), false, picture),
             need("--scheduler", scheduler.is_some(), false, picture),
             need("--block-size", block_size.is_some(), false, picture),
+            need("--warm-up", self.warm_up != 1, !is_cuda, "--backend cpu"),
+            need("--batch", self.batch.is_some(), !is_cuda, "--backend cpu"),
             need("--gpu-traversal", gpu_traversal != Traversal::default(), is_cuda, "--backend cuda"),
         ])
     }

@@ -61,3 +61,13 @@ Examples:
   eosphor bench render builtin:glass
   eosphor bench render builtin:glass --samples 16 --repeats 5
   eosphor bench render builtin:glass --backend cpu --simd avx2 --json";
+
+pub(super) const BENCH_NOISE: &str = "\
+Examples:
+  eosphor bench noise builtin:cornell
+  eosphor bench noise builtin:cornell --samples 64 --size 160x128";
+
+pub(super) const LAB_COMPARE: &str = "\
+Examples:
+  eosphor lab run structures builders -o before
+  eosphor lab compare before after";

@@ -22,6 +22,23 @@ pub(crate) enum Lab {
     Run(LabRunFlags),
     /// Print what runs have found, as far as they are, in Markdown
     Report(LabReportFlags),
+    /// Compare two runs of the same experiments: two versions, or two machines
+    ///
+    /// Prints a table in Markdown. Exits with 1 where something of the second run is slower.
+    #[command(after_help = super::examples::LAB_COMPARE)]
+    Compare(LabCompareFlags),
+    /// Print the JSON schema of files that describe experiments, for editors
+    Schema,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct LabCompareFlags {
+    /// A run, or a folder of runs
+    #[arg(value_name = "FIRST")]
+    pub(crate) first: PathBuf,
+    /// The run, or folder of runs, that is compared with it
+    #[arg(value_name = "SECOND")]
+    pub(crate) second: PathBuf,
 }
 
 #[derive(Debug, Args)]
@@ -38,7 +55,7 @@ pub(crate) struct LabRunFlags {
     /// Undisturbed blocks to run, 1 to 1000; claims need 6
     #[arg(long, value_name = "N", default_value = "6", value_parser = whole::<u32>(1..=1000), allow_hyphen_values = true)]
     pub(crate) blocks: u32,
-    /// Two blocks, of which nothing is claimed
+    /// Two blocks of less work, of which nothing is claimed
     #[arg(long, conflicts_with = "blocks")]
     pub(crate) quick: bool,
     /// Seed of the orders of blocks, 0 to 18446744073709551615 [default: random; of a run that goes on, its own]

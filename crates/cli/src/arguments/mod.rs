@@ -20,14 +20,14 @@ mod values;
 #[cfg(feature = "view")]
 mod view;
 
-pub(crate) use bench::{Bench, BenchFlags, BenchRaysFlags, BenchRenderFlags};
+pub(crate) use bench::{Bench, BenchFlags, BenchNoiseFlags, BenchRaysFlags, BenchRenderFlags};
 pub(crate) use camera::CameraFlags;
 pub(crate) use cluster::ClusterFlags;
 pub(crate) use course::CourseFlags;
 pub(crate) use device::{AccelChoice, BackendChoice, DeviceFlags};
 pub(crate) use frames::{FrameFlags, OutputKind};
 pub(crate) use keep::KeepFlags;
-pub(crate) use lab::{Lab, LabFlags, LabReportFlags, LabRunFlags};
+pub(crate) use lab::{Lab, LabCompareFlags, LabFlags, LabReportFlags, LabRunFlags};
 pub(crate) use lights::LightFlags;
 pub(crate) use needs::{Need, check, would_do_nothing};
 pub(crate) use render::{FileFlags, PictureFlags, RenderFlags, ReportFlags, SampleRange, Share, Show};

@@ -1,13 +1,13 @@
 //! `eosphor lab`: experiments about speed.
 
-use crate::arguments::{LabReportFlags, LabRunFlags};
+use crate::arguments::{LabCompareFlags, LabReportFlags, LabRunFlags};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::streams::{self, Verbosity};
 use eosphor::{explain, first_gpu};
 use eosphor_lab::{
-    Experiment, Header, Machine, Records, RecordsError, RecordsFile, RunOptions, RunProgress,
-    builtin_experiments, markdown, run,
+    Change, Experiment, Header, Machine, Program, Records, RecordsFile, RunOptions, RunProgress, Verdict,
+    builtin_experiments, changes_markdown, compare_runs, experiment_schema, hash_of_program, markdown, run,
 };
 use std::fmt::Write;
 use std::fs;
@@ -41,6 +41,7 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
     let program =
         program.map_err(|error| Failure::Failed(format!("cannot find this program: {}", explain(&error))))?;
     let blocks = if flags.quick { QUICK_BLOCKS } else { flags.blocks };
+    let this_program = this_program(&program);
     let options = RunOptions { blocks, program: program.into(), has_gpu: first_gpu().is_some() };
     let folder = &flags.output;
     fs::create_dir_all(folder).map_err(|error| {
@@ -49,10 +50,11 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
     let machine = Machine::this_one();
     let seed = flags.seed.unwrap_or_else(random_seed);
     for experiment in experiments {
-        let path = folder.join(format!("{}.{ENDING}", experiment.name));
         let name = experiment.name.clone();
-        let header = Header::new(experiment, machine.clone(), seed, env!("CARGO_PKG_VERSION"));
-        let mut file = RecordsFile::open(&path, header).map_err(failed)?;
+        let quick = if flags.quick { "-quick" } else { "" };
+        let path = folder.join(format!("{name}{quick}.{ENDING}"));
+        let header = Header::new(&experiment, flags.quick, machine.clone(), seed, this_program.clone());
+        let mut file = RecordsFile::open(&path, header).map_err(Failure::because)?;
         let kept = file.records.header.seed;
         if flags.seed.is_some_and(|seed| seed != kept) {
             return Err(Failure::Usage(format!(
@@ -66,7 +68,7 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
                 format!("{name}: block {}, {done} of {wanted} undisturbed ones done; {variant}", block + 1);
             verbosity.say(Verbosity::Normal, &line);
         };
-        let is_whole = run(&mut file, &options, interrupt::cancel().asked(), &say).map_err(failed)?;
+        let is_whole = run(&mut file, &options, interrupt::cancel().asked(), &say).map_err(Failure::because)?;
         if !is_whole {
             let count = file.records.records.len();
             return Err(Failure::Interrupted(format!(
@@ -74,21 +76,56 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
                 path.display()
             )));
         }
-        streams::result(&markdown(&file.records))?;
+        streams::result(&markdown(&[file.records.clone()]))?;
     }
     Ok(())
 }
 
+/// Which build of Eosphor this is.
+fn this_program(path: &Path) -> Program {
+    let given = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+    Program {
+        version: env!("CARGO_PKG_VERSION").into(),
+        commit: given(env!("EOSPHOR_COMMIT")),
+        compiler: env!("EOSPHOR_COMPILER").into(),
+        profile: env!("EOSPHOR_PROFILE").into(),
+        features: env!("EOSPHOR_FEATURES").split(',').filter_map(given).collect(),
+        hash: hash_of_program(path).unwrap_or_default(),
+    }
+}
+
 pub(crate) fn lab_report(flags: &LabReportFlags) -> Result<(), Failure> {
-    let runs = match flags.runs.is_empty() {
+    let paths = match flags.runs.is_empty() {
         true => runs_of(&flags.output)?,
         false => flags.runs.clone(),
     };
-    let mut text = String::from("# Eosphor, measured\n\n");
-    for run in runs {
-        text.push_str(&markdown(&Records::read(&run).map_err(failed)?));
+    let runs = read_all(&paths)?;
+    streams::result(&format!("# Eosphor, measured\n\n{}", markdown(&runs)))
+}
+
+pub(crate) fn lab_compare(flags: &LabCompareFlags) -> Result<(), Failure> {
+    let [first, second] = [&flags.first, &flags.second].map(|path| match path.is_dir() {
+        true => read_all(&runs_of(path)?),
+        false => read_all(std::slice::from_ref(path)),
+    });
+    let changes = compare_runs(&first?, &second?);
+    if changes.is_empty() {
+        return Err(Failure::usage("the two have no experiment in common"));
     }
-    streams::result(&text)
+    streams::result(&changes_markdown(&changes))?;
+    let slower = |change: &&Change| change.verdict == Verdict::More;
+    match changes.iter().filter(slower).count() {
+        0 => Ok(()),
+        n => Err(Failure::Failed(format!("{n} of {} values of the second run are higher", changes.len()))),
+    }
+}
+
+pub(crate) fn lab_schema() -> Result<(), Failure> {
+    streams::result(&experiment_schema())
+}
+
+fn read_all(paths: &[PathBuf]) -> Result<Vec<Records>, Failure> {
+    paths.iter().map(|path| Records::read(path).map_err(Failure::because)).collect()
 }
 
 /// The files of runs of a folder, by name.
@@ -138,10 +175,6 @@ fn find(name: &str) -> Result<Experiment, Failure> {
         serde_json::from_str(&text).map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
     experiment.check().map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
     Ok(experiment)
-}
-
-fn failed(error: RecordsError) -> Failure {
-    Failure::because(error)
 }
 
 /// Different with every call.

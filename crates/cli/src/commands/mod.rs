@@ -20,13 +20,13 @@ mod structures;
 #[cfg(feature = "view")]
 mod view;
 
-pub(crate) use bench::{bench_rays, bench_render};
+pub(crate) use bench::{bench_noise, bench_rays, bench_render};
 pub(crate) use compare::compare;
 pub(crate) use completions::completions;
 pub(crate) use course::course;
 pub(crate) use devices::devices;
 pub(crate) use info::info;
-pub(crate) use lab::{lab_list, lab_report, lab_run};
+pub(crate) use lab::{lab_compare, lab_list, lab_report, lab_run, lab_schema};
 pub(crate) use merge::merge;
 pub(crate) use render::render;
 pub(crate) use schema::schema;

@@ -4,7 +4,7 @@ use crate::place::Place;
 use std::fs;
 
 /// Every command, with what it needs at least.
-const COMMANDS: [&[&str]; 14] = [
+const COMMANDS: [&[&str]; 17] = [
     &["render", "builtin:cornell", "-o", "a.png"],
     &["course", "--default"],
     &["info", "builtin:cornell"],
@@ -12,8 +12,11 @@ const COMMANDS: [&[&str]; 14] = [
     &["merge", "-o", "a.png"],
     &["bench", "rays", "builtin:cornell"],
     &["bench", "render", "builtin:cornell"],
+    &["bench", "noise", "builtin:cornell"],
     &["lab", "list"],
     &["lab", "report"],
+    &["lab", "compare", "a", "b"],
+    &["lab", "schema"],
     &["view", "builtin:cornell", "--no-open"],
     &["devices"],
     &["schema"],
@@ -24,7 +27,7 @@ const COMMANDS: [&[&str]; 14] = [
 #[test]
 fn unknown_flags_and_arguments_are_wrong_usage() {
     let place = Place::new();
-    for command in &COMMANDS[..13] {
+    for command in &COMMANDS[..16] {
         place.run(&[command, &["--nonsense"][..]].concat()).is_wrong_usage(&["--nonsense"]);
         if command[0] != "merge" {
             place.run(&[command, &["too-much"][..]].concat()).is_wrong_usage(&["too-much"]);

@@ -7,6 +7,7 @@ use super::source::Source;
 use super::{LoadOptions, LoadedScene, load_from};
 use crate::error::{Place, SceneError};
 use crate::hare::hare;
+use crate::hills::{COUNTS, DEFAULT_COUNT, hills};
 use crate::model::{Camera, MaterialKind, MaterialTextures, PixelSampling, RenderSettings, Scene};
 use crate::solids::gallery;
 use eosphor_core::math::{Vec3, vec3};
@@ -40,6 +41,10 @@ pub const BUILTINS: &[Builtin] = &[
     },
     Builtin { name: "hare", description: "an animal of 100,000 triangles, made from code, in daylight" },
     Builtin {
+        name: "hills",
+        description: "a landscape of 100,000 triangles, made from code; of about N, 2 to 50000000, as builtin:hills:N",
+    },
+    Builtin {
         name: "solids",
         description: "a flight around three Platonic solids of mirrors, lit from within by diodes along their edges",
     },
@@ -56,8 +61,13 @@ pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, Sce
         "cornell-pg1" => cornell_pg1(options),
         "glass" => glass(options),
         "hare" => made("hare", hare(), options),
+        "hills" => made("hills", hills(DEFAULT_COUNT), options),
         "solids" => made("solids", gallery()?, options),
         _ => {
+            let count = name.strip_prefix("hills:").and_then(|count| count.parse().ok());
+            if let Some(count) = count.filter(|count| COUNTS.contains(count)) {
+                return made("hills", hills(count), options);
+            }
             let known = BUILTINS.iter().map(|b| b.name).collect::<Vec<_>>().join(", ");
             Err(SceneError::UnknownBuiltin { name: name.to_string(), known })
         }

@@ -1,18 +1,20 @@
 //! `eosphor bench rays SCENE`: how fast a device answers queries about rays, and whether it answers as the CPU does.
 
-use super::{lab_line, median};
+use super::export::export;
+use super::{answered, lines, median, timed};
 use crate::arguments::{BackendChoice, BenchRaysFlags, would_do_nothing};
 use crate::backend::{check_device, cpu_backend, hierarchy_options, limit_threads};
 use crate::failure::Failure;
 use crate::streams;
 use crate::text::grouped;
+use eosphor::math::Vec3;
 use eosphor::rays::{CudaRays, Hit, Ray, RaySets};
 use eosphor::{
     Accel, CpuBackend, Hierarchy, HierarchyOptions, LoadOptions, SceneData, build_hierarchy, load,
 };
+use eosphor_lab::{Quantity, Stopwatch, Times};
 use serde::Serialize;
 use std::fmt::Write;
-use std::time::Instant;
 
 #[derive(Serialize)]
 struct Report {
@@ -35,7 +37,7 @@ struct Row {
     different: usize,
     /// For `eosphor lab`.
     #[serde(skip)]
-    times: Vec<f64>,
+    times: Times,
     #[serde(skip)]
     answer: blake3::Hash,
 }
@@ -61,12 +63,19 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
     let options = hierarchy_options(&flags.device);
     let cpu = cpu_backend(&flags.device, flags.accel)?;
     let fast = build_hierarchy(Accel::Bvh8, &HierarchyOptions::default(), &data)?;
-    let sets = RaySets::new(&data, |rays| cpu.closest_hits(&fast, rays));
+    let mut sets = RaySets::new(&data, |rays| cpu.closest_hits(&fast, rays));
+    if let Some(diagonals) = flags.distance {
+        move_back(&mut sets.primary, diagonals * diagonal(&data));
+    }
+    let sets = sets;
+    let mut built = Times::default();
     // What is measured is compared with another structure: bvh8, or bvh where bvh8 itself is measured.
     let (device, reference) = match flags.device.backend() {
         BackendChoice::Auto | BackendChoice::Cpu => {
             let accel = flags.accel.unwrap_or(Accel::Bvh8);
+            let watch = Stopwatch::start();
             let measured = build_hierarchy(accel, &options, &data)?;
+            watch.stop(&mut built);
             let plain = || build_hierarchy(Accel::Bvh, &HierarchyOptions::default(), &data);
             (Device::Cpu(&cpu, measured), if accel == Accel::Bvh8 { plain()? } else { fast })
         }
@@ -94,12 +103,16 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
     };
     let (accel, triangles) = (device.accel(), data.triangles.len());
     let mut report = Report { device: device.describe(), triangles, accel, rows: Vec::new() };
-    for (set, rays) in [("primary", &sets.primary), ("bounce", &sets.bounce), ("shuffled", &sets.shuffled)] {
-        let (hits, times) = device.closest_hits(rays, flags.repeats)?;
+    let sets = [("primary", &sets.primary), ("bounce", &sets.bounce), ("shuffled", &sets.shuffled)];
+    if let Some(folder) = &flags.export {
+        export(folder, &data, sets, |rays| cpu.closest_hits(&reference, rays))?;
+    }
+    for (set, rays) in sets {
+        let (hits, times) = device.closest_hits(rays, flags)?;
         let expected = cpu.closest_hits(&reference, rays);
         let different = hits.iter().zip(&expected).filter(|(a, b)| bits(a) != bits(b)).count();
         report.rows.push(Row::new(set, "closest hit", rays, times, different, hash_of_hits(&hits)));
-        let (hidden, times) = device.occluded(rays, flags.repeats)?;
+        let (hidden, times) = device.occluded(rays, flags)?;
         let expected = cpu.occluded_rays(&reference, rays);
         let different = hidden.iter().zip(&expected).filter(|(a, b)| a != b).count();
         let bytes: Vec<u8> = hidden.iter().map(|&is| u8::from(is)).collect();
@@ -108,7 +121,7 @@ pub(crate) fn bench_rays(flags: &BenchRaysFlags) -> Result<(), Failure> {
     let different: usize = report.rows.iter().map(|row| row.different).sum();
     match (flags.json, flags.lines) {
         (true, _) => streams::json(&report)?,
-        (_, true) => streams::result(&report.lines()?)?,
+        (_, true) => streams::result(&lines(&report.quantities(&built))?)?,
         _ => streams::result(&report.table())?,
     }
     match different {
@@ -149,38 +162,70 @@ impl Device<'_> {
         }
     }
 
-    /// And milliseconds of each repetition.
-    fn closest_hits(&self, rays: &[Ray], repeats: usize) -> Result<(Vec<Hit>, Vec<f64>), Failure> {
+    /// And the time of each repetition.
+    fn closest_hits(&self, rays: &[Ray], flags: &BenchRaysFlags) -> Result<(Vec<Hit>, Times), Failure> {
         match self {
-            Device::Cpu(cpu, hierarchy) => Ok(repeated(repeats, || cpu.closest_hits(hierarchy, rays))),
+            Device::Cpu(cpu, hierarchy) => {
+                Ok(repeated(flags, rays, |rays| cpu.closest_hits(hierarchy, rays)))
+            }
             Device::Cuda(cuda) => {
-                let timed = cuda.closest_hits(rays, repeats)?;
-                Ok((timed.answers, timed.milliseconds.iter().map(|&t| t as f64).collect()))
+                let timed = cuda.closest_hits(rays, flags.repeats)?;
+                Ok((timed.answers, of_kernels(&timed.milliseconds)))
             }
         }
     }
 
-    fn occluded(&self, rays: &[Ray], repeats: usize) -> Result<(Vec<bool>, Vec<f64>), Failure> {
+    fn occluded(&self, rays: &[Ray], flags: &BenchRaysFlags) -> Result<(Vec<bool>, Times), Failure> {
         match self {
-            Device::Cpu(cpu, hierarchy) => Ok(repeated(repeats, || cpu.occluded_rays(hierarchy, rays))),
+            Device::Cpu(cpu, hierarchy) => {
+                Ok(repeated(flags, rays, |rays| cpu.occluded_rays(hierarchy, rays)))
+            }
             Device::Cuda(cuda) => {
-                let timed = cuda.occluded(rays, repeats)?;
-                Ok((timed.answers, timed.milliseconds.iter().map(|&t| t as f64).collect()))
+                let timed = cuda.occluded(rays, flags.repeats)?;
+                Ok((timed.answers, of_kernels(&timed.milliseconds)))
             }
         }
     }
 }
 
-/// Answers once to warm up, and then as often as is said.
-fn repeated<T>(repeats: usize, answer: impl Fn() -> T) -> (T, Vec<f64>) {
-    let mut answers = answer();
-    let mut times = Vec::with_capacity(repeats);
-    for _ in 0..repeats {
-        let start = Instant::now();
-        answers = answer();
-        times.push(start.elapsed().as_secs_f64() * 1e3);
+fn of_kernels(milliseconds: &[f32]) -> Times {
+    Times { wall: milliseconds.iter().map(|&t| t as f64).collect(), cpu: Vec::new() }
+}
+
+/// Answers to warm up, and then as often as is said, so many rays a call.
+fn repeated<T>(flags: &BenchRaysFlags, rays: &[Ray], answer: impl Fn(&[Ray]) -> Vec<T>) -> (Vec<T>, Times) {
+    let in_calls = || match flags.batch {
+        None => answer(rays),
+        Some(batch) => {
+            let mut answers = Vec::with_capacity(rays.len());
+            rays.chunks(batch).for_each(|rays| answers.extend(answer(rays)));
+            answers
+        }
+    };
+    (0..flags.warm_up).for_each(|_| drop(in_calls()));
+    let (mut answers, mut times) = (Vec::new(), Times::default());
+    for _ in 0..flags.repeats {
+        let watch = Stopwatch::start();
+        answers = in_calls();
+        watch.stop(&mut times);
     }
     (answers, times)
+}
+
+/// Half the world is behind the camera: so far that its rays begin outside of it.
+fn move_back(rays: &mut [Ray], distance: f32) {
+    rays.iter_mut().for_each(|ray| ray.origin = ray.origin - ray.direction * distance);
+}
+
+/// From corner to corner of the box around all triangles.
+fn diagonal(data: &SceneData) -> f32 {
+    let corners = || data.triangles.iter().flatten();
+    let extent = |of: fn(&Vec3) -> f32| {
+        let (low, high) = corners().map(of).fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        (high - low).max(0.0)
+    };
+    let [x, y, z] = [extent(|p| p.x), extent(|p| p.y), extent(|p| p.z)];
+    (x * x + y * y + z * z).sqrt()
 }
 
 impl Row {
@@ -188,11 +233,11 @@ impl Row {
         set: &'static str,
         query: &'static str,
         rays: &[Ray],
-        times: Vec<f64>,
+        times: Times,
         different: usize,
         answer: blake3::Hash,
     ) -> Row {
-        let milliseconds = median(times.clone());
+        let milliseconds = median(&times.wall);
         let mrays_per_second = if milliseconds > 0.0 { rays.len() as f64 * 1e-3 / milliseconds } else { 0.0 };
         Row { set, query, rays: rays.len(), milliseconds, mrays_per_second, different, times, answer }
     }
@@ -200,11 +245,12 @@ impl Row {
 
 impl Report {
     /// For `eosphor lab`.
-    fn lines(&self) -> Result<String, Failure> {
-        let line = |row: &Row| {
-            lab_line(&format!("{}, {}", row.set, row.query), row.rays as u64, row.answer, &row.times)
+    fn quantities(&self, built: &Times) -> Vec<Quantity> {
+        let of_row = |row: &Row| {
+            answered(&format!("{}, {}", row.set, row.query), &row.times, row.rays as u64, row.answer)
         };
-        self.rows.iter().map(line).collect()
+        let built = (!built.wall.is_empty()).then(|| timed("build", built));
+        built.into_iter().chain(self.rows.iter().map(of_row)).collect()
     }
 
     fn table(&self) -> String {

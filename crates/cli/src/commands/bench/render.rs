@@ -1,6 +1,6 @@
 //! `eosphor bench render SCENE`: how long a picture takes once the scene is on the device.
 
-use super::{lab_line, median};
+use super::{answered, lines, median};
 use crate::arguments::BenchRenderFlags;
 use crate::backend::{backend_for, limit_threads};
 use crate::commands::scene::apply;
@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use eosphor::{RenderControl, SceneData, load};
+use eosphor_lab::{Stopwatch, Times};
 use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -43,25 +44,24 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     let (cancel, watch) = (AtomicBool::new(false), |_| ());
     let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false, frame: None };
     let (mut rays, mut answer) = (0, blake3::Hasher::new());
-    let mut times = Vec::with_capacity(flags.repeats);
-    // Once to warm up.
-    for repeat in 0..=flags.repeats {
-        let start = Instant::now();
+    let mut times = Times::default();
+    for repeat in 0..flags.warm_up + flags.repeats {
+        let watch = Stopwatch::start();
         let rendered = prepared.render(&control)?;
-        if repeat > 0 {
-            times.push(start.elapsed().as_secs_f64() * 1e3);
+        if repeat >= flags.warm_up {
+            watch.stop(&mut times);
         }
         rays = rendered.statistics.total_rays();
-        if flags.lines && repeat == flags.repeats {
+        if flags.lines && repeat + 1 == flags.warm_up + flags.repeats {
             let channels = rendered.film.pixels.iter().flat_map(|color| [color.x, color.y, color.z]);
             channels.for_each(|channel| drop(answer.update(&channel.to_bits().to_le_bytes())));
         }
     }
     if flags.lines {
-        return streams::result(&lab_line("picture", rays, answer.finalize(), &times)?);
+        return streams::result(&lines(&[answered("picture", &times, rays, answer.finalize())])?);
     }
-    let shortest_milliseconds = times.iter().copied().fold(f64::INFINITY, f64::min);
-    let milliseconds = median(times);
+    let shortest_milliseconds = times.wall.iter().copied().fold(f64::INFINITY, f64::min);
+    let milliseconds = median(&times.wall);
     let [width, height] = scene.settings.size;
     let report = Report {
         backend: backend.describe(),
