@@ -142,7 +142,9 @@ fn hash_of_hits(hits: &[Hit]) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for hit in hits {
         let (t, u, v, instance, primitive) = bits(hit);
-        [t, u, v, instance, primitive].iter().for_each(|word| drop(hasher.update(&word.to_le_bytes())));
+        [t, u, v, instance, primitive].iter().for_each(|word| {
+            hasher.update(&word.to_le_bytes());
+        });
     }
     hasher.finalize()
 }

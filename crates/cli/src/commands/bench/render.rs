@@ -54,7 +54,9 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
         rays = rendered.statistics.total_rays();
         if flags.lines && repeat + 1 == flags.warm_up + flags.repeats {
             let channels = rendered.film.pixels.iter().flat_map(|color| [color.x, color.y, color.z]);
-            channels.for_each(|channel| drop(answer.update(&channel.to_bits().to_le_bytes())));
+            channels.for_each(|channel| {
+                answer.update(&channel.to_bits().to_le_bytes());
+            });
         }
     }
     if flags.lines {
