@@ -30,7 +30,7 @@ pub(crate) fn scene() -> Scene {
 /// A point of the cube's face, moved onto the ball. Neighbours on two faces are the same point: bumps follow from the place.
 fn vertex(face: u32, i: u32, j: u32) -> Vec3 {
     let [u, v] = [i, j].map(|k| 2.0 * k as f32 / SIDE as f32 - 1.0);
-    let side = if face % 2 == 0 { 1.0 } else { -1.0 };
+    let side = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     let on_cube = match face / 2 {
         0 => vec3(side, u, v),
         1 => vec3(v, side, u),

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// How many percent more instructions a case may take. The same program counts the same within 0.02 % and, built in another
 /// folder, within 0.1 %: 2 % is never noise. It leaves room for changes that shift what the compiler inlines here and
 /// there; what a change is worth doing for, or what one should not lose, is more.
-const TOLERANCE_PERCENT: f64 = 2.0;
+const TOLERANCE_PERCENT: u64 = 2;
 
 const RENEW: &str = "cargo xtask instructions --write";
 
@@ -78,13 +78,13 @@ impl Figures {
             let change = format!("{before:11} instructions before, {count:11} now ({percent:+.2} %)");
             if count == 0 {
                 compared.wrong.push(format!("{name}: nothing was counted"));
-            } else if percent > TOLERANCE_PERCENT {
+            } else if 100 * count > (100 + TOLERANCE_PERCENT) * before {
                 let change = change.split_whitespace().collect::<Vec<_>>().join(" ");
                 compared.wrong.push(format!(
                     "{name}: {change}, and {TOLERANCE_PERCENT} % more are allowed; if they are worth it: {RENEW}"
                 ));
             }
-            let note = match percent < -TOLERANCE_PERCENT {
+            let note = match 100 * count < (100 - TOLERANCE_PERCENT) * before {
                 true => format!(": fewer, so that more would pass later: {RENEW}"),
                 false => String::new(),
             };
@@ -138,7 +138,7 @@ mod tests {
         let of = |now: u64| figures(&[("build", 100_000)]).compare(&counts(&[("build", now)]));
         assert_eq!([102_000, 102_001, 50_000, 0].map(|now| of(now).wrong.len()), [0, 1, 0, 1]);
         assert_eq!(of(0).wrong, ["build: nothing was counted"]);
-        assert_eq!([98_001, 97_999].map(|now| of(now).lines[0].contains("fewer")), [false, true]);
+        assert_eq!([98_000, 97_999].map(|now| of(now).lines[0].contains("fewer")), [false, true]);
     }
 
     #[test]

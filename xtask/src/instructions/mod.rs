@@ -72,11 +72,9 @@ fn missing_tool() -> Result<Option<String>> {
     let found = output(&runner().to_string_lossy(), &["--version"])?.unwrap_or("none".into());
     let is_wanted = found.trim().ends_with(&format!(" {wanted}"));
     Ok((!is_wanted).then(|| {
-        let place = runner();
+        let found = found.trim();
         format!(
-            "{} must be of version {wanted}, and is {}; .ci/install-gungraun installs it",
-            place.display(),
-            found.trim()
+            "there must be gungraun-runner {wanted}, and there is {found}; .ci/install-gungraun installs it"
         )
     }))
 }
@@ -89,8 +87,10 @@ fn locked_version(package: &str) -> Result<String> {
     Ok(version.with_context(|| format!("Cargo.lock has no {package}"))?.0.to_owned())
 }
 
+/// Cargo's folder, from the root of the file system: benchmarks run in another folder.
 fn target() -> PathBuf {
-    std::env::var("CARGO_TARGET_DIR").map_or_else(|_| root().join("target"), PathBuf::from)
+    let target = std::env::var("CARGO_TARGET_DIR").map_or_else(|_| root().join("target"), PathBuf::from);
+    std::path::absolute(&target).unwrap_or(target)
 }
 
 /// Where `.ci/install-gungraun` puts it.
@@ -123,7 +123,7 @@ fn count() -> Result<BTreeMap<String, u64>> {
         .args(benches)
         .current_dir(root())
         .env("PATH", path)
-        .env("GUNGRAUN_HOME", fs::canonicalize(target())?.join("instructions"))
+        .env("GUNGRAUN_HOME", &home)
         .env("GUNGRAUN_SAVE_SUMMARY", "json")
         .output()
         .context("cannot run cargo")?;
