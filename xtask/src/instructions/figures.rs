@@ -4,9 +4,9 @@ use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// How many percent more instructions a case may take. The same program counts the same within 0.02 % and, built in another
-/// folder, within 0.1 %: 2 % is never noise. It leaves room for changes that shift what the compiler inlines here and
-/// there; what a change is worth doing for, or what one should not lose, is more.
+/// How many percent more instructions a case may take. The same program counts the same within 0.01 %, and one that was
+/// built in another folder within 0.02 %: 2 % is never noise. It leaves room for what the compiler inlines differently
+/// after a change elsewhere.
 const TOLERANCE_PERCENT: u64 = 2;
 
 const RENEW: &str = "cargo xtask instructions --write";

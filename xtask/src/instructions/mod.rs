@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
     }
     let compared = before.compare(&count()?);
     compared.lines.iter().for_each(|line| println!("{line}"));
-    ensure!(compared.wrong.is_empty(), "\n{}", compared.wrong.join("\n"));
+    ensure!(compared.wrong.is_empty(), "{}", compared.wrong.join("\n"));
     Ok(())
 }
 
