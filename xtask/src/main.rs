@@ -4,6 +4,7 @@ mod asan;
 mod browser;
 mod fma;
 mod fuzz;
+mod instructions;
 mod kills;
 mod lab;
 mod lines;
@@ -34,6 +35,11 @@ const COMMANDS: &[Command] = &[
     ),
     ("fma", "check that AVX2 and AVX-512 code calls no library fma [BINARY]", fma::run),
     ("fuzz", "run the fuzz targets [--asan] [--stage] [SECONDS [TARGET...]]", fuzz::run),
+    (
+        "instructions",
+        "count the instructions of the cases of benches/, and compare with their figures; --write renews those",
+        instructions::run,
+    ),
     (
         "kills",
         "kill renders at random moments and let them go on [--stills N] [--ranks N] [--sequences N] [--backend NAME] [--program PATH]",
@@ -72,7 +78,7 @@ fn main() -> ExitCode {
     let chosen = arguments.first().and_then(|name| COMMANDS.iter().find(|command| command.0 == name));
     let Some((name, _, run)) = chosen else {
         eprintln!("usage: cargo xtask COMMAND\n");
-        COMMANDS.iter().for_each(|(name, help, _)| eprintln!("  {name:10} {help}"));
+        COMMANDS.iter().for_each(|(name, help, _)| eprintln!("  {name:12} {help}"));
         return ExitCode::from(2);
     };
     match run(&arguments[1..]) {
