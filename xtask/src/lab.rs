@@ -44,7 +44,11 @@ pub fn run(arguments: &[String]) -> anyhow::Result<()> {
     let lab = Lab::build()?;
     for (name, case) in cases {
         let start = Instant::now();
-        println!("{name}: {} ({:.0} s)", case(&lab, runs.unwrap_or(DEFAULT_RUNS))?, start.elapsed().as_secs_f64());
+        println!(
+            "{name}: {} ({:.0} s)",
+            case(&lab, runs.unwrap_or(DEFAULT_RUNS))?,
+            start.elapsed().as_secs_f64()
+        );
     }
     Ok(())
 }
@@ -62,8 +66,9 @@ impl Lab {
     fn build() -> anyhow::Result<Lab> {
         let root = crate::root();
         let build = |arguments: &[&str]| {
-            let status = Command::new("cargo").args(["build", "--release", "--locked"]).args(arguments).current_dir(&root);
-            ensure!(status.status()?.success(), "cargo build failed");
+            let mut cargo = Command::new("cargo");
+            cargo.args(["build", "--release", "--locked"]).args(arguments).current_dir(&root);
+            ensure!(cargo.status()?.success(), "cargo build failed");
             Ok(())
         };
         build(&["-p", "eosphor-lab", "--example", "spin"])?;
@@ -166,7 +171,8 @@ fn beside_a_hog(lab: &Lab, runs: u32) -> anyhow::Result<String> {
     let _hog = Hog::on(CORE)?;
     let counts = lab.all_said(&lab.experiment([STEPS, STEPS + STEPS / 20])?, runs)?;
     let claims = count_of(&counts, &CLAIMS);
-    let unstable: u32 = counts.iter().filter(|(text, _)| text.contains("unstable")).map(|(_, count)| count).sum();
+    let unstable: u32 =
+        counts.iter().filter(|(text, _)| text.contains("unstable")).map(|(_, count)| count).sum();
     ensure!(claims == 0 && unstable == runs, "{}", text_of(&counts));
     Ok(text_of(&counts))
 }

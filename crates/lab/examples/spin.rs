@@ -15,7 +15,10 @@ fn main() {
     // Once to warm up.
     for repeat in 0..=repeats {
         let watch = Stopwatch::start();
-        black_box((0..steps).fold(1u64, |state, step| black_box((state ^ step).wrapping_mul(0x9e37_79b9_7f4a_7c15))));
+        black_box(
+            (0..steps)
+                .fold(1u64, |state, step| black_box((state ^ step).wrapping_mul(0x9e37_79b9_7f4a_7c15))),
+        );
         if repeat > 0 {
             watch.stop(&mut times);
         }

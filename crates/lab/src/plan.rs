@@ -42,7 +42,8 @@ mod tests {
                 let mut sorted = order.clone();
                 sorted.sort();
                 let numbers = (0..runs_here.len()).filter(|&number| runs_here[number]);
-                let expected: Vec<Slot> = numbers.map(Slot::Variant).chain(base.map(|_| Slot::BaseAgain)).collect();
+                let expected: Vec<Slot> =
+                    numbers.map(Slot::Variant).chain(base.map(|_| Slot::BaseAgain)).collect();
                 assert_eq!(sorted, expected);
                 orders.insert(order);
             }

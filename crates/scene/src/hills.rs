@@ -1,7 +1,8 @@
 //! Hills: a landscape of as many triangles as are asked for, made from code, to see how times grow.
 
 use crate::model::{
-    Camera, Instance, Light, Material, MaterialKind, Mesh, NO_INDEX, RenderSettings, Scene, Transform, Triangle,
+    Camera, Instance, Light, Material, MaterialKind, Mesh, NO_INDEX, RenderSettings, Scene, Transform,
+    Triangle,
 };
 use eosphor_core::math::{Vec3, vec3};
 use std::ops::RangeInclusive;
@@ -22,7 +23,8 @@ const OCTAVES: u32 = 9;
 
 /// A number from 0 to 1 for a corner of a cell of the noise.
 fn corner(octave: u32, x: u32, z: u32) -> f32 {
-    let mut bits = octave.wrapping_mul(0x9e37_79b9) ^ x.wrapping_mul(0x85eb_ca6b) ^ z.wrapping_mul(0xc2b2_ae35);
+    let mut bits =
+        octave.wrapping_mul(0x9e37_79b9) ^ x.wrapping_mul(0x85eb_ca6b) ^ z.wrapping_mul(0xc2b2_ae35);
     bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);
     bits = (bits ^ (bits >> 15)).wrapping_mul(0x846c_a68b);
     ((bits ^ (bits >> 16)) >> 8) as f32 / 16_777_216.0
@@ -52,13 +54,15 @@ fn mesh(cells: u32, material: u32) -> Mesh {
         vec3((u - 0.5) * SIDE, height(u, v), (v - 0.5) * SIDE)
     };
     let lines = || 0..=cells;
-    let positions: Vec<Vec3> = lines().flat_map(|row| lines().map(move |column| point(column, row))).collect();
+    let positions: Vec<Vec3> =
+        lines().flat_map(|row| lines().map(move |column| point(column, row))).collect();
     let number = |column: u32, row: u32| row * (cells + 1) + column;
     let pieces = (0..cells).flat_map(|row| (0..cells).map(move |column| (column, row)));
     let triangles = pieces.flat_map(|(column, row)| {
         let [a, b] = [number(column, row), number(column + 1, row)];
         let [c, d] = [number(column, row + 1), number(column + 1, row + 1)];
-        let triangle = |positions| Triangle { positions, normals: [NO_INDEX; 3], uvs: [NO_INDEX; 3], material };
+        let triangle =
+            |positions| Triangle { positions, normals: [NO_INDEX; 3], uvs: [NO_INDEX; 3], material };
         [triangle([a, c, b]), triangle([b, c, d])]
     });
     let triangles = triangles.collect();

@@ -68,7 +68,8 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
                 format!("{name}: block {}, {done} of {wanted} undisturbed ones done; {variant}", block + 1);
             verbosity.say(Verbosity::Normal, &line);
         };
-        let is_whole = run(&mut file, &options, interrupt::cancel().asked(), &say).map_err(Failure::because)?;
+        let is_whole =
+            run(&mut file, &options, interrupt::cancel().asked(), &say).map_err(Failure::because)?;
         if !is_whole {
             let count = file.records.records.len();
             return Err(Failure::Interrupted(format!(

@@ -55,7 +55,9 @@ fn a_quick_run_claims_nothing_and_says_what_it_found() {
     assert_eq!((again.stdout.as_str(), again.stderr.as_str()), (run.stdout.as_str(), ""));
     let report = place.run(&["lab", "report"]).succeeded().stdout;
     assert!(report.ends_with(&run.stdout));
-    place.run(&["lab", "run", "small.json", "--quick", "--seed", "8"]).is_wrong_usage(&["--seed 8", "seed 7"]);
+    place
+        .run(&["lab", "run", "small.json", "--quick", "--seed", "8"])
+        .is_wrong_usage(&["--seed 8", "seed 7"]);
 }
 
 #[test]
@@ -170,14 +172,25 @@ fn the_schema_knows_all_that_an_experiment_may_say() {
 fn noise_of_a_picture_shrinks_with_samples_and_is_refused_where_nothing_is_random() {
     let place = Place::new();
     let noise = |samples: &str| {
-        let flags = ["bench", "noise", "builtin:cornell", "--size", "20x16", "--lines", "--repeats", "1", "--samples"];
+        let flags = [
+            "bench",
+            "noise",
+            "builtin:cornell",
+            "--size",
+            "20x16",
+            "--lines",
+            "--repeats",
+            "1",
+            "--samples",
+        ];
         let line = place.run(&[&flags[..], &[samples]].concat()).succeeded().stdout;
         let line: serde_json::Value = serde_json::from_str(line.lines().next().unwrap()).unwrap();
         line["values"][0].as_f64().unwrap()
     };
     let [one, many] = [noise("1"), noise("64")];
     assert!(many < one / 3.0, "{one} {many}");
-    let flags = ["bench", "noise", "builtin:hare", "--size", "8x8", "--samples", "1", "--pixel-sampling", "center"];
+    let flags =
+        ["bench", "noise", "builtin:hare", "--size", "8x8", "--samples", "1", "--pixel-sampling", "center"];
     place.run(&flags).is_wrong_usage(&["nothing in this scene"]);
 }
 

@@ -23,7 +23,8 @@ pub(super) fn export(
     }
     let cannot = |error: Error| Failure::Failed(format!("cannot write to {}: {error}", folder.display()));
     fs::create_dir_all(folder).map_err(cannot)?;
-    let triangles = data.triangles.iter().map(|corners| corners.iter().flat_map(|p| [p.x, p.y, p.z]).collect());
+    let triangles =
+        data.triangles.iter().map(|corners| corners.iter().flat_map(|p| [p.x, p.y, p.z]).collect());
     write(&folder.join("mesh.tris"), data.triangles.len(), triangles).map_err(cannot)?;
     for (name, rays) in sets {
         let of_ray = |ray: &Ray| {

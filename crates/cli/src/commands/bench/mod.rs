@@ -17,7 +17,13 @@ fn timed(quantity: &str, times: &Times) -> Quantity {
     let Times { wall, cpu } = times.clone();
     // Work that takes less than the clock of cores can tell has no time of cores.
     let cpu = if cpu.iter().all(|&cpu| cpu > 0.0) { cpu } else { Vec::new() };
-    Quantity { quantity: quantity.into(), unit: MILLISECONDS.into(), values: wall, cpu, ..Quantity::default() }
+    Quantity {
+        quantity: quantity.into(),
+        unit: MILLISECONDS.into(),
+        values: wall,
+        cpu,
+        ..Quantity::default()
+    }
 }
 
 /// The same of rays with an answer.

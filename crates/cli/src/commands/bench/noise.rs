@@ -38,13 +38,19 @@ pub(crate) fn bench_noise(flags: &BenchNoiseFlags) -> Result<(), Failure> {
         values.push((squares.sum::<f64>() / pictures[0].len().max(1) as f64 / 2.0).sqrt());
     }
     if let Some(0.0) = values.iter().copied().reduce(f64::min) {
-        let problem = "pictures of other seeds are the same: nothing in this scene and these settings is random";
+        let problem =
+            "pictures of other seeds are the same: nothing in this scene and these settings is random";
         return Err(Failure::usage(problem));
     }
     if flags.lines {
-        let noise = Quantity { quantity: "noise".into(), unit: "radiance".into(), values, ..Quantity::default() };
+        let noise =
+            Quantity { quantity: "noise".into(), unit: "radiance".into(), values, ..Quantity::default() };
         return streams::result(&lines(&[noise])?);
     }
     let text: String = values.iter().map(|noise| format!("noise {noise:.6}\n")).collect();
-    streams::result(&format!("{}; {} samples a pixel, {rays} rays\n{text}", backend.describe(), scene.settings.samples))
+    streams::result(&format!(
+        "{}; {} samples a pixel, {rays} rays\n{text}",
+        backend.describe(),
+        scene.settings.samples
+    ))
 }

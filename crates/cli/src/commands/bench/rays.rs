@@ -223,7 +223,9 @@ fn move_back(rays: &mut [Ray], distance: f32) {
 fn diagonal(data: &SceneData) -> f32 {
     let corners = || data.triangles.iter().flatten();
     let extent = |of: fn(&Vec3) -> f32| {
-        let (low, high) = corners().map(of).fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let (low, high) = corners()
+            .map(of)
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         (high - low).max(0.0)
     };
     let [x, y, z] = [extent(|p| p.x), extent(|p| p.y), extent(|p| p.z)];
