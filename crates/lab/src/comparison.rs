@@ -77,7 +77,7 @@ pub const UNSTABLE: &str = "unstable: other work was seen on the cores in too ma
 /// What it means that the other variant has no measurement.
 const NO_OTHER: &str = "what it is compared with was not measured";
 /// What it means that a run is quick.
-pub const QUICK: &str = "a quick run claims nothing";
+pub const QUICK: &str = "a quick run";
 /// What few blocks mean.
 pub const TOO_FEW: &str = "fewer than 6 blocks";
 

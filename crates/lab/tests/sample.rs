@@ -16,11 +16,8 @@ pub struct Truth {
 }
 
 pub fn truth(name: &str, value: f64) -> Truth {
-    let variant = Variant {
-        name: name.into(),
-        arguments: vec!["--accel".into(), name.into()],
-        ..Variant::default()
-    };
+    let variant =
+        Variant { name: name.into(), arguments: vec!["--accel".into(), name.into()], ..Variant::default() };
     Truth { variant, value, answer: Some("5f0c77e29a1b44d0"), failure: None }
 }
 
@@ -65,7 +62,9 @@ pub fn experiment(name: &str, question: &str, truths: &[Truth], axis: Option<Axi
         question: question.into(),
         measures: Measure::Rays,
         prepare: Vec::new(),
-        held: ["builtin:hare", "--size", "640x480", "--backend", "cpu", "--threads", "1"].map(String::from).into(),
+        held: ["builtin:hare", "--size", "640x480", "--backend", "cpu", "--threads", "1"]
+            .map(String::from)
+            .into(),
         input: None,
         variants: truths.iter().map(|truth| truth.variant.clone()).collect(),
         base: truths[0].variant.name.clone(),
@@ -158,9 +157,11 @@ pub fn all_cases() -> Vec<Records> {
     };
     let mut runs = Vec::new();
 
-    let mut truths = vec![truth("bvh", 41.0), truth("bvh8", 14.1), truth("bvh4", 18.0), truth("bvh-again", 41.1)];
+    let mut truths =
+        vec![truth("bvh", 41.0), truth("bvh8", 14.1), truth("bvh4", 18.0), truth("bvh-again", 41.1)];
     truths.push(Truth { answer: Some("77aa0e19c3d5"), ..truth("grid", 55.0) });
-    truths.push(Truth { failure: Some("exit status: 2: the scene has no triangles"), ..truth("kd-tree", 1.0) });
+    truths
+        .push(Truth { failure: Some("exit status: 2: the scene has no triangles"), ..truth("kd-tree", 1.0) });
     let mut other = Truth { answer: None, ..truth("embree 4.3", 11.8) };
     other.variant.program = Some("./embree-rays".into());
     other.variant.arguments = vec!["hare.obj".into()];
@@ -185,16 +186,35 @@ pub fn all_cases() -> Vec<Records> {
     let mut truths: Vec<Truth> = Vec::new();
     for (series, factor) in [("bvh", 1.0), ("bvh8", 0.36), ("bvh4", 0.5)] {
         for size in sizes {
-            let mut one = truth(&format!("{series}, {size}"), factor * 2e-4 * size.powf(1.04)).at(series, size);
+            let mut one =
+                truth(&format!("{series}, {size}"), factor * 2e-4 * size.powf(1.04)).at(series, size);
             one.variant.against = Some(format!("bvh, {size}"));
             truths.push(one);
         }
     }
-    let mut triangles =
-        experiment("triangles", "How does the time of a build grow with triangles?", &truths, axis("triangles", true));
+    let mut triangles = experiment(
+        "triangles",
+        "How does the time of a build grow with triangles?",
+        &truths,
+        axis("triangles", true),
+    );
     triangles.published = vec![
-        published("build of the bunny", "Intel Xeon E5-2690 v2, 2 × 10 cores", 6.1, "ms", Some(69e3), "bvh, 64000"),
-        published("build of the dragon", "Intel Xeon E5-2690 v2, 2 × 10 cores", 88.0, "ms", Some(871e3), "bvh, 1000000"),
+        published(
+            "build of the bunny",
+            "Intel Xeon E5-2690 v2, 2 × 10 cores",
+            6.1,
+            "ms",
+            Some(69e3),
+            "bvh, 64000",
+        ),
+        published(
+            "build of the dragon",
+            "Intel Xeon E5-2690 v2, 2 × 10 cores",
+            88.0,
+            "ms",
+            Some(871e3),
+            "bvh, 1000000",
+        ),
     ];
     let quantities = vec![("build".into(), MILLISECONDS, 1.0)];
     runs.push(run(&triangles, &truths, &Conditions { quantities, noise: 0.05, ..Conditions::default() }));
@@ -202,7 +222,12 @@ pub fn all_cases() -> Vec<Records> {
     let times = [1.0, 2.0, 4.0, 8.0, 16.0];
     let truths: Vec<Truth> =
         times.map(|x| truth(&x.to_string(), 320.0 / x + 12.0).at("", x)).into_iter().collect();
-    let threads = experiment("threads", "How much sooner is a picture ready with more threads?", &truths, axis("threads", false));
+    let threads = experiment(
+        "threads",
+        "How much sooner is a picture ready with more threads?",
+        &truths,
+        axis("threads", false),
+    );
     let quantities = vec![("picture".into(), MILLISECONDS, 1.0)];
     runs.push(run(&threads, &truths, &Conditions { quantities, noise: 0.03, ..Conditions::default() }));
 

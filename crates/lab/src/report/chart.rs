@@ -106,10 +106,27 @@ pub(super) fn colour(number: usize) -> &'static str {
 pub(super) fn mark(class: &str, shape: usize, [x, y]: [f64; 2], size: f64) -> Markup {
     let r = size;
     let d = match shape % COLOUR_COUNT {
-        0 => path(&[("M", &[x - r, y]), ("a", &[r, r, 0.0, 1.0, 0.0, 2.0 * r, 0.0]), ("a", &[r, r, 0.0, 1.0, 0.0, -2.0 * r, 0.0]), ("z", &[])]),
-        1 => path(&[("M", &[x - 0.9 * r, y - 0.9 * r]), ("h", &[1.8 * r]), ("v", &[1.8 * r]), ("h", &[-1.8 * r]), ("z", &[])]),
+        0 => path(&[
+            ("M", &[x - r, y]),
+            ("a", &[r, r, 0.0, 1.0, 0.0, 2.0 * r, 0.0]),
+            ("a", &[r, r, 0.0, 1.0, 0.0, -2.0 * r, 0.0]),
+            ("z", &[]),
+        ]),
+        1 => path(&[
+            ("M", &[x - 0.9 * r, y - 0.9 * r]),
+            ("h", &[1.8 * r]),
+            ("v", &[1.8 * r]),
+            ("h", &[-1.8 * r]),
+            ("z", &[]),
+        ]),
         2 => path(&[("M", &[x, y - 1.2 * r]), ("l", &[1.15 * r, 2.1 * r]), ("h", &[-2.3 * r]), ("z", &[])]),
-        3 => path(&[("M", &[x, y - 1.3 * r]), ("l", &[1.3 * r, 1.3 * r]), ("l", &[-1.3 * r, 1.3 * r]), ("l", &[-1.3 * r, -1.3 * r]), ("z", &[])]),
+        3 => path(&[
+            ("M", &[x, y - 1.3 * r]),
+            ("l", &[1.3 * r, 1.3 * r]),
+            ("l", &[-1.3 * r, 1.3 * r]),
+            ("l", &[-1.3 * r, -1.3 * r]),
+            ("z", &[]),
+        ]),
         4 => path(&[("M", &[x, y + 1.2 * r]), ("l", &[1.15 * r, -2.1 * r]), ("h", &[-2.3 * r]), ("z", &[])]),
         _ => {
             let (a, b) = (0.45 * r, 1.25 * r);
@@ -172,7 +189,12 @@ fn cut(text: &str, width: f64) -> String {
 }
 
 /// The names of an axis below it, with lines up to the top: those that there is room for.
-pub(super) fn horizontal_axis(scale: &Scale, ticks: &[f64], [left, right]: [f64; 2], [top, bottom]: [f64; 2]) -> Markup {
+pub(super) fn horizontal_axis(
+    scale: &Scale,
+    ticks: &[f64],
+    [left, right]: [f64; 2],
+    [top, bottom]: [f64; 2],
+) -> Markup {
     let mut end = f64::NEG_INFINITY;
     let mut named = Vec::new();
     for &tick in ticks {
@@ -183,7 +205,8 @@ pub(super) fn horizontal_axis(scale: &Scale, ticks: &[f64], [left, right]: [f64;
             named.push((x, label));
         }
     }
-    let grid: String = ticks.iter().map(|&tick| path(&[("M", &[scale.at(tick), top]), ("V", &[bottom])])).collect();
+    let grid: String =
+        ticks.iter().map(|&tick| path(&[("M", &[scale.at(tick), top]), ("V", &[bottom])])).collect();
     html! {
         path class="grid" d=(grid) {}
         (line("axis", [left, bottom], [right, bottom]))
@@ -192,8 +215,14 @@ pub(super) fn horizontal_axis(scale: &Scale, ticks: &[f64], [left, right]: [f64;
 }
 
 /// The names of an axis to its left, with lines to the right.
-pub(super) fn vertical_axis(scale: &Scale, ticks: &[f64], [left, right]: [f64; 2], [top, bottom]: [f64; 2]) -> Markup {
-    let grid: String = ticks.iter().map(|&tick| path(&[("M", &[left, scale.at(tick)]), ("H", &[right])])).collect();
+pub(super) fn vertical_axis(
+    scale: &Scale,
+    ticks: &[f64],
+    [left, right]: [f64; 2],
+    [top, bottom]: [f64; 2],
+) -> Markup {
+    let grid: String =
+        ticks.iter().map(|&tick| path(&[("M", &[left, scale.at(tick)]), ("H", &[right])])).collect();
     html! {
         path class="grid" d=(grid) {}
         (line("axis", [left, top], [left, bottom]))
@@ -209,7 +238,10 @@ mod tests {
     fn long_names_are_cut_and_told() {
         let drawn = text("", [1.04, -0.01], 60.0, "a name that is long <").into_string();
         assert_eq!(drawn, r#"<text x="1" y="0"><title>a name that is long &lt;</title>a nam…</text>"#);
-        assert_eq!(text("e", [0.0; 2], 60.0, "short").into_string(), r#"<text class="e" x="0" y="0">short</text>"#);
+        assert_eq!(
+            text("e", [0.0; 2], 60.0, "short").into_string(),
+            r#"<text class="e" x="0" y="0">short</text>"#
+        );
         assert!(cut("文文文文文文", 40.0).chars().count() == 3);
     }
 }

@@ -48,7 +48,8 @@ pub(super) fn curve_chart(
         })
         .collect();
     let theirs = theirs(experiment, finding, findings);
-    let figures = || theirs.iter().flat_map(|one| &one.figures).filter_map(|figure| Some([figure.x?, figure.value]));
+    let figures =
+        || theirs.iter().flat_map(|one| &one.figures).filter_map(|figure| Some([figure.x?, figure.value]));
     let points = || all.iter().flat_map(|(_, points)| points);
     let values = || {
         let ours = points().flat_map(|(_, result)| {
@@ -101,9 +102,9 @@ fn curve(number: usize, points: &[Point], [across, up]: [&Scale; 2]) -> Markup {
     let commands: Vec<(&str, &[f64])> =
         corners.iter().enumerate().map(|(n, corner)| (if n == 0 { "M" } else { "L" }, &corner[..])).collect();
     let beside = BESIDE[0] + BESIDE[1] * number.min(3) as f64;
-    let processes = points.iter().flat_map(|(x, result)| {
-        result.medians.iter().map(move |&one| [across.at(*x) + beside, up.at(one)])
-    });
+    let processes = points
+        .iter()
+        .flat_map(|(x, result)| result.medians.iter().map(move |&one| [across.at(*x) + beside, up.at(one)]));
     html! {
         // Dashes tell curves apart that have the same mark.
         path class={ "curve " (class) } stroke-dasharray=[(number >= 6).then_some("6 3")] d=(path(&commands)) {}
@@ -122,7 +123,9 @@ fn curve(number: usize, points: &[Point], [across, up]: [&Scale; 2]) -> Markup {
 /// Published figures that can stand among these values, by source and hardware.
 fn theirs<'a>(experiment: &'a Experiment, finding: &Finding, findings: &[Finding]) -> Vec<Theirs<'a>> {
     let mut all: Vec<Theirs> = Vec::new();
-    for figure in experiment.published.iter().filter(|figure| figure.x.is_some_and(|x| x.is_finite() && x > 0.0)) {
+    for figure in
+        experiment.published.iter().filter(|figure| figure.x.is_some_and(|x| x.is_finite() && x > 0.0))
+    {
         if !finding.shows(figure, findings) {
             continue;
         }
@@ -145,7 +148,8 @@ impl Legend {
     fn of(all: &[(&str, Vec<Point>)], theirs: &[Theirs]) -> Legend {
         let ours = all.iter().enumerate().filter(|(_, (name, _))| !name.is_empty());
         let ours = ours.map(|(number, (name, _))| (format!("mark {}", colour(number)), number, *name));
-        let published = theirs.iter().enumerate().map(|(number, one)| ("hollow".to_owned(), number + 3, &one.source[..]));
+        let published =
+            theirs.iter().enumerate().map(|(number, one)| ("hollow".to_owned(), number + 3, &one.source[..]));
         let (mut x, mut y) = (LEFT, 0.0);
         let mut entries = Vec::new();
         for (class, shape, name) in ours.chain(published) {

@@ -25,7 +25,8 @@ pub(super) fn whole(sections: &[Section], ratios: usize) -> String {
 fn section(section: &Section, ratios: usize, with_charts: bool) -> String {
     let experiment = section.experiment();
     let quick = if section.records.header.is_quick { ", quickly" } else { "" };
-    let mut text = format!("## {}{quick}\n\n{}\n\n", escaped(&experiment.name), escaped(&experiment.question));
+    let mut text =
+        format!("## {}{quick}\n\n{}\n\n", escaped(&experiment.name), escaped(&experiment.question));
     if section.records.header.is_quick {
         text.push_str("As a quick run it claims nothing.\n\n");
     }
@@ -119,9 +120,10 @@ fn published(all: &[Beside]) -> String {
         let figure = one.figure;
         let ours = one.ours.map_or("–".to_owned(), |(_, ours)| format!("{} {}", number(ours), figure.unit));
         let hardware = if one.is_same_hardware { "" } else { " (different hardware)" };
-        let times = one.times().map(|times| format!("ours is {}× theirs{hardware}", number(times)));
+        let times = one.times().map(|times| format!("ours is {times:.2}× theirs{hardware}"));
         let value = format!("{} {}", figure.value, figure.unit);
-        let cells = [&figure.what, &value, &figure.hardware, &figure.source, &ours, &times.unwrap_or_default()];
+        let cells =
+            [&figure.what, &value, &figure.hardware, &figure.source, &ours, &times.unwrap_or_default()];
         let _ = writeln!(text, "| {} |", cells.map(|cell| escaped(cell)).join(" | "));
     }
     text + "\n"

@@ -23,7 +23,9 @@ pub(super) fn page(sections: &[Section], ratios: usize, pictures: &[ReportPictur
     for section in sections {
         places.entry(section.records.header.id()).or_insert(&section.records.header);
     }
-    let is_placed = |picture: &&ReportPicture| sections.iter().any(|section| section.experiment().name == picture.experiment);
+    let is_placed = |picture: &&ReportPicture| {
+        sections.iter().any(|section| section.experiment().name == picture.experiment)
+    };
     let rest: Vec<&ReportPicture> = pictures.iter().filter(|picture| !is_placed(picture)).collect();
     let mut figures = 0;
     let page = html! {
@@ -177,7 +179,12 @@ fn repeat(sections: &[Section]) -> Markup {
     }
 }
 
-fn experiment(section: &Section, several_places: bool, pictures: &[ReportPicture], figures: &mut usize) -> Markup {
+fn experiment(
+    section: &Section,
+    several_places: bool,
+    pictures: &[ReportPicture],
+    figures: &mut usize,
+) -> Markup {
     let header = &section.records.header;
     let missing = section.missing();
     let own = pictures.iter().filter(|picture| picture.experiment == section.experiment().name);
@@ -185,7 +192,7 @@ fn experiment(section: &Section, several_places: bool, pictures: &[ReportPicture
         section {
             h2 id={ "e-" (section.stem) } { (section.experiment().name) @if header.is_quick { " (quick)" } }
             p { strong { (section.experiment().question) } }
-            p { (section.result()) "." }
+            p { "Result: " (section.result()) "." }
             @if header.is_quick {
                 p class="note" { strong { "As a quick run it claims nothing" } ": it has fewer blocks and less work than a whole run." }
             }

@@ -22,7 +22,8 @@ pub(super) fn rows_chart(finding: &Finding, experiment: &str, with_values: bool)
     let has_ratios = results.iter().any(|result| result.ratio.is_some());
     let shown: Vec<&VariantResult> =
         results.iter().filter(|result| with_values || result.ratio.is_some()).collect();
-    if shown.is_empty() || !(has_ratios || results.iter().any(|result| result.value.is_some() && with_values)) {
+    if shown.is_empty() || !(has_ratios || results.iter().any(|result| result.value.is_some() && with_values))
+    {
         return None;
     }
     let bottom = TOP + ROW * shown.len() as f64;
@@ -38,10 +39,12 @@ pub(super) fn rows_chart(finding: &Finding, experiment: &str, with_values: bool)
     let values_end = right - ratio_width - GAP - VALUE;
     let ratios_start = if with_values { right - ratio_width } else { left };
     let middle = |row: usize| TOP + ROW * (row as f64 + 0.5);
-    let values = || shown.iter().flat_map(|result| {
-        let interval = result.value.and_then(|(_, interval)| interval).into_iter().flatten();
-        result.medians.iter().copied().chain(interval)
-    });
+    let values = || {
+        shown.iter().flat_map(|result| {
+            let interval = result.value.and_then(|(_, interval)| interval).into_iter().flatten();
+            result.medians.iter().copied().chain(interval)
+        })
+    };
     let value_scale = with_values
         .then(|| Scale::of(values(), Scale::wants_logarithm(values()), [left, values_end]))
         .flatten();

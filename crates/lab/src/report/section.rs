@@ -65,7 +65,8 @@ fn free_name(text: &str, otherwise: &str, taken: &mut BTreeSet<String>) -> Strin
     }
     let name = name.trim_end_matches('-');
     let name = if name.is_empty() { otherwise } else { name };
-    let numbered = (1_u32..).map(|number| if number == 1 { name.to_owned() } else { format!("{name}-{number}") });
+    let numbered =
+        (1_u32..).map(|number| if number == 1 { name.to_owned() } else { format!("{name}-{number}") });
     let free = numbered.into_iter().find(|name| !taken.contains(name)).unwrap_or_default();
     taken.insert(free.clone());
     free
@@ -115,7 +116,8 @@ impl Section<'_> {
         });
         let (others, elsewhere): (Vec<f64>, Vec<f64>) =
             loads.map(|load| (load.other_cores, load.elsewhere_cores)).unzip();
-        let said = |loads: &[f64]| median(loads).map_or("not known".to_owned(), |load| format!("{load:.2} cores"));
+        let said =
+            |loads: &[f64]| median(loads).map_or("not known".to_owned(), |load| format!("{load:.2} cores"));
         format!(
             "Other work on the same cores: {} in the median; on the other cores: {}",
             said(&others),
@@ -130,8 +132,9 @@ impl Section<'_> {
         let mut missing = Vec::new();
         let counts = self.counts();
         let quiet = counts.blocks - counts.disturbed;
-        if quiet < CLAIM_BLOCKS {
-            missing.push(format!("It has {quiet} of the {CLAIM_BLOCKS} undisturbed blocks that a claim needs."));
+        if quiet < CLAIM_BLOCKS && !self.records.header.is_quick {
+            missing
+                .push(format!("It has {quiet} of the {CLAIM_BLOCKS} undisturbed blocks that a claim needs."));
         }
         let blocks: BTreeSet<u32> = records.iter().map(|record| record.block).collect();
         let has_gpu = !self.records.header.machine.gpus.is_empty();
@@ -155,10 +158,14 @@ impl Section<'_> {
             if let [first, ..] = failures[..] {
                 let (failed, all) = (failures.len(), of_it().count());
                 let name = &variant.name;
-                missing.push(format!("{failed} of {all} processes of {name} failed: {}.", shortened(first, 200)));
+                missing.push(format!(
+                    "{failed} of {all} processes of {name} failed: {}.",
+                    shortened(first, 200)
+                ));
             }
         }
-        missing.extend(not_run(&format!("{} for the second time", experiment.base), &without(Slot::BaseAgain)));
+        missing
+            .extend(not_run(&format!("{} for the second time", experiment.base), &without(Slot::BaseAgain)));
         missing
     }
 
@@ -166,7 +173,7 @@ impl Section<'_> {
     pub(super) fn result(&self) -> String {
         let several = self.findings.len() > 1;
         let mut claims = Vec::new();
-        let mut others: Vec<(String, usize)> = Vec::new();
+        let mut others: Vec<(String, BTreeSet<&str>)> = Vec::new();
         for finding in &self.findings {
             for result in &finding.comparison.variants {
                 match &result.verdict {
@@ -179,8 +186,8 @@ impl Section<'_> {
                         };
                         let said = shortened(&said, 100);
                         match others.iter_mut().find(|(known, _)| *known == said) {
-                            Some((_, count)) => *count += 1,
-                            None => others.push((said, 1)),
+                            Some((_, names)) => _ = names.insert(&result.variant),
+                            None => others.push((said, BTreeSet::from([&result.variant[..]]))),
                         }
                     }
                 }
@@ -194,7 +201,11 @@ impl Section<'_> {
             more => parts.push(format!("{more} more differences")),
         }
         let is_alone = parts.is_empty() && others.len() == 1;
-        parts.extend(others.into_iter().map(|(said, count)| if is_alone { said } else { format!("{said} ({count})") }));
+        parts.extend(others.into_iter().map(|(said, names)| match names.len() {
+            _ if is_alone => said,
+            1 | 2 => format!("{}: {said}", names.into_iter().collect::<Vec<_>>().join(", ")),
+            count => format!("{said} ({count} variants)"),
+        }));
         if parts.is_empty() {
             parts.extend(self.findings.iter().take(MOST_CLAIMS).filter_map(Finding::base_value));
         }
@@ -229,9 +240,13 @@ impl Section<'_> {
         for finding in &self.findings {
             for (variant, result) in experiment.variants.iter().zip(&finding.comparison.variants) {
                 let Some(said) = finding.said(&result.verdict) else { continue };
-                let (Some(ratio), Some(against)) = (&result.ratio, result.against.as_deref()) else { continue };
+                let (Some(ratio), Some(against)) = (&result.ratio, result.against.as_deref()) else {
+                    continue;
+                };
                 let series = variant.series.as_deref().unwrap_or_default();
-                let other = experiment.variant(against).and_then(|other| experiment.variants[other].series.as_deref());
+                let other = experiment
+                    .variant(against)
+                    .and_then(|other| experiment.variants[other].series.as_deref());
                 let other = other.filter(|other| *other != series).unwrap_or(against);
                 let quantity = if several { &finding.comparison.quantity[..] } else { "" };
                 let said = (series, other, quantity, said);
@@ -246,17 +261,32 @@ impl Section<'_> {
             }
         }
         let ends = |values: &[f64], word: fn(f64) -> String| {
-            let [low, high] = [f64::min, f64::max].map(|of| values.iter().copied().reduce(of).unwrap_or_default());
+            let [low, high] =
+                [f64::min, f64::max].map(|of| values.iter().copied().reduce(of).unwrap_or_default());
             if low == high { word(low) } else { format!("{} to {}", word(low), word(high)) }
         };
         let in_words = |one: &CurveClaims| {
             let (series, other, quantity, said) = one.said;
-            let subject = if series.is_empty() { String::new() } else { format!("{series} ") };
             let quantity = if quantity.is_empty() { String::new() } else { format!("{quantity}: ") };
-            let (places, ratios) = (ends(&one.places, tick_label), ends(&one.ratios, |ratio| format!("{ratio:.2}")));
-            format!("{subject}at {label} {places} {said} {other} ({quantity}{ratios})")
+            let (places, ratios) =
+                (ends(&one.places, tick_label), ends(&one.ratios, |ratio| format!("{ratio:.2}")));
+            match series.is_empty() {
+                true => format!("with {label} {places}, it {said} {other} ({quantity}{ratios})"),
+                false => format!("{series} {said} {other} ({quantity}{ratios}, with {label} {places})"),
+            }
         };
-        all.iter().map(in_words).collect()
+        let slopes = self.findings.iter().filter(|finding| !finding.comparison.slopes.is_empty());
+        let slopes = slopes.map(|finding| {
+            let of =
+                |(name, slope): &(String, crate::statistics::Slope)| format!("{name} {:.2}", slope.slope);
+            let powers: Vec<String> = finding.comparison.slopes.iter().map(of).collect();
+            format!(
+                "{} grows with these powers of {label}: {}",
+                finding.comparison.quantity,
+                powers.join(", ")
+            )
+        });
+        slopes.chain(all.iter().map(in_words)).collect()
     }
 }
 
@@ -268,7 +298,8 @@ fn not_run(name: &str, blocks: &[u32]) -> Option<String> {
     let first: Vec<String> = blocks.iter().take(8).map(u32::to_string).collect();
     let more = if blocks.len() > first.len() { " and others" } else { "" };
     let word = if blocks.len() == 1 { "block" } else { "blocks" };
-    (!blocks.is_empty()).then(|| format!("{name} has not run in {word} {}{more} (counted from 0).", first.join(", ")))
+    (!blocks.is_empty())
+        .then(|| format!("{name} has not run in {word} {}{more} (counted from 0).", first.join(", ")))
 }
 
 impl Finding {
@@ -362,7 +393,8 @@ impl Section<'_> {
         let hardware = hardware(&self.records.header.machine);
         let beside = |figure| {
             let meant = self.findings.iter().filter(|finding| finding.is_meant(figure, &self.findings));
-            let ours = meant.filter_map(|finding| Some((&finding.comparison.quantity[..], finding.beside(figure)?)));
+            let ours =
+                meant.filter_map(|finding| Some((&finding.comparison.quantity[..], finding.beside(figure)?)));
             let is_same_hardware = hardware.contains(&&figure.hardware[..]);
             Beside { figure, ours: { ours }.next(), is_same_hardware }
         };

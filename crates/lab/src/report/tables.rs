@@ -15,11 +15,21 @@ pub(super) fn facts(caption: &str, fields: &[(&str, String)]) -> Markup {
     html! {
         div class="scroll" {
             table class="facts" {
-                caption { (caption) }
+                caption { span { (caption) } }
                 tbody { @for (name, value) in fields { tr { th scope="row" { (name) } td { (value) } } } }
             }
         }
     }
+}
+
+/// The first cell of a row.
+fn name(text: &str) -> Markup {
+    html! { th scope="row" class=(breaks(text)) { (text) } }
+}
+
+/// Short names stay on their line.
+fn breaks(text: &str) -> &'static str {
+    if text.chars().count() > 22 { "long" } else { "i" }
 }
 
 /// A quantity: all that was found of each variant.
@@ -33,8 +43,10 @@ pub(super) fn quantity(section: &Section, finding: &Finding) -> Markup {
         div class="scroll" tabindex="0" role="region" aria-label={ "Table of " (comparison.quantity) } {
             table {
                 caption {
-                    (comparison.quantity) ", " (finding.unit) " (less is better). Machine and program "
-                    (section.records.header.id()) "."
+                    span {
+                        (comparison.quantity) " in " (finding.unit) "; less is better. Machine and program "
+                        (section.records.header.id()) "."
+                    }
                 }
                 thead {
                     tr {
@@ -42,11 +54,11 @@ pub(super) fn quantity(section: &Section, finding: &Finding) -> Markup {
                         th scope="col" class="n" { "Median, " (finding.unit) }
                         th scope="col" { "95 %" }
                         @if has_rate { th scope="col" class="n" { "Mrays/s" } }
-                        th scope="col" class="n" { "Processes" }
                         th scope="col" class="n" { "Ratio" }
                         th scope="col" { "95 %" }
                         th scope="col" { "Over" }
                         th scope="col" { "What may be said" }
+                        th scope="col" class="n" { "Processes" }
                         @if has_answer { th scope="col" { "Answer" } }
                         @if has_hits { th scope="col" { "Hits; unlike ours" } }
                     }
@@ -65,19 +77,19 @@ fn row(finding: &Finding, result: &VariantResult, [has_rate, has_answer, has_hit
     let grey = is_faint.then_some("grey");
     html! {
         tr {
-            th scope="row" { (result.variant) }
+            (name(&result.variant))
             td class="n" { (result.value.map_or_else(dash, |(value, _)| number(value))) }
             td class="i" { (range(result.value.and_then(|(_, interval)| interval))) }
             @if has_rate { td class="n" { (rate.map_or_else(dash, number)) } }
-            td class="n" { (result.medians.len()) }
             @if let Some(ratio) = &result.ratio {
                 td class={ "n " (grey.unwrap_or_default()) } { (format!("{:.3}", ratio.ratio)) }
                 td class={ "i " (grey.unwrap_or_default()) } { (range(Some(ratio.interval))) }
-                td class=[grey] { (result.against.as_deref().unwrap_or("–")) }
+                td class={ (breaks(result.against.as_deref().unwrap_or("–"))) " " (grey.unwrap_or_default()) } { (result.against.as_deref().unwrap_or("–")) }
             } @else {
                 td class="n" { "–" } td { "–" } td { "–" }
             }
             td class=(class(&result.verdict)) { (sign(&result.verdict)) (verdict(&result.verdict, unit)) }
+            td class="n" { (result.medians.len()) }
             @if has_answer { td { (answers(result)) } }
             @if has_hits { td class="i" { (hits(result)) } }
         }
@@ -128,8 +140,10 @@ pub(super) fn summary(section: &Section) -> Markup {
             div class="scroll" tabindex="0" role="region" aria-label="Summary" {
                 table {
                     caption {
-                        "Medians with their intervals of 95 %" @if has_rates(section) { "; below, millions of rays a second" }
-                        ". Machine and program " (section.records.header.id()) "."
+                        span {
+                            "Medians with their intervals of 95 %" @if has_rates(section) { "; below, millions of rays a second" }
+                            ". Machine and program " (section.records.header.id()) "."
+                        }
                     }
                     thead {
                         tr {
@@ -142,8 +156,8 @@ pub(super) fn summary(section: &Section) -> Markup {
                     tbody {
                         @for (number, variant) in section.experiment().variants.iter().enumerate() {
                             tr {
-                                th scope="row" { (variant.name) }
-                                @for finding in &section.findings { td { (summary_cell(finding, number)) } }
+                                (name(&variant.name))
+                                @for finding in &section.findings { td class="i" { (summary_cell(finding, number)) } }
                             }
                         }
                     }
@@ -179,14 +193,14 @@ pub(super) fn variants(section: &Section) -> Markup {
         p { "All variants run " code { (held_command(experiment)) } @if has_programs(experiment) { ", unless they name a program" } ", and:" }
         div class="scroll" tabindex="0" role="region" aria-label="What each variant runs" {
             table {
-                caption { "What each variant runs." }
+                caption { span { "What each variant runs." } }
                 thead { tr { th scope="col" { "Variant" } th scope="col" { "Arguments" } th scope="col" { "Compared with" } } }
                 tbody {
                     @for variant in &experiment.variants {
                         tr {
-                            th scope="row" { (variant.name) }
+                            (name(&variant.name))
                             td class="words" { code { (arguments(variant)) } }
-                            td { (experiment.against(variant).unwrap_or("it is the base")) }
+                            td class=(breaks(experiment.against(variant).unwrap_or_default())) { (experiment.against(variant).unwrap_or("it is the base")) }
                         }
                     }
                 }
@@ -214,8 +228,10 @@ pub(super) fn published(section: &Section) -> Markup {
             div class="scroll" tabindex="0" role="region" aria-label="Published figures" {
                 table {
                     caption {
-                        "What others have published, with what was measured here beside it. Where the hardware differs, a ratio is of \
-                         hardware and program together. Machine and program of ours: " (section.records.header.id()) "."
+                        span {
+                            "What others have published, with what was measured here beside it. Where the hardware differs, a ratio is \
+                             of hardware and program together. Machine and program of ours: " (section.records.header.id()) "."
+                        }
                     }
                     thead {
                         tr {
@@ -230,7 +246,7 @@ pub(super) fn published(section: &Section) -> Markup {
                     tbody {
                         @for one in &all {
                             tr {
-                                th scope="row" { (one.figure.what) }
+                                (name(&one.figure.what))
                                 td class="n" { (one.figure.value) " " (one.figure.unit) }
                                 td class="wide" { (one.figure.hardware) }
                                 td class="wide" { (one.figure.source) }
@@ -239,7 +255,7 @@ pub(super) fn published(section: &Section) -> Markup {
                                 } @else { td class="n" { "–" } }
                                 td class="wide" {
                                     @if let Some(times) = one.times() {
-                                        "ours is " (number(times)) "× theirs"
+                                        "ours is " (format!("{times:.2}")) "× theirs"
                                         @if !one.is_same_hardware { " (different hardware)" }
                                     } @else { "–" }
                                 }

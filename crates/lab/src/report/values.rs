@@ -5,8 +5,22 @@ use crate::comparison::median_of;
 use crate::records::{Measured, Outcome, Record};
 
 const COLUMNS: [&str; 16] = [
-    "block", "disturbed", "variant", "again", "value", "unit", "cpu_ms", "work", "answer", "hits", "different",
-    "other_cores", "stolen_cores", "before_cores", "elsewhere_cores", "failed",
+    "block",
+    "disturbed",
+    "variant",
+    "again",
+    "value",
+    "unit",
+    "cpu_ms",
+    "work",
+    "answer",
+    "hits",
+    "different",
+    "other_cores",
+    "stolen_cores",
+    "before_cores",
+    "elsewhere_cores",
+    "failed",
 ];
 
 /// A line for each process of the run, in the order in which they ran. A value is the median of the process's repetitions.

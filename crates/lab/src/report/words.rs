@@ -132,7 +132,11 @@ pub(super) fn held_command(experiment: &Experiment) -> String {
         Measure::Noise => "eosphor bench noise",
         Measure::Process => "eosphor",
     };
-    [command.to_owned()].into_iter().chain(experiment.held.iter().map(|word| quoted(word))).collect::<Vec<_>>().join(" ")
+    [command.to_owned()]
+        .into_iter()
+        .chain(experiment.held.iter().map(|word| quoted(word)))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// A word of a command line, as a shell reads it.
@@ -150,9 +154,13 @@ mod tests {
 
     #[test]
     fn numbers_and_dates() {
-        for (value, text) in
-            [(0.0, "0.000000000"), (1.23456, "1.235"), (12345.6, "12346"), (0.00123456, "0.001235"), (1e300, "1.000e300")]
-        {
+        for (value, text) in [
+            (0.0, "0.000000000"),
+            (1.23456, "1.235"),
+            (12345.6, "12346"),
+            (0.00123456, "0.001235"),
+            (1e300, "1.000e300"),
+        ] {
             assert_eq!(number(value), text);
         }
         assert_eq!(ranges(&[0, 1, 2, 5, 7, 8]), "0-2, 5, 7-8");
