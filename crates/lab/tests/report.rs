@@ -338,8 +338,14 @@ fn a_large_report_is_small_and_soon_there() {
     let start = Instant::now();
     let written = write_report(&runs, &[], folder.path()).unwrap();
     let seconds = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    eosphor_lab::compare(&runs);
+    let compared = start.elapsed().as_secs_f64();
     let bytes = fs::metadata(folder.path().join("report.html")).unwrap().len();
-    println!("{} files in {seconds:.3} s; the page has {bytes} bytes", written.len());
+    println!(
+        "{} files in {seconds:.3} s, {compared:.3} s of it to compare; the page has {bytes} bytes",
+        written.len()
+    );
     assert!(bytes <= 2 << 20, "{bytes}");
     is_sound(&fs::read_to_string(folder.path().join("report.html")).unwrap());
 }

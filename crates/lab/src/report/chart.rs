@@ -166,7 +166,7 @@ pub(super) fn text(class: &str, [x, y]: [f64; 2], width: f64, text: &str) -> Mar
 pub(super) fn text_width(text: &str) -> f64 {
     let of = |c: char| match c {
         'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' => 3.6,
-        'm' | 'w' | 'M' | 'W' | '@' | '%' => 10.6,
+        'm' | 'w' | 'M' | 'W' | '@' | '%' => 12.0,
         c if c.is_ascii_uppercase() => 8.6,
         c if c.is_ascii() => 7.5,
         '\u{1100}'.. => 12.5,
@@ -175,7 +175,8 @@ pub(super) fn text_width(text: &str) -> f64 {
     text.chars().map(of).sum()
 }
 
-fn cut(text: &str, width: f64) -> String {
+/// The beginning of a text that is no wider, about.
+pub(super) fn cut(text: &str, width: f64) -> String {
     if text_width(text) <= width {
         return text.to_owned();
     }

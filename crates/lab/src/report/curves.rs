@@ -1,7 +1,7 @@
 //! A chart of curves over an axis: every process, medians with intervals, and what others have published.
 
 use super::chart::{
-    Chart, WIDTH, colour, dots, horizontal_axis, line, mark, path, text, text_width, vertical_axis,
+    Chart, WIDTH, colour, cut, dots, horizontal_axis, line, mark, path, text, text_width, vertical_axis,
 };
 use super::scale::{Scale, tick_label};
 use super::section::{Finding, curves};
@@ -17,8 +17,12 @@ const HEIGHT: f64 = 260.0;
 const LINE: f64 = 19.0;
 /// The most places of variants that the axis names itself.
 const MAX_PLACES: usize = 9;
-/// Dots of processes are this far beside their median, those of each further curve a little farther.
+/// Dots of processes are this far beside their median, those of each further curve a little farther, but not beyond all of it.
 const BESIDE: [f64; 2] = [7.0, 5.0];
+const FARTHEST: f64 = 24.0;
+
+/// The most that a source and its hardware take in the legend.
+const MAX_SOURCE: [f64; 2] = [290.0, 210.0];
 
 /// A point of a curve.
 type Point<'a> = (f64, &'a VariantResult);
@@ -72,7 +76,7 @@ pub(super) fn curve_chart(
         (vertical_axis(&up, &up.ticks(5), [LEFT, RIGHT], [top, bottom]))
         (horizontal_axis(&across, &places(&all, &across), [LEFT, RIGHT], [top, bottom]))
         (text("soft m", [(LEFT + RIGHT) / 2.0, bottom + 34.0], RIGHT - LEFT, &axis.label))
-        @for (number, (_, points)) in all.iter().enumerate() { (curve(number, points, [&across, &up])) }
+        @for (number, (_, points)) in all.iter().enumerate() { (curve([number, all.len()], points, [&across, &up])) }
         @for (number, one) in theirs.iter().enumerate() {
             @for figure in &one.figures {
                 @if let Some(x) = figure.x { (mark("hollow", number + 3, [across.at(x), up.at(figure.value)], 5.5)) }
@@ -95,13 +99,14 @@ fn places(all: &[(&str, Vec<Point>)], across: &Scale) -> Vec<f64> {
     if xs.len() <= MAX_PLACES { xs } else { across.ticks(6) }
 }
 
-fn curve(number: usize, points: &[Point], [across, up]: [&Scale; 2]) -> Markup {
+fn curve([number, count]: [usize; 2], points: &[Point], [across, up]: [&Scale; 2]) -> Markup {
     let class = colour(number);
     let at = |&(x, result): &Point| result.value.map(|(value, _)| [across.at(x), up.at(value)]);
     let corners: Vec<[f64; 2]> = points.iter().filter_map(at).collect();
     let commands: Vec<(&str, &[f64])> =
         corners.iter().enumerate().map(|(n, corner)| (if n == 0 { "M" } else { "L" }, &corner[..])).collect();
-    let beside = BESIDE[0] + BESIDE[1] * number.min(3) as f64;
+    let step = BESIDE[1].min((FARTHEST - BESIDE[0]) / count as f64);
+    let beside = BESIDE[0] + step * number as f64;
     let processes = points
         .iter()
         .flat_map(|(x, result)| result.medians.iter().map(move |&one| [across.at(*x) + beside, up.at(one)]));
@@ -129,7 +134,8 @@ fn theirs<'a>(experiment: &'a Experiment, finding: &Finding, findings: &[Finding
         if !finding.shows(figure, findings) {
             continue;
         }
-        let source = format!("{}, on {}", figure.source, figure.hardware);
+        let source =
+            format!("{}, on {}", cut(&figure.source, MAX_SOURCE[0]), cut(&figure.hardware, MAX_SOURCE[1]));
         match all.iter_mut().find(|one| one.source == source) {
             Some(one) => one.figures.push(figure),
             None => all.push(Theirs { source, figures: vec![figure] }),

@@ -15,8 +15,8 @@ const LEAST: f64 = 1e-3;
 const MAX_TICKS: usize = 12;
 
 impl Scale {
-    /// The axis that shows all these values, with some room at its ends. `None` where there are none that it can show: a logarithmic
-    /// one shows values above 0.
+    /// The axis that shows all these values, with some room at its ends. `None` where there are none that it can show: a
+    /// logarithmic one shows values above 0.
     pub(super) fn of(
         values: impl IntoIterator<Item = f64>,
         is_logarithmic: bool,

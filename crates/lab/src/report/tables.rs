@@ -59,7 +59,7 @@ pub(super) fn quantity(section: &Section, finding: &Finding) -> Markup {
                         th scope="col" { "Over" }
                         th scope="col" { "What may be said" }
                         th scope="col" class="n" { "Processes" }
-                        @if has_answer { th scope="col" { "Answer" } }
+                        @if has_answer { th scope="col" class="n" { "Answer" } }
                         @if has_hits { th scope="col" { "Hits; unlike ours" } }
                     }
                 }
@@ -90,7 +90,7 @@ fn row(finding: &Finding, result: &VariantResult, [has_rate, has_answer, has_hit
             }
             td class=(class(&result.verdict)) { (sign(&result.verdict)) (verdict(&result.verdict, unit)) }
             td class="n" { (result.medians.len()) }
-            @if has_answer { td { (answers(result)) } }
+            @if has_answer { td class="n" { (answers(result)) } }
             @if has_hits { td class="i" { (hits(result)) } }
         }
     }

@@ -1,6 +1,7 @@
 //! Intervals by the bootstrap: how far a median could lie elsewhere, had the processes been others.
 
-use super::{CountedRandom, median, quantile};
+use super::CountedRandom;
+use super::quantile::sorted_quantile;
 
 /// Samples that are drawn.
 const RESAMPLES: usize = 4000;
@@ -16,10 +17,12 @@ pub fn median_interval(values: &[f64], confidence: f64, key: u64) -> Option<[f64
     let mut medians = Vec::with_capacity(RESAMPLES);
     for _ in 0..RESAMPLES {
         drawn.iter_mut().for_each(|value| *value = values[random.next_below(values.len())]);
-        medians.push(median(&drawn)?);
+        drawn.sort_unstable_by(f64::total_cmp);
+        medians.push(sorted_quantile(&drawn, 0.5)?);
     }
+    medians.sort_unstable_by(f64::total_cmp);
     let tail = (1.0 - confidence) / 2.0;
-    Some([quantile(&medians, tail)?, quantile(&medians, 1.0 - tail)?])
+    Some([sorted_quantile(&medians, tail)?, sorted_quantile(&medians, 1.0 - tail)?])
 }
 
 #[cfg(test)]
