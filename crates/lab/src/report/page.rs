@@ -271,7 +271,11 @@ fn caption(section: &Section, finding: &Finding, number: usize, figures: &mut us
     *figures += 1;
     let experiment = section.experiment();
     let slopes = || finding.comparison.slopes.iter();
-    let time = if finding.comparison.unit == MILLISECONDS { "faster, ▲ slower" } else { "less, ▲ more" };
+    let time = if finding.comparison.unit == MILLISECONDS {
+        "faster, ▲\u{a0}slower"
+    } else {
+        "less, ▲\u{a0}more"
+    };
     html! {
         "Figure " (figures) ": " (experiment.name) ", " (finding.comparison.quantity) @if number > 0 { ", ratios" } ". "
         @if number == 0 && experiment.axis.is_some() {
@@ -286,7 +290,7 @@ fn caption(section: &Section, finding: &Finding, number: usize, figures: &mut us
         } @else {
             @if number == 0 { "Dots are processes, ticks their medians, bars intervals of 95 %. " }
             @if finding.comparison.variants.iter().any(|result| result.ratio.is_some()) {
-                "Ratios: ▼ " (time) ", hollow: no claim; shaded: how far the base is from itself. "
+                "Ratios: ▼\u{a0}" (time) ", hollow: no claim; shaded: how far the base is from itself. "
             }
         }
         "Machine and program " (section.records.header.id()) "."
