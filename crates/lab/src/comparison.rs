@@ -76,6 +76,8 @@ pub enum Verdict {
 pub const UNSTABLE: &str = "unstable: other work was seen on the cores in too many blocks";
 /// What it means that the other variant has no measurement.
 const NO_OTHER: &str = "what it is compared with was not measured";
+/// What it means that a run is quick.
+pub const QUICK: &str = "a quick run";
 /// What few blocks mean.
 pub const TOO_FEW: &str = "fewer than 6 blocks";
 
@@ -94,6 +96,8 @@ pub(crate) fn usable_blocks(records: &Records) -> (Vec<u32>, Option<&'static str
         all.iter().copied().partition(|&block| records.is_disturbed(block));
     let enough = CLAIM_BLOCKS as usize;
     match (undisturbed.len(), disturbed.len()) {
+        (quiet, _) if quiet >= enough && records.header.is_quick => (undisturbed, Some(QUICK)),
+        _ if records.header.is_quick => (all, Some(QUICK)),
         (quiet, _) if quiet >= enough => (undisturbed, None),
         (quiet, loud) if quiet + loud >= enough => (all, Some(UNSTABLE)),
         _ => (all, Some(TOO_FEW)),
@@ -284,7 +288,7 @@ impl Series {
 }
 
 /// The median of the repetitions, by the clock that is asked for.
-fn median_of(quantity: &Quantity, clock: Clock) -> Option<f64> {
+pub(crate) fn median_of(quantity: &Quantity, clock: Clock) -> Option<f64> {
     match clock {
         Clock::Cpu if quantity.unit == MILLISECONDS => median(&quantity.cpu),
         _ => median(&quantity.values),

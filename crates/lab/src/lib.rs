@@ -6,7 +6,7 @@
 //! and nothing is claimed of blocks in which other work was seen on the cores.
 //!
 //! The way: [`Experiment`] → [`run`] → [`RecordsFile`] (a line for each process; a run that was ended goes on) → [`compare`] →
-//! [`markdown`]. [`compare_runs`] is for two versions or machines.
+//! [`write_report`], or [`markdown`] alone. [`compare_runs`] is for two versions or machines.
 #![warn(missing_docs)]
 #![forbid(unsafe_code)]
 
@@ -27,7 +27,7 @@ mod stopwatch;
 mod two_runs;
 
 pub use builtin::builtin_experiments;
-pub use comparison::{Comparison, TOO_FEW, UNSTABLE, VariantResult, Verdict, compare};
+pub use comparison::{Comparison, QUICK, TOO_FEW, UNSTABLE, VariantResult, Verdict, compare};
 pub use experiment::{
     Axis, Clock, Experiment, InvalidExperiment, Measure, Published, Quick, Variant, experiment_schema,
 };
@@ -38,7 +38,7 @@ pub use process::allowed_cores;
 pub use program::{Program, hash_of_program};
 pub use quantity::{MILLISECONDS, Quantity, read_quantities};
 pub use records::{Header, Measured, Outcome, Record, Records, RecordsError, RecordsFile};
-pub use report::{changes_markdown, markdown};
+pub use report::{ReportError, ReportPicture, changes_markdown, markdown, write_report};
 pub use run::{CLAIM_BLOCKS, RunError, RunOptions, RunProgress, run};
 pub use stopwatch::{Stopwatch, Times};
 pub use two_runs::{Change, compare_runs};

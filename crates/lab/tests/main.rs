@@ -1,7 +1,9 @@
 //! Runs of programs, and what is said of runs.
 
 mod claims;
+mod report;
 mod runs;
+mod sample;
 
 use eosphor_lab::{Clock, Experiment, Header, Machine, Measure, Program, Variant};
 

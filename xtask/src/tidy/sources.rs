@@ -69,6 +69,7 @@ const RULES: [Rule; 5] = [
             "crates/lab/src/load.rs",
             "crates/lab/src/machine.rs",
             "crates/lab/src/records.rs",
+            "crates/lab/src/report/files.rs",
             "crates/picture/src/frames/",
             "crates/picture/src/locked_file.rs",
             "crates/picture/src/output/",

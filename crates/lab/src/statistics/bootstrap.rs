@@ -1,6 +1,7 @@
 //! Intervals by the bootstrap: how far a median could lie elsewhere, had the processes been others.
 
-use super::{CountedRandom, median, quantile};
+use super::CountedRandom;
+use super::quantile::sorted_quantile;
 
 /// Samples that are drawn.
 const RESAMPLES: usize = 4000;
@@ -11,15 +12,34 @@ pub fn median_interval(values: &[f64], confidence: f64, key: u64) -> Option<[f64
     if values.len() < 2 {
         return None;
     }
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|&one, &other| values[one].total_cmp(&values[other]));
+    let mut places = vec![0; values.len()];
+    order.iter().enumerate().for_each(|(place, &number)| places[number] = place);
     let mut random = CountedRandom::new(key);
-    let mut drawn = vec![0.0; values.len()];
+    // How often each value was drawn, in increasing order: the median is found by counting, without sorting each sample.
+    let mut counts = vec![0; values.len()];
     let mut medians = Vec::with_capacity(RESAMPLES);
     for _ in 0..RESAMPLES {
-        drawn.iter_mut().for_each(|value| *value = values[random.next_below(values.len())]);
-        medians.push(median(&drawn)?);
+        counts.fill(0);
+        (0..values.len()).for_each(|_| counts[places[random.next_below(values.len())]] += 1);
+        let middle =
+            [(values.len() - 1) / 2, values.len() / 2].map(|rank| values[order[drawn_at(&counts, rank)]]);
+        medians.push(sorted_quantile(&middle, 0.5)?);
     }
+    medians.sort_unstable_by(f64::total_cmp);
     let tail = (1.0 - confidence) / 2.0;
-    Some([quantile(&medians, tail)?, quantile(&medians, 1.0 - tail)?])
+    Some([sorted_quantile(&medians, tail)?, sorted_quantile(&medians, 1.0 - tail)?])
+}
+
+/// Which value stands at a rank of a sample, from 0.
+fn drawn_at(counts: &[usize], rank: usize) -> usize {
+    let mut below = 0;
+    let is_reached = |count: &usize| {
+        below += count;
+        below > rank
+    };
+    counts.iter().position(is_reached).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -5,6 +5,11 @@
 pub fn quantile(values: &[f64], share: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
+    sorted_quantile(&sorted, share)
+}
+
+/// That of values in increasing order.
+pub(super) fn sorted_quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let at = share.clamp(0.0, 1.0) * last as f64;
     let (below, part) = (at.floor(), at.fract());
