@@ -42,6 +42,9 @@ pub struct Experiment {
     /// How a quick run differs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quick: Option<Quick>,
+    /// Pictures for the report.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pictures: Vec<Shown>,
     /// What others have published of the same.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub published: Vec<Published>,
@@ -140,6 +143,21 @@ pub struct Quick {
     pub repeats: Option<u32>,
 }
 
+/// A picture for the report, or two that are looked at by turns.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Shown {
+    /// What it shows.
+    pub title: String,
+    /// What there is to see: which one is A and which one B.
+    pub caption: String,
+    /// Arguments of `eosphor render` for A, without an output.
+    pub a: Vec<String>,
+    /// And for B, where there is one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub b: Vec<String>,
+}
+
 /// A figure that others have published.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -175,6 +193,8 @@ const MAX_VARIANTS: usize = 100;
 const MAX_REPEATS: u32 = 1000;
 /// The most bytes of standard input: what a pipe holds without a reader.
 const MAX_INPUT: usize = 4096;
+/// The most pictures of an experiment.
+const MAX_PICTURES: usize = 20;
 
 impl Experiment {
     /// Checks what a file says.
@@ -227,6 +247,9 @@ impl Experiment {
             if self.variant(name).is_none() {
                 return wrong(format!("\"{name}\", which others are compared with, is none of its variants"));
             }
+        }
+        if self.pictures.len() > MAX_PICTURES {
+            return wrong(format!("it may have at most {MAX_PICTURES} pictures"));
         }
         if self.published.iter().any(|figure| !figure.value.is_finite()) {
             return wrong("a published figure must be a number".into());

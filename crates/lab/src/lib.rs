@@ -15,6 +15,7 @@ mod comparison;
 mod experiment;
 mod load;
 mod machine;
+mod pictures;
 mod plan;
 mod process;
 mod program;
@@ -29,16 +30,17 @@ mod two_runs;
 pub use builtin::builtin_experiments;
 pub use comparison::{Comparison, QUICK, TOO_FEW, UNSTABLE, VariantResult, Verdict, compare};
 pub use experiment::{
-    Axis, Clock, Experiment, InvalidExperiment, Measure, Published, Quick, Variant, experiment_schema,
+    Axis, Clock, Experiment, InvalidExperiment, Measure, Published, Quick, Shown, Variant, experiment_schema,
 };
 pub use load::Load;
 pub use machine::{Gpu, Machine};
+pub use pictures::{make_pictures, read_pictures};
 pub use plan::{Slot, block_order};
 pub use process::allowed_cores;
 pub use program::{Program, hash_of_program};
 pub use quantity::{MILLISECONDS, Quantity, read_quantities};
 pub use records::{Header, Measured, Outcome, Record, Records, RecordsError, RecordsFile};
-pub use report::{ReportError, ReportPicture, changes_markdown, markdown, write_report};
+pub use report::{ReportError, ReportPicture, changes_markdown, markdown, readme_table, write_report};
 pub use run::{CLAIM_BLOCKS, RunError, RunOptions, RunProgress, run};
 pub use stopwatch::{Stopwatch, Times};
 pub use two_runs::{Change, compare_runs};

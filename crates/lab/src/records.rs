@@ -32,6 +32,9 @@ pub struct Header {
     /// The experiment is run as `--quick` has it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_quick: bool,
+    /// The file that describes the experiment, as it was named; `None`: it comes with the program.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
     /// Where it ran.
     pub machine: Machine,
     /// What was run.
@@ -127,7 +130,7 @@ impl Header {
         let experiment = if is_quick { experiment.quickly() } else { experiment.clone() };
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let began = now.map_or(0, |since| since.as_secs());
-        Header { format: FORMAT, program, began, seed, is_quick, machine, experiment }
+        Header { format: FORMAT, program, began, seed, is_quick, source: None, machine, experiment }
     }
 
     /// Names machine and program in 8 digits: figures with the same ones were measured by the same program on the same machine.
@@ -138,7 +141,7 @@ impl Header {
 
     /// Whether a run with this header goes on with the lines of the other one.
     fn is_same_run(&self, other: &Header) -> bool {
-        let when = |header: &Header| Header { began: 0, seed: 0, ..header.clone() };
+        let when = |header: &Header| Header { began: 0, seed: 0, source: None, ..header.clone() };
         when(self) == when(other)
     }
 }

@@ -29,6 +29,7 @@ fn experiment(names: &[&str], script: &str) -> Experiment {
         repeats: 1,
         axis: None,
         quick: None,
+        pictures: Vec::new(),
         published: Vec::new(),
     }
 }

@@ -73,6 +73,7 @@ pub fn experiment(name: &str, question: &str, truths: &[Truth], axis: Option<Axi
         repeats: 5,
         axis,
         quick: None,
+        pictures: Vec::new(),
         published: Vec::new(),
     }
 }

@@ -47,6 +47,9 @@ pub(crate) struct BenchNoiseFlags {
     /// How often the noise is measured, with other seeds each time, 1 to 10000
     #[arg(long, value_name = "N", default_value = "3", value_parser = whole::<usize>(REPEATS), allow_hyphen_values = true)]
     pub(crate) repeats: usize,
+    /// Give each sample a seed of its own, as plain Monte Carlo has it; Eosphor spreads the samples of a pixel evenly
+    #[arg(long)]
+    pub(crate) independent: bool,
     /// Print a line for eosphor lab
     #[arg(long)]
     pub(crate) lines: bool,

@@ -71,3 +71,9 @@ pub(super) const LAB_COMPARE: &str = "\
 Examples:
   eosphor lab run structures builders -o before
   eosphor lab compare before after";
+
+pub(super) const LAB_REPORT: &str = "\
+Examples:
+  eosphor lab report
+  eosphor lab report -o results
+  eosphor lab report --table eosphor-lab/structures.jsonl";

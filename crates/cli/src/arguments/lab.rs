@@ -20,7 +20,10 @@ pub(crate) enum Lab {
     /// goes on; each process is on the disk when it has ended.
     #[command(after_help = super::examples::LAB_RUN)]
     Run(LabRunFlags),
-    /// Print what runs have found, as far as they are, in Markdown
+    /// Write what runs have found, as far as they are: a page, Markdown, charts and tables
+    ///
+    /// report.html needs no other file. report.md has its charts in charts/; tables/ has all values as CSV.
+    #[command(after_help = super::examples::LAB_REPORT)]
     Report(LabReportFlags),
     /// Compare two runs of the same experiments: two versions, or two machines
     ///
@@ -71,7 +74,10 @@ pub(crate) struct LabReportFlags {
     /// Files of runs [default: all of the folder]
     #[arg(value_name = "RUN")]
     pub(crate) runs: Vec<PathBuf>,
-    /// The folder that runs are kept in
+    /// The folder that runs are kept in, and the report is written to
     #[arg(short, long, value_name = "FOLDER", default_value = "eosphor-lab")]
     pub(crate) output: PathBuf,
+    /// Print one short table for each run instead, in Markdown
+    #[arg(long)]
+    pub(crate) table: bool,
 }

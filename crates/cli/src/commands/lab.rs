@@ -7,7 +7,8 @@ use crate::streams::{self, Verbosity};
 use eosphor::{explain, first_gpu};
 use eosphor_lab::{
     Change, Experiment, Header, Machine, Program, Records, RecordsFile, RunOptions, RunProgress, Verdict,
-    builtin_experiments, changes_markdown, compare_runs, experiment_schema, hash_of_program, markdown, run,
+    builtin_experiments, changes_markdown, compare_runs, experiment_schema, hash_of_program, make_pictures,
+    markdown, read_pictures, readme_table, run, write_report,
 };
 use std::fmt::Write;
 use std::fs;
@@ -32,8 +33,8 @@ pub(crate) fn lab_list() -> Result<(), Failure> {
 
 pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
     let verbosity = if flags.quiet { Verbosity::Quiet } else { Verbosity::Normal };
-    let experiments = match flags.all {
-        true => builtin_experiments(),
+    let experiments: Vec<(Experiment, Option<String>)> = match flags.all {
+        true => builtin_experiments().into_iter().map(|experiment| (experiment, None)).collect(),
         false => flags.experiments.iter().map(|name| find(name)).collect::<Result<_, _>>()?,
     };
     interrupt::watch(verbosity)?;
@@ -49,11 +50,12 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
     })?;
     let machine = Machine::this_one();
     let seed = flags.seed.unwrap_or_else(random_seed);
-    for experiment in experiments {
+    for (experiment, source) in experiments {
         let name = experiment.name.clone();
         let quick = if flags.quick { "-quick" } else { "" };
         let path = folder.join(format!("{name}{quick}.{ENDING}"));
-        let header = Header::new(&experiment, flags.quick, machine.clone(), seed, this_program.clone());
+        let mut header = Header::new(&experiment, flags.quick, machine.clone(), seed, this_program.clone());
+        header.source = source;
         let mut file = RecordsFile::open(&path, header).map_err(Failure::because)?;
         let kept = file.records.header.seed;
         if flags.seed.is_some_and(|seed| seed != kept) {
@@ -76,6 +78,9 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
                 "interrupted; {count} processes are in {}: the same command goes on",
                 path.display()
             )));
+        }
+        if let Err(why) = make_pictures(&experiment, &options.program, &path) {
+            verbosity.say(Verbosity::Normal, &format!("{name}: note: {why}"));
         }
         streams::result(&markdown(&[file.records.clone()]))?;
     }
@@ -101,7 +106,15 @@ pub(crate) fn lab_report(flags: &LabReportFlags) -> Result<(), Failure> {
         false => flags.runs.clone(),
     };
     let runs = read_all(&paths)?;
-    streams::result(&format!("# Eosphor, measured\n\n{}", markdown(&runs)))
+    if flags.table {
+        let tables: Vec<String> = runs.iter().map(readme_table).collect();
+        return streams::result(&tables.join("\n"));
+    }
+    let pictures: Vec<_> =
+        runs.iter().zip(&paths).flat_map(|(records, path)| read_pictures(records, path)).collect();
+    let written = write_report(&runs, &pictures, &flags.output).map_err(Failure::because)?;
+    let page = flags.output.join("report.html");
+    streams::result(&format!("{} and {} files beside it\n", page.display(), written.len().saturating_sub(1)))
 }
 
 pub(crate) fn lab_compare(flags: &LabCompareFlags) -> Result<(), Failure> {
@@ -150,10 +163,10 @@ fn runs_of(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     }
 }
 
-/// The experiment of this name, or of this file.
-fn find(name: &str) -> Result<Experiment, Failure> {
+/// The experiment of this name, or of this file, and the file.
+fn find(name: &str) -> Result<(Experiment, Option<String>), Failure> {
     if let Some(experiment) = builtin_experiments().into_iter().find(|experiment| experiment.name == name) {
-        return Ok(experiment);
+        return Ok((experiment, None));
     }
     if !name.ends_with(".json") {
         let names: Vec<String> =
@@ -175,7 +188,7 @@ fn find(name: &str) -> Result<Experiment, Failure> {
     let experiment: Experiment =
         serde_json::from_str(&text).map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
     experiment.check().map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
-    Ok(experiment)
+    Ok((experiment, Some(name.to_owned())))
 }
 
 /// Different with every call.

@@ -200,7 +200,7 @@ fn machine(machine: &Machine) -> String {
 }
 
 /// Text of files and programs, for a cell of a table.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -2,7 +2,6 @@
 
 use super::scale::tick_label;
 use super::words::{self, rate, shortened};
-use crate::builtin::builtin_experiments;
 use crate::comparison::{Comparison, VariantResult, Verdict, compare};
 use crate::experiment::{Experiment, Published, Variant};
 use crate::machine::Machine;
@@ -96,16 +95,14 @@ impl Section<'_> {
     /// The command that repeats it.
     pub(super) fn command(&self) -> String {
         let header = &self.records.header;
-        let name = &header.experiment.name;
-        let is_builtin = builtin_experiments().iter().any(|one| one.name == *name);
-        let file = if is_builtin { "" } else { ".json" };
+        let name = header.source.as_ref().unwrap_or(&header.experiment.name);
         let how = if header.is_quick {
             "--quick".to_owned()
         } else {
             let counts = self.counts();
             format!("--blocks {}", (counts.blocks - counts.disturbed).max(CLAIM_BLOCKS))
         };
-        format!("eosphor lab run {}{file} {how} --seed {}", words::quoted(name), header.seed)
+        format!("eosphor lab run {} {how} --seed {}", words::quoted(name), header.seed)
     }
 
     /// What else ran, in words.

@@ -65,6 +65,17 @@ pub(super) fn utc(seconds: u64) -> String {
     timestamp.map_or("not known".to_owned(), |time| time.strftime("%Y-%m-%d %H:%M UTC").to_string())
 }
 
+/// Its processor and how many cores of it were used, and its GPUs.
+pub(super) fn machine_in_short(machine: &Machine) -> String {
+    let cpu = machine.cpu.as_deref().unwrap_or("a processor that the system does not name");
+    let cores = match machine.allowed_cores.len().max(1) {
+        1 => "1 core".to_owned(),
+        n => format!("{n} cores"),
+    };
+    let gpus = machine.gpus.iter().map(|gpu| format!(", {}, driver {}", gpu.name, gpu.driver));
+    format!("{cores} of {cpu}{}", gpus.collect::<String>())
+}
+
 /// Names and values of all that is known of a machine.
 pub(super) fn machine_fields(machine: &Machine) -> Vec<(&'static str, String)> {
     let known = |text: &Option<String>| text.clone().unwrap_or_else(|| "not told by the system".to_owned());

@@ -22,20 +22,30 @@ pub(crate) fn bench_noise(flags: &BenchNoiseFlags) -> Result<(), Failure> {
     let backend = backend_for(&flags.device, flags.picture.accel, false, Verbosity::Normal)?;
     let (cancel, watch) = (AtomicBool::new(false), |_| ());
     let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false, frame: None };
-    let (first, mut rays) = (scene.settings.seed, 0);
-    let mut values = Vec::new();
-    for repeat in 0..flags.repeats as u32 {
-        let mut pictures = Vec::new();
-        for of_pair in 0..2 {
-            scene.settings.seed = first.wrapping_add(2 * repeat + of_pair);
+    let samples = scene.settings.samples;
+    // How many pictures are averaged, so that no two samples know of each other.
+    let averaged = if flags.independent { samples } else { 1 };
+    scene.settings.samples = samples / averaged;
+    let mut seed = scene.settings.seed;
+    let mut picture = || -> Result<Vec<f64>, Failure> {
+        let mut sum: Vec<f64> = Vec::new();
+        for _ in 0..averaged {
+            scene.settings.seed = seed;
+            seed = seed.wrapping_add(1);
             let prepared = backend.prepare(Arc::new(SceneData::flatten(&scene)?.0))?;
-            let rendered = prepared.render(&control)?;
-            rays = rendered.statistics.total_rays();
-            let channels = rendered.film.pixels.iter().flat_map(|color| [color.x, color.y, color.z]);
-            pictures.push(channels.map(f64::from).collect::<Vec<f64>>());
+            let film = prepared.render(&control)?.film;
+            sum.resize(3 * film.pixels.len(), 0.0);
+            let channels = film.pixels.iter().flat_map(|color| [color.x, color.y, color.z]);
+            sum.iter_mut().zip(channels).for_each(|(sum, channel)| *sum += f64::from(channel));
         }
-        let squares = pictures[0].iter().zip(&pictures[1]).map(|(a, b)| (a - b).powi(2));
-        values.push((squares.sum::<f64>() / pictures[0].len().max(1) as f64 / 2.0).sqrt());
+        sum.iter_mut().for_each(|sum| *sum /= f64::from(averaged));
+        Ok(sum)
+    };
+    let mut values = Vec::with_capacity(flags.repeats);
+    for _ in 0..flags.repeats {
+        let [one, other] = [picture()?, picture()?];
+        let squares = one.iter().zip(&other).map(|(a, b)| (a - b).powi(2));
+        values.push((squares.sum::<f64>() / one.len().max(1) as f64 / 2.0).sqrt());
     }
     if let Some(0.0) = values.iter().copied().reduce(f64::min) {
         let problem =
@@ -48,9 +58,5 @@ pub(crate) fn bench_noise(flags: &BenchNoiseFlags) -> Result<(), Failure> {
         return streams::result(&lines(&[noise])?);
     }
     let text: String = values.iter().map(|noise| format!("noise {noise:.6}\n")).collect();
-    streams::result(&format!(
-        "{}; {} samples a pixel, {rays} rays\n{text}",
-        backend.describe(),
-        scene.settings.samples
-    ))
+    streams::result(&format!("{}; {samples} samples a pixel\n{text}", backend.describe()))
 }
