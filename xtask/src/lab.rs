@@ -209,7 +209,7 @@ fn kills(lab: &Lab, _: u32) -> anyhow::Result<String> {
             bail!("twice in the file: {place}");
         }
     }
-    ensure!(places.len() % 3 == 0 && places.len() >= 18, "{} processes", places.len());
+    ensure!(places.len().is_multiple_of(3) && places.len() >= 18, "{} processes", places.len());
     Ok(format!("{killed} kills, {} processes, each once", places.len()))
 }
 

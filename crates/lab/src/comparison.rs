@@ -12,7 +12,7 @@ pub(crate) const WRONG: f64 = 0.05;
 
 /// What was found of a quantity.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comparison {
+pub struct QuantityComparison {
     /// The quantity.
     pub quantity: String,
     /// The unit of its values.
@@ -32,8 +32,8 @@ pub struct VariantResult {
     pub variant: String,
     /// Rays.
     pub work: Option<u64>,
-    /// The medians of its processes, in undisturbed blocks or, where those are too few, in all; the median of each process is of its
-    /// repetitions.
+    /// The medians of its processes, in undisturbed blocks or, where those are too few, in all; the median of each process is of
+    /// its repetitions.
     pub medians: Vec<f64>,
     /// Their median and its interval of 95 %.
     pub value: Option<(f64, Option<[f64; 2]>)>,
@@ -82,8 +82,8 @@ pub const QUICK: &str = "a quick run";
 pub const TOO_FEW: &str = "fewer than 6 blocks";
 
 /// Compares what runs have so far; claims are corrected for the number of all of them.
-pub fn compare(runs: &[Records]) -> Vec<Vec<Comparison>> {
-    let mut compared: Vec<(Vec<Comparison>, _)> = runs.iter().map(compare_run).collect();
+pub fn compare(runs: &[Records]) -> Vec<Vec<QuantityComparison>> {
+    let mut compared: Vec<(Vec<QuantityComparison>, _)> = runs.iter().map(compare_run).collect();
     judge(&mut compared);
     compared.into_iter().map(|(comparisons, _)| comparisons).collect()
 }
@@ -104,7 +104,7 @@ pub(crate) fn usable_blocks(records: &Records) -> (Vec<u32>, Option<&'static str
     }
 }
 
-fn compare_run(records: &Records) -> (Vec<Comparison>, Option<&'static str>) {
+fn compare_run(records: &Records) -> (Vec<QuantityComparison>, Option<&'static str>) {
     let experiment = &records.header.experiment;
     let (blocks, no_claim) = usable_blocks(records);
     let seed = records.header.seed;
@@ -117,13 +117,13 @@ fn compare_run(records: &Records) -> (Vec<Comparison>, Option<&'static str>) {
             let other = experiment.against(variant).map(|other| of(other, false));
             series.result(records, variant, other.as_ref(), seed)
         });
-        Comparison { variants: variants.collect(), noise, slopes, unit, quantity }
+        QuantityComparison { variants: variants.collect(), noise, slopes, unit, quantity }
     };
     (quantities(records).into_iter().map(of_quantity).collect(), no_claim)
 }
 
 /// Says what may be said, of all ratios together.
-fn judge(runs: &mut [(Vec<Comparison>, Option<&'static str>)]) {
+fn judge(runs: &mut [(Vec<QuantityComparison>, Option<&'static str>)]) {
     let results = || runs.iter().flat_map(|(run, _)| run).flat_map(|comparison| &comparison.variants);
     let probabilities: Vec<f64> = results().filter_map(|result| Some(result.ratio.as_ref()?.p)).collect();
     let mut corrected = holm(&probabilities).into_iter();
@@ -147,7 +147,7 @@ fn judge(runs: &mut [(Vec<Comparison>, Option<&'static str>)]) {
     }
 }
 
-impl Comparison {
+impl QuantityComparison {
     /// How far the base may be from itself, as the logarithm of a ratio: infinitely far where that was not measured.
     fn noise_logarithm(&self) -> f64 {
         let bounds = self.noise.as_ref().map(|noise| noise.student_interval.map(|bound| bound.ln().abs()));

@@ -1,9 +1,9 @@
 //! The laboratory of the Eosphor ray tracer: experiments about speed whose results can be trusted.
 //!
-//! The unit of repetition is a fresh process. An [`Experiment`] has variants; a block runs each of them once, in a random order, and
-//! the base twice, so that the noise is measured and not assumed. What is said of a run ([`compare`]) are medians over processes with
-//! intervals, ratios of the same block, and claims that are corrected for their number. Times of different answers are not compared,
-//! and nothing is claimed of blocks in which other work was seen on the cores.
+//! The unit of repetition is a fresh process. An [`Experiment`] has variants; a block runs each of them once, in a random order,
+//! and the base twice, so that the noise is measured and not assumed. What is said of a run ([`compare`]) are medians over
+//! processes with intervals, ratios of the same block, and claims that are corrected for their number. Times of different answers
+//! are not compared, and nothing is claimed of blocks in which other work was seen on the cores.
 //!
 //! The way: [`Experiment`] → [`run`] → [`RecordsFile`] (a line for each process; a run that was ended goes on) → [`compare`] →
 //! [`write_report`], or [`markdown`] alone. [`compare_runs`] is for two versions or machines.
@@ -28,7 +28,7 @@ mod stopwatch;
 mod two_runs;
 
 pub use builtin::builtin_experiments;
-pub use comparison::{Comparison, QUICK, TOO_FEW, UNSTABLE, VariantResult, Verdict, compare};
+pub use comparison::{QUICK, QuantityComparison, TOO_FEW, UNSTABLE, VariantResult, Verdict, compare};
 pub use experiment::{
     Axis, Clock, Experiment, InvalidExperiment, Measure, Published, Quick, Shown, Variant, experiment_schema,
 };

@@ -30,9 +30,9 @@ pub struct Load {
     pub megahertz: Option<[f64; 2]>,
 }
 
-/// More than this counts as disturbed: other programs, and the host.
-const MOST_OTHER: f64 = 0.10;
-const MOST_STOLEN: f64 = 0.05;
+/// More than this for each core, and once more, counts as disturbed: other programs, and the host.
+const MOST_OTHER: f64 = 0.05;
+const MOST_STOLEN: f64 = 0.025;
 
 /// Seconds between two looks of the system at a core.
 const TICK: f64 = 0.01;
@@ -43,9 +43,10 @@ pub(crate) fn rounded(value: f64) -> f64 {
 }
 
 impl Load {
-    /// Whether a measurement under this load is not to be trusted.
-    pub fn disturbs(&self) -> bool {
-        self.other_cores > MOST_OTHER || self.stolen_cores > MOST_STOLEN
+    /// Whether a measurement under this load is not to be trusted, of a process that could use so many cores.
+    pub fn disturbs(&self, cores: usize) -> bool {
+        let parts = (cores + 1) as f64;
+        self.other_cores > MOST_OTHER * parts || self.stolen_cores > MOST_STOLEN * parts
     }
 
     /// That of a process which took so many seconds of these cores' time, over so many seconds.
@@ -134,8 +135,8 @@ mod tests {
         let after = CoreTimes { busy: 13.01, stolen: 1.11, elsewhere: 5.01, counts };
         let load = Load::between(before, after, 2.0, 2.0);
         assert_eq!([load.other_cores, load.stolen_cores, load.elsewhere_cores], [0.5, 0.05, 1.0]);
-        assert!(load.disturbs());
+        assert!(load.disturbs(1) && !load.disturbs(16));
         assert_eq!(Load::between(before, before, 0.01, 1.0).other_cores, 0.0);
-        assert!(!Load { other_cores: 0.01, elsewhere_cores: 1.0, ..Load::default() }.disturbs());
+        assert!(!Load { other_cores: 0.01, elsewhere_cores: 1.0, ..Load::default() }.disturbs(1));
     }
 }

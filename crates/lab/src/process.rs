@@ -32,7 +32,8 @@ const MAX_OUTPUT: u64 = 4 << 20;
 /// How long the load before a process is looked at.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Where `mpirun` is Open MPI's, it starts no more ranks than there are cores, and none for root (as in containers), unless it is told.
+/// Where `mpirun` is Open MPI's, it starts no more ranks than there are cores, and none for root (as in containers), unless it is
+/// told.
 const OPEN_MPI: [(&str, &str); 4] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),

@@ -177,8 +177,10 @@ impl Records {
 
     /// Whether other work was seen on the cores in a block.
     pub fn is_disturbed(&self, block: u32) -> bool {
+        let allowed = self.header.machine.allowed_cores.len().max(1);
+        let cores = self.header.experiment.cores.map_or(allowed, |cores| cores.min(allowed));
         self.records.iter().filter(|record| record.block == block).any(|record| match &record.outcome {
-            Outcome::Measured(measured) => measured.load.is_some_and(|load| load.disturbs()),
+            Outcome::Measured(measured) => measured.load.is_some_and(|load| load.disturbs(cores)),
             Outcome::Failed(_) => false,
         })
     }

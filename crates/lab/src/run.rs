@@ -51,8 +51,8 @@ pub enum RunError {
     },
 }
 
-/// Runs what is missing of a run. Each process is in the file when it has ended. Blocks that other work has disturbed are run again,
-/// as many as were wanted at most; both are kept. Whether all was run: `cancel` ends it after the process that runs.
+/// Runs what is missing of a run. Each process is in the file when it has ended. Blocks that other work has disturbed are run
+/// again, as many as were wanted at most; both are kept. Whether all was run: `cancel` ends it after the process that runs.
 ///
 /// # Errors
 ///

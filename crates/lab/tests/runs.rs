@@ -37,7 +37,7 @@ fn a_run_is_in_its_file() {
     assert_eq!(Records::read(&path).unwrap(), records);
     let places = places(&records);
     assert!(
-        places.values().all(|&count| count == 1) && places.len() % 3 == 0 && places.len() >= 6,
+        places.values().all(|&count| count == 1) && places.len().is_multiple_of(3) && places.len() >= 6,
         "{places:?}"
     );
     let Outcome::Measured(measured) = &records.records[0].outcome else { panic!("{:?}", records.records[0]) };

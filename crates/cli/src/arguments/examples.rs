@@ -65,12 +65,14 @@ Examples:
 pub(super) const BENCH_NOISE: &str = "\
 Examples:
   eosphor bench noise builtin:cornell
-  eosphor bench noise builtin:cornell --samples 64 --size 160x128";
+  eosphor bench noise builtin:cornell --samples 64 --size 160x128
+  eosphor bench noise builtin:cornell --samples 64 --size 160x128 --independent";
 
 pub(super) const LAB_COMPARE: &str = "\
 Examples:
   eosphor lab run structures builders -o before
-  eosphor lab compare before after";
+  eosphor lab compare before after
+  eosphor lab compare before/structures.jsonl after/structures.jsonl";
 
 pub(super) const LAB_REPORT: &str = "\
 Examples:

@@ -61,9 +61,9 @@ pub(crate) struct LabRunFlags {
     /// Two blocks of less work, of which nothing is claimed
     #[arg(long, conflicts_with = "blocks")]
     pub(crate) quick: bool,
-    /// Seed of the orders of blocks, 0 to 18446744073709551615 [default: random; of a run that goes on, its own]
-    #[arg(long, value_name = "N")]
-    pub(crate) seed: Option<u64>,
+    /// Seed of the orders of blocks, 0 to 4294967295 [default: random; of a run that goes on, its own]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX), allow_hyphen_values = true)]
+    pub(crate) seed: Option<u32>,
     /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,

@@ -8,7 +8,21 @@ use eosphor::{CourseOptions, CpuOptions, CudaOptions, RenderSettings, SaveOption
 use std::fmt::Debug;
 
 /// What a value may be that nothing is wrong with before it is looked for.
-const FREE: [&str; 8] = ["SCENE", "OUT", "OUT.png", "FILE", "SHARE", "A", "B", "camera"];
+const FREE: [&str; 13] = [
+    "SCENE",
+    "OUT",
+    "OUT.png",
+    "FILE",
+    "SHARE",
+    "A",
+    "B",
+    "camera",
+    "FOLDER",
+    "EXPERIMENT",
+    "RUN",
+    "FIRST",
+    "SECOND",
+];
 
 /// Of the values that are words: whatever else a flag takes may begin with a dash.
 const WORDS: [&str; 13] = [

@@ -49,7 +49,7 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
         Failure::Failed(format!("cannot make the folder: {}: {}", folder.display(), explain(&error)))
     })?;
     let machine = Machine::this_one();
-    let seed = flags.seed.unwrap_or_else(random_seed);
+    let seed = u64::from(flags.seed.unwrap_or_else(random_seed));
     for (experiment, source) in experiments {
         let name = experiment.name.clone();
         let quick = if flags.quick { "-quick" } else { "" };
@@ -58,7 +58,7 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
         header.source = source;
         let mut file = RecordsFile::open(&path, header).map_err(Failure::because)?;
         let kept = file.records.header.seed;
-        if flags.seed.is_some_and(|seed| seed != kept) {
+        if flags.seed.is_some_and(|seed| u64::from(seed) != kept) {
             return Err(Failure::Usage(format!(
                 "--seed {seed}: {} has a run with seed {kept}; leave the flag out to go on with it",
                 path.display()
@@ -192,7 +192,7 @@ fn find(name: &str) -> Result<(Experiment, Option<String>), Failure> {
 }
 
 /// Different with every call.
-fn random_seed() -> u64 {
+fn random_seed() -> u32 {
     use std::hash::{BuildHasher, RandomState};
-    RandomState::new().hash_one(std::process::id())
+    RandomState::new().hash_one(std::process::id()) as u32
 }

@@ -2,7 +2,7 @@
 
 use super::scale::tick_label;
 use super::words::{self, rate, shortened};
-use crate::comparison::{Comparison, VariantResult, Verdict, compare};
+use crate::comparison::{QuantityComparison, VariantResult, Verdict, compare};
 use crate::experiment::{Experiment, Published, Variant};
 use crate::machine::Machine;
 use crate::plan::Slot;
@@ -26,7 +26,7 @@ pub(super) struct Finding {
     pub(super) stem: String,
     /// What its values count, as people read it.
     pub(super) unit: String,
-    pub(super) comparison: Comparison,
+    pub(super) comparison: QuantityComparison,
 }
 
 /// All runs, and the number of their ratios.
@@ -38,7 +38,7 @@ pub(super) fn sections(runs: &[Records]) -> (Vec<Section<'_>>, usize) {
     let sections = runs.iter().zip(compared).map(|(records, comparisons)| {
         let experiment = &records.header.experiment;
         let stem = free_name(&experiment.name, "experiment", &mut taken);
-        let finding = |comparison: Comparison| Finding {
+        let finding = |comparison: QuantityComparison| Finding {
             stem: free_name(&format!("{stem}-{}", comparison.quantity), "quantity", &mut taken),
             unit: words::unit_of(experiment, &comparison.unit),
             comparison,

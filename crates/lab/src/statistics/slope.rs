@@ -13,7 +13,8 @@ pub struct Slope {
     pub interval: Option<[f64; 2]>,
 }
 
-/// Fits a line to the logarithms of each block's points (x, y), by least squares. `None` where no block has two points of different x.
+/// Fits a line to the logarithms of each block's points (x, y), by least squares. `None` where no block has two points of
+/// different x.
 pub fn log_log_slope(blocks: &[Vec<(f64, f64)>], key: u64) -> Option<Slope> {
     let of_blocks: Vec<f64> = blocks.iter().filter_map(|points| fit(points)).collect();
     Some(Slope { slope: median(&of_blocks)?, interval: median_interval(&of_blocks, 0.95, key), of_blocks })

@@ -11,8 +11,9 @@ use eosphor_lab::Quantity;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// The noise of each repetition: the root of the mean square of half the difference of two pictures of other seeds, times the root of
-/// two. Errors of both are independent and equally large, so that is their standard deviation, without a picture that is thought true.
+/// The noise of each repetition: the root mean square of the difference of two pictures with seeds of their own, over the root of
+/// two. The errors of both are independent and equally large, so that is the standard deviation of one, and no picture has to be
+/// thought true.
 pub(crate) fn bench_noise(flags: &BenchNoiseFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
     let options =
