@@ -122,7 +122,7 @@ pub(crate) enum Command {
     Merge(MergeFlags),
     /// Measure the speed of a device, and compare its answers with the CPU's
     Bench(BenchFlags),
-    /// Run experiments about speed, in fresh processes and random order, and say what may be said of them
+    /// Run experiments about speed, and say what may be trusted of them
     Lab(LabFlags),
     /// List the devices that can render
     Devices(DevicesFlags),
