@@ -10,8 +10,8 @@ fn main() {
     let folder = env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
     let git = |arguments: &[&str]| said("git", &[&["-C", &folder], arguments].concat());
     let commit = git(&["ls-files", "--error-unmatch", "build.rs"])
-        .and_then(|_| git(&["rev-parse", "--short=12", "HEAD"]));
-    for name in ["HEAD", "logs/HEAD"] {
+        .and_then(|_| git(&["describe", "--always", "--abbrev=12", "--exclude=*", "--dirty=+changes"]));
+    for name in ["HEAD", "logs/HEAD", "index"] {
         let path = git(&["rev-parse", "--path-format=absolute", "--git-path", name]);
         // Of a file that is not there, cargo thinks that it has changed.
         if let Some(path) = path.filter(|path| Path::new(path).exists()) {

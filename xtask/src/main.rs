@@ -11,6 +11,7 @@ mod lines;
 mod ptx;
 mod sheet;
 mod structures;
+mod tables;
 mod tidy;
 mod tour;
 
@@ -64,6 +65,11 @@ const COMMANDS: &[Command] = &[
         "structures",
         "measure every structure and builder, and write the tables of docs/accel-speed.md [--quick] [SCENES_DIR]",
         structures::run,
+    ),
+    (
+        "tables",
+        "check that the tables of READMEs are those of the runs that they name; --write makes them anew",
+        tables::run,
     ),
     (
         "tidy",

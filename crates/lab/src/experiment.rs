@@ -170,7 +170,7 @@ pub struct Published {
     pub hardware: String,
     /// The figure.
     pub value: f64,
-    /// Its unit.
+    /// Its unit; of a ratio `times as fast` or `times as long`.
     pub unit: String,
     /// Where it stands on the axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]

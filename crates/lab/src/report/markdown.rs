@@ -120,7 +120,7 @@ fn published(all: &[Beside]) -> String {
         let figure = one.figure;
         let ours = one.ours.map_or("–".to_owned(), |(_, ours)| format!("{} {}", number(ours), figure.unit));
         let hardware = if one.is_same_hardware { "" } else { " (different hardware)" };
-        let times = one.times().map(|times| format!("ours is {times:.2}× theirs{hardware}"));
+        let times = one.times().map(|times| format!("ours is {}× theirs{hardware}", words::ratio(times)));
         let value = format!("{} {}", figure.value, figure.unit);
         let cells =
             [&figure.what, &value, &figure.hardware, &figure.source, &ours, &times.unwrap_or_default()];

@@ -265,11 +265,12 @@ impl Section<'_> {
         let in_words = |one: &CurveClaims| {
             let (series, other, quantity, said) = one.said;
             let quantity = if quantity.is_empty() { String::new() } else { format!("{quantity}: ") };
-            let (places, ratios) =
-                (ends(&one.places, tick_label), ends(&one.ratios, |ratio| format!("{ratio:.2}")));
+            let (places, ratios) = (ends(&one.places, tick_label), ends(&one.ratios, words::ratio));
             match series.is_empty() {
-                true => format!("with {label} {places}, it {said} {other} ({quantity}{ratios})"),
-                false => format!("{series} {said} {other} ({quantity}{ratios}, with {label} {places})"),
+                true => format!("with {label} {places}, it {said} {other} ({quantity}{ratios} of that)"),
+                false => {
+                    format!("{series} {said} {other} ({quantity}{ratios} of that, with {label} {places})")
+                }
             }
         };
         let slopes = self.findings.iter().filter(|finding| !finding.comparison.slopes.is_empty());
@@ -318,9 +319,9 @@ impl Finding {
         let against = result.against.as_deref()?;
         let said = self.said(&result.verdict)?;
         let quantity = if with_quantity { format!("{}: ", self.comparison.quantity) } else { String::new() };
-        let [low, high] = ratio.interval.map(|end| format!("{end:.2}"));
-        let value = ratio.ratio;
-        Some(format!("{} {said} {against} ({quantity}{value:.2} [{low}, {high}])", result.variant))
+        let [low, high] = ratio.interval.map(words::ratio);
+        let value = words::ratio(ratio.ratio);
+        Some(format!("{} {said} {against} ({quantity}{value} [{low}, {high}] of that)", result.variant))
     }
 
     /// The first value that there is, in words.
@@ -362,6 +363,9 @@ impl Finding {
         match &figure.unit[..] {
             unit if unit == self.unit => Some(value),
             "Mrays/s" => rate(value, result.work, &self.comparison.unit),
+            // Beside what it is compared with.
+            "times as fast" => result.ratio.as_ref().map(|ratio| 1.0 / ratio.ratio),
+            "times as long" => result.ratio.as_ref().map(|ratio| ratio.ratio),
             _ => None,
         }
     }

@@ -255,7 +255,7 @@ pub(super) fn published(section: &Section) -> Markup {
                                 } @else { td class="n" { "–" } }
                                 td class="wide" {
                                     @if let Some(times) = one.times() {
-                                        "ours is " (format!("{times:.2}")) "× theirs"
+                                        "ours is " (super::words::ratio(times)) "× theirs"
                                         @if !one.is_same_hardware { " (different hardware)" }
                                     } @else { "–" }
                                 }

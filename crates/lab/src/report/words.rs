@@ -16,6 +16,12 @@ pub(super) fn number(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
+/// A ratio with two digits that count, or two after the point.
+pub(super) fn ratio(value: f64) -> String {
+    let digits = (1.0 - value.abs().max(1e-9).log10().floor()).clamp(2.0, 9.0) as usize;
+    format!("{value:.digits$}")
+}
+
 /// Both ends of an interval.
 pub(super) fn range(interval: Option<[f64; 2]>) -> String {
     interval.map_or("–".to_owned(), |[low, high]| format!("{} to {}", number(low), number(high)))
