@@ -73,13 +73,13 @@ pub enum Verdict {
 }
 
 /// What disturbed blocks mean for a run.
-pub const UNSTABLE: &str = "unstable: other work was seen on the cores in too many blocks";
+pub const UNSTABLE: &str = "unstable: other programs ran on its cores in too many blocks";
 /// What it means that the other variant has no measurement.
 const NO_OTHER: &str = "what it is compared with was not measured";
 /// What it means that a run is quick.
 pub const QUICK: &str = "a quick run";
 /// What few blocks mean.
-pub const TOO_FEW: &str = "fewer than 6 blocks";
+pub const TOO_FEW: &str = "fewer than 6 undisturbed blocks";
 
 /// Compares what runs have so far; claims are corrected for the number of all of them.
 pub fn compare(runs: &[Records]) -> Vec<Vec<QuantityComparison>> {

@@ -138,6 +138,9 @@ pub struct Quick {
     /// What is held instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held: Option<Vec<String>>,
+    /// What processes read from standard input instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub input: Option<String>,
     /// Repetitions within a process.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<u32>,
@@ -220,7 +223,8 @@ impl Experiment {
         if [Some(self.repeats), repeats].into_iter().flatten().any(|n| !(1..=MAX_REPEATS).contains(&n)) {
             return wrong(format!("\"repeats\" must be 1 to {MAX_REPEATS}"));
         }
-        if self.input.as_ref().is_some_and(|input| input.len() > MAX_INPUT) {
+        let inputs = [self.input.as_ref(), self.quick.as_ref().and_then(|quick| quick.input.as_ref())];
+        if inputs.into_iter().flatten().any(|input| input.len() > MAX_INPUT) {
             return wrong(format!("\"input\" must have at most {MAX_INPUT} bytes"));
         }
         if self.cores == Some(0) {
@@ -260,8 +264,9 @@ impl Experiment {
     /// What a quick run runs: with less held, fewer repetitions, and without variants that are slow.
     pub fn quickly(&self) -> Experiment {
         let mut quick = self.clone();
-        if let Some(Quick { held, repeats }) = quick.quick.take() {
+        if let Some(Quick { held, input, repeats }) = quick.quick.take() {
             quick.held = held.unwrap_or(quick.held);
+            quick.input = input.or(quick.input);
             quick.repeats = repeats.unwrap_or(quick.repeats);
         }
         let is_kept = |name: &String| !self.variant(name).is_some_and(|number| self.variants[number].slow);

@@ -1,6 +1,6 @@
 //! The file of a run: what was measured, a line for each process, so that a run which was ended goes on.
 
-use crate::experiment::Experiment;
+use crate::experiment::{Experiment, Measure};
 use crate::load::Load;
 use crate::machine::Machine;
 use crate::plan::Slot;
@@ -175,8 +175,11 @@ impl Records {
         self.records.iter().any(|r| (r.block, &r.variant, r.again) == (block, &wanted.variant, wanted.again))
     }
 
-    /// Whether other work was seen on the cores in a block.
+    /// Whether other work was seen on the cores in a block, where that could change what is measured.
     pub fn is_disturbed(&self, block: u32) -> bool {
+        if self.header.experiment.measures == Measure::Noise {
+            return false;
+        }
         let allowed = self.header.machine.allowed_cores.len().max(1);
         let cores = self.header.experiment.cores.map_or(allowed, |cores| cores.min(allowed));
         self.records.iter().filter(|record| record.block == block).any(|record| match &record.outcome {

@@ -127,7 +127,7 @@ fn times_of_other_answers_are_not_compared() {
     assert_eq!(verdicts(&records), [Verdict::Base, Verdict::OtherAnswers, Verdict::Less]);
     let text = report(&records);
     let row = text.lines().find(|line| line.starts_with("| b |")).unwrap();
-    assert!(row.contains("| – | – | – | other answers: no ratio |"), "{row}");
+    assert!(row.contains("| – | – | – | different answers: no ratio |"), "{row}");
     // Neither are those of a variant whose own answers differ from process to process.
     let mut records = World::quiet(1).run(6, &[("a", 10.0, "x"), ("b", 5.0, "x")]);
     let Outcome::Measured(last) = &mut records.records[16].outcome else { panic!("measured") };

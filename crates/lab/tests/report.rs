@@ -105,18 +105,17 @@ fn a_report_says_what_a_reader_asks() {
         "eosphor lab run bounces --quick --seed 7052913",
         "eosphor bench rays builtin:hare --size 640x480",
         "bvh8 is faster than bvh (primary, closest hit: 0.3",
-        "build grows with these powers of triangles: bvh 1.0",
+        "build goes with these powers of triangles: bvh 1.0",
         "bvh8 is faster than bvh (0.3",
         "4096 rays: within the noise",
         "nothing is claimed: unstable",
-        "nothing is claimed: fewer than 6 blocks",
-        "It has 4 of the 6 undisturbed blocks",
-        "1280x960 has not run in block 3",
-        "320x240 for the second time has not run in block 3",
+        "nothing is claimed: fewer than 6 undisturbed blocks",
+        "It has 4 undisturbed of its 4 blocks; a claim needs 6.",
+        "Of its last block, ",
         "As a quick run it claims nothing",
         "gpu was left out: no GPU here.",
         "7 of 7 processes of kd-tree failed: exit status: 2: the scene has no triangles.",
-        "other answers: no ratio",
+        "different answers: no ratio",
         "314159; 12",
         "× theirs (different hardware)",
         "77aa0e1…",
@@ -259,13 +258,13 @@ fn reports_of_nothing_and_of_little_say_what_is_missing() {
     let all = files(std::slice::from_ref(&records), &[]);
     let page = &all["report.html"];
     is_sound(page);
-    assert!(page.contains("not measured: not yet") && page.contains("b has not run in block 0"));
+    assert!(page.contains("not measured: not yet") && page.contains("b has not run in block 1"));
     records.records.clear();
     let all = files(std::slice::from_ref(&records), &[]);
     is_sound(&all["report.html"]);
     assert!(all["report.html"].contains("nothing was measured: not yet"));
     assert_eq!(all.len(), 2, "no chart and no table");
-    assert!(markdown(&[records]).contains("0 of the 6 undisturbed blocks"));
+    assert!(markdown(&[records]).contains("It has 0 undisturbed of its 0 blocks"));
 }
 
 /// Files that people have changed: values that no process prints.

@@ -42,7 +42,7 @@ fn a_quick_run_claims_nothing_and_says_what_it_found() {
     let row = |name: &str| run.stdout.lines().find(|line| line.starts_with(&format!("| {name} |"))).unwrap();
     assert!(row("bvh").contains("| base |"), "{}", run.stdout);
     assert!(row("octree").contains("no claim"), "{}", run.stdout);
-    assert!(row("other").contains("other work: no ratio"), "{}", run.stdout);
+    assert!(row("other").contains("different work: no ratio"), "{}", run.stdout);
     assert!(
         row("wrong").contains("not measured") && row("wrong").contains("exit status: 2"),
         "{}",
@@ -130,7 +130,7 @@ fn a_variant_that_loses_a_hit_gets_no_ratio() {
     fs::write(place.path("lost.json"), text).unwrap();
     let run = place.run(&["lab", "run", "lost.json", "--quick"]).succeeded();
     let mut rows = run.stdout.lines().filter(|line| line.starts_with("| less |"));
-    assert!(rows.any(|row| row.contains("| – | – | – | other answers: no ratio |")), "{}", run.stdout);
+    assert!(rows.any(|row| row.contains("| – | – | – | different answers: no ratio |")), "{}", run.stdout);
 }
 
 #[test]

@@ -13,11 +13,12 @@ pub fn builtin_experiments() -> Vec<Experiment> {
 }
 
 /// In the order of the report.
-const TEXTS: [&str; 13] = [
+const TEXTS: [&str; 14] = [
     include_str!("structures.json"),
     include_str!("builders.json"),
     include_str!("resolution.json"),
     include_str!("pg1.json"),
+    include_str!("plato.json"),
     include_str!("launch.json"),
     include_str!("triangles.json"),
     include_str!("threads.json"),

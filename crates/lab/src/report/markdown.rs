@@ -63,12 +63,8 @@ fn table(finding: &Finding) -> String {
     for (curve, slope) in &comparison.slopes {
         let name = if curve.is_empty() { String::new() } else { format!("{}: ", escaped(curve)) };
         let interval = slope.interval.map(|[low, high]| format!(" ({low:.3} to {high:.3})"));
-        let _ = writeln!(
-            text,
-            "{name}grows with the power {:.3}{}.\n",
-            slope.slope,
-            interval.unwrap_or_default()
-        );
+        let _ =
+            writeln!(text, "{name}goes with the power {:.3}{}.\n", slope.slope, interval.unwrap_or_default());
     }
     if let Some(noise) = &comparison.noise {
         let [low, high] = noise.student_interval;
@@ -86,7 +82,7 @@ fn row(result: &VariantResult, unit: &str) -> String {
     let rate = result.value.and_then(|(value, _)| rate(value, result.work, unit));
     let rate = rate.map_or("–".to_owned(), number);
     let (ratio, of_ratio) = match &result.ratio {
-        Some(ratio) => (format!("{:.3}", ratio.ratio), range(Some(ratio.interval))),
+        Some(ratio) => (number(ratio.ratio), range(Some(ratio.interval))),
         None => ("–".into(), "–".into()),
     };
     let against = result.against.as_deref().filter(|_| result.ratio.is_some()).unwrap_or("–");
@@ -167,7 +163,7 @@ pub fn changes_markdown(changes: &[Change]) -> String {
     );
     for Change { experiment, variant, quantity, unit, ratio, verdict: said } in changes {
         let (value, interval) = match ratio {
-            Some(ratio) => (format!("{:.3}", ratio.ratio), range(Some(ratio.interval))),
+            Some(ratio) => (number(ratio.ratio), range(Some(ratio.interval))),
             None => ("–".into(), "–".into()),
         };
         let [experiment, variant, quantity] = [experiment, variant, quantity].map(|cell| escaped(cell));

@@ -7,7 +7,7 @@ use super::picture::{self, ReportPicture};
 use super::rows::rows_chart;
 use super::section::{Finding, Section};
 use super::tables;
-use super::words::{machine_fields, program_fields, utc};
+use super::words::{counted, machine_fields, measured, program_fields, utc};
 use crate::quantity::MILLISECONDS;
 use crate::records::Header;
 use crate::run::CLAIM_BLOCKS;
@@ -140,8 +140,8 @@ fn method(ratios: usize) -> Markup {
         }
         p {
             "A ratio is the median over blocks of one variant's value over that of another, in the same block. The base runs twice in each \
-             block: how far it is from itself is the noise, the shaded band of the charts. While a process runs, other work on its cores is \
-             watched. A block with such work is disturbed, and is left out where enough others are there."
+             block: how far it is from itself is the noise, the shaded band of the charts. While a process runs, other programs on its cores are \
+             watched. A block with such a process is disturbed: it is measured again, and left out of what is said."
         }
         p {
             "Claims are corrected for the number of all ratios of this report, which is " (ratios) " (Holm): the chance that one or more of \
@@ -151,16 +151,20 @@ fn method(ratios: usize) -> Markup {
             dt { "faster, slower (less, more)" }
             dd {
                 "A claim. It needs " (CLAIM_BLOCKS) " undisturbed blocks, an interval without 1, a probability by chance below 5 % after the \
-                 correction, and a difference that is larger than the noise."
+                 correction (Student's test of the logarithms of the blocks' ratios), and a difference that is larger than the noise."
             }
             dt { "no difference seen" }
             dd { "These measurements do not tell the two apart. It does not mean that they are equal." }
             dt { "within the noise" }
             dd { "They differ no more than the base differs from itself. Such ratios are grey." }
             dt { "unstable" }
-            dd { "Other work was seen on the cores in too many blocks. Values are shown, and nothing is claimed." }
-            dt { "other answers: no ratio" }
-            dd { "The two did not compute the same. Answers are hashes of the picture or of all hits; times of different answers are not compared." }
+            dd { "Other programs ran on the cores in too many blocks. Values are shown, and nothing is claimed." }
+            dt { "different answers: no ratio" }
+            dd { "The two did not compute the same, though the work was the same. Answers are hashes of the picture or of all hits; times of different answers are not compared." }
+            dt { "different work: no ratio" }
+            dd { "The two are not about the same picture or the same number of rays, as along a curve." }
+            dt { "no claim" }
+            dd { "Values and ratios are shown, and nothing is said of them, for the reason that stands there." }
             dt { "quick" }
             dd { "A run with fewer blocks and less work, to see that all works. It claims nothing." }
         }
@@ -173,7 +177,7 @@ fn repeat(sections: &[Section]) -> Markup {
         @if sections.is_empty() {
             p { "Run " code { "eosphor lab run --all" } ", then " code { "eosphor lab report" } "." }
         } @else {
-            p { "With the program of the same commit, on a machine that does nothing else:" }
+            p { "With the program of the same commit (" code { "cargo build --release" } " in a checkout of it), on a machine that does nothing else; runs and report stand in the folder " code { "eosphor-lab" } ":" }
             pre { code { @for section in sections { (section.command()) "\n" } "eosphor lab report\n" } }
         }
     }
@@ -231,14 +235,15 @@ fn how(section: &Section) -> String {
         None => String::new(),
     };
     format!(
-        "Began {}. {} processes{failed} in {} blocks of random order (seed {}), {} of them disturbed; {} repetitions in each process, \
-         after one to warm up.{cores} {}.",
+        "{} Began {}. {} processes{failed} in {} of random order (seed {}), {} of them disturbed; {} in each process, after one to warm \
+         up unless its arguments say otherwise.{cores} {}.",
+        measured(experiment.measures),
         utc(header.began),
         counts.processes,
-        counts.blocks,
+        counted(counts.blocks, "block"),
         header.seed,
         counts.disturbed,
-        experiment.repeats,
+        counted(experiment.repeats, "repetition"),
         section.load()
     )
 }
@@ -259,7 +264,7 @@ fn quantity(section: &Section, finding: &Finding, figures: &mut usize) -> Markup
         p class="small" {
             @if let Some(noise) = &comparison.noise {
                 @let [low, high] = noise.student_interval;
-                "Noise: the base over itself is " (format!("{:.3} ({low:.3} to {high:.3})", noise.ratio)) ". "
+                "Noise: the base (" (section.experiment().base) ") over itself is " (format!("{:.3} ({low:.3} to {high:.3})", noise.ratio)) ". "
             } @else { "Noise: not measured. " }
             "All values: " a href={ (TABLES) "/" (finding.stem) ".csv" } { (TABLES) "/" (finding.stem) ".csv" } "."
         }
@@ -280,10 +285,10 @@ fn caption(section: &Section, finding: &Finding, number: usize, figures: &mut us
         "Figure " (figures) ": " (experiment.name) ", " (finding.comparison.quantity) @if number > 0 { ", ratios" } ". "
         @if number == 0 && experiment.axis.is_some() {
             "Large marks are medians, bars their intervals of 95 %, small dots to the right all processes. "
-            @if !experiment.published.is_empty() { "Hollow marks were published by others, of other hardware. " }
+            @if experiment.published.iter().any(|figure| figure.x.is_some()) { "Hollow marks were published by others, of other hardware. " }
             @for (name, slope) in slopes() {
                 @if name.is_empty() { "It" } @else { (name) }
-                " grows with the power " (format!("{:.3}", slope.slope))
+                " goes with the power " (format!("{:.3}", slope.slope))
                 @if let Some([low, high]) = slope.interval { (format!(" ({low:.3} to {high:.3})")) }
                 ". "
             }

@@ -5,7 +5,7 @@ use super::words::{self, rate, shortened};
 use crate::comparison::{QuantityComparison, VariantResult, Verdict, compare};
 use crate::experiment::{Experiment, Published, Variant};
 use crate::machine::Machine;
-use crate::plan::Slot;
+use crate::plan::{Slot, block_order};
 use crate::quantity::MILLISECONDS;
 use crate::records::{Outcome, Records};
 use crate::run::CLAIM_BLOCKS;
@@ -116,7 +116,7 @@ impl Section<'_> {
         let said =
             |loads: &[f64]| median(loads).map_or("not known".to_owned(), |load| format!("{load:.2} cores"));
         format!(
-            "Other work on the same cores: {} in the median; on the other cores: {}",
+            "Other programs on the same cores: {} in the median; on the other cores: {}",
             said(&others),
             said(&elsewhere)
         )
@@ -130,13 +130,26 @@ impl Section<'_> {
         let counts = self.counts();
         let quiet = counts.blocks - counts.disturbed;
         if quiet < CLAIM_BLOCKS && !self.records.header.is_quick {
-            missing
-                .push(format!("It has {quiet} of the {CLAIM_BLOCKS} undisturbed blocks that a claim needs."));
+            missing.push(format!(
+                "It has {quiet} undisturbed of its {}; a claim needs {CLAIM_BLOCKS}.",
+                words::counted(counts.blocks, "block")
+            ));
         }
         let blocks: BTreeSet<u32> = records.iter().map(|record| record.block).collect();
         let has_gpu = !self.records.header.machine.gpus.is_empty();
+        // A run that was ended has begun its last block, and no more is to be said of that.
+        let last = blocks.iter().copied().max();
+        let runs_here: Vec<bool> =
+            experiment.variants.iter().map(|variant| has_gpu || !variant.needs_gpu).collect();
+        let of_a_block = block_order(experiment, &runs_here, 0, 0).len();
+        let in_last = records.iter().filter(|record| Some(record.block) == last).count();
+        let is_begun = in_last < of_a_block && blocks.len() > 1;
+        if is_begun {
+            missing.push(format!("Of its last block, {in_last} of {of_a_block} processes have run."));
+        }
         let without = |slot: Slot| -> Vec<u32> {
-            blocks.iter().copied().filter(|&block| !self.records.has(block, slot)).collect()
+            let whole = blocks.iter().copied().filter(|&block| !(is_begun && Some(block) == last));
+            whole.filter(|&block| !self.records.has(block, slot)).collect()
         };
         for (number, variant) in experiment.variants.iter().enumerate() {
             let left_out = variant.needs_gpu && !has_gpu;
@@ -174,7 +187,8 @@ impl Section<'_> {
         for finding in &self.findings {
             for result in &finding.comparison.variants {
                 match &result.verdict {
-                    Verdict::Base => {}
+                    // Along a curve no two points are of the same work: that is no result.
+                    Verdict::Base | Verdict::OtherWork => {}
                     Verdict::Less | Verdict::More => claims.extend(finding.claim(result, several)),
                     other => {
                         let said = match other {
@@ -279,7 +293,7 @@ impl Section<'_> {
                 |(name, slope): &(String, crate::statistics::Slope)| format!("{name} {:.2}", slope.slope);
             let powers: Vec<String> = finding.comparison.slopes.iter().map(of).collect();
             format!(
-                "{} grows with these powers of {label}: {}",
+                "{} goes with these powers of {label}: {}",
                 finding.comparison.quantity,
                 powers.join(", ")
             )
@@ -293,11 +307,10 @@ const MOST_CLAIMS: usize = 3;
 
 /// A sentence about a variant that has not run in these blocks.
 fn not_run(name: &str, blocks: &[u32]) -> Option<String> {
-    let first: Vec<String> = blocks.iter().take(8).map(u32::to_string).collect();
+    let first: Vec<String> = blocks.iter().take(8).map(|block| (block + 1).to_string()).collect();
     let more = if blocks.len() > first.len() { " and others" } else { "" };
     let word = if blocks.len() == 1 { "block" } else { "blocks" };
-    (!blocks.is_empty())
-        .then(|| format!("{name} has not run in {word} {}{more} (counted from 0).", first.join(", ")))
+    (!blocks.is_empty()).then(|| format!("{name} has not run in {word} {}{more}.", first.join(", ")))
 }
 
 impl Finding {

@@ -82,7 +82,7 @@ fn row(finding: &Finding, result: &VariantResult, [has_rate, has_answer, has_hit
             td class="i" { (range(result.value.and_then(|(_, interval)| interval))) }
             @if has_rate { td class="n" { (rate.map_or_else(dash, number)) } }
             @if let Some(ratio) = &result.ratio {
-                td class={ "n " (grey.unwrap_or_default()) } { (format!("{:.3}", ratio.ratio)) }
+                td class={ "n " (grey.unwrap_or_default()) } { (number(ratio.ratio)) }
                 td class={ "i " (grey.unwrap_or_default()) } { (range(Some(ratio.interval))) }
                 td class={ (breaks(result.against.as_deref().unwrap_or("–"))) " " (grey.unwrap_or_default()) } { (result.against.as_deref().unwrap_or("–")) }
             } @else {

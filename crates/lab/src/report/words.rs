@@ -51,9 +51,39 @@ pub(super) fn verdict(verdict: &Verdict, unit: &str) -> String {
         Verdict::NoDifferenceSeen => "no difference seen".to_owned(),
         Verdict::WithinNoise => "within the noise".to_owned(),
         Verdict::NoClaim(why) => format!("no claim: {why}"),
-        Verdict::OtherWork => "other work: no ratio".to_owned(),
-        Verdict::OtherAnswers => "other answers: no ratio".to_owned(),
+        Verdict::OtherWork => "different work: no ratio".to_owned(),
+        Verdict::OtherAnswers => "different answers: no ratio".to_owned(),
         Verdict::NotMeasured(why) => format!("not measured: {why}"),
+    }
+}
+
+/// What is measured, for a reader who does not know the program.
+pub(super) fn measured(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Picture => {
+            "A time is that of a picture, from a scene that is loaded and whose hierarchy is built, to the whole picture in the memory of the \
+             CPU."
+        }
+        Measure::Rays => {
+            "A time is that of all queries of a set of rays, after the hierarchy was built; \u{201c}build\u{201d} is the time for that. Camera \
+             rays are called primary; bounce rays leave what they hit; shuffled ones are bounce rays in random order. On GPUs it is that of \
+             the kernel alone."
+        }
+        Measure::Noise => {
+            "The noise of a picture is the standard deviation of its values by chance: the root mean square of the difference of two pictures \
+             with other random numbers, over the root of two. It is the same on every machine, whatever else runs there."
+        }
+        Measure::Process => {
+            "A time is that of a whole process, from its start to its end, with reading and writing files."
+        }
+    }
+}
+
+/// `3 repetitions`, `1 repetition`.
+pub(super) fn counted(count: impl Into<u64>, noun: &str) -> String {
+    match count.into() {
+        1 => format!("1 {noun}"),
+        count => format!("{count} {noun}s"),
     }
 }
 
