@@ -152,11 +152,12 @@ fn only_who_has_the_token_comes_in_from_the_page_itself() {
     }
     let ask = |line: &str, headers: &str| {
         let mut stream = TcpStream::connect(address).unwrap();
-        write!(stream, "GET {line} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n{headers}\r\n")
-            .unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
-        answer
+        // A request that is refused before its end resets the connection: what was answered until then counts.
+        let _ =
+            write!(stream, "GET {line} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n{headers}\r\n");
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        String::from_utf8(answer).unwrap()
     };
     assert!(ask("/", "").starts_with("HTTP/1.1 403"));
     assert!(ask("/?token=0", "").starts_with("HTTP/1.1 403"));
@@ -167,7 +168,8 @@ fn only_who_has_the_token_comes_in_from_the_page_itself() {
     let page = ask("/", &cookie);
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("<canvas"), "{page}");
     let long = ask(&format!("/{}", "a".repeat(20_000)), &cookie);
-    assert!(long.starts_with("HTTP/1.1 4"), "{long}");
+    // The reset may overtake the answer.
+    assert!(long.is_empty() || long.starts_with("HTTP/1.1 4"), "{long}");
     // All of it is there, and nothing of it comes from elsewhere.
     let folder = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/page")).unwrap();
     let names = folder.map(|entry| entry.unwrap().file_name().into_string().unwrap());
