@@ -53,7 +53,7 @@ fn table(section: &Section) -> String {
         counts.disturbed,
         counts.blocks,
         words::utc(header.began),
-        words::machine_in_short(&header.machine),
+        words::machine_in_short(&header.machine, header.experiment.cores),
         program.version,
         header.id(),
     );

@@ -101,10 +101,11 @@ pub(super) fn utc(seconds: u64) -> String {
     timestamp.map_or("not known".to_owned(), |time| time.strftime("%Y-%m-%d %H:%M UTC").to_string())
 }
 
-/// Its processor and how many cores of it were used, and its GPUs.
-pub(super) fn machine_in_short(machine: &Machine) -> String {
+/// Its processor and how many cores of it each process could use, and its GPUs.
+pub(super) fn machine_in_short(machine: &Machine, cores: Option<usize>) -> String {
     let cpu = machine.cpu.as_deref().unwrap_or("a processor that the system does not name");
-    let cores = match machine.allowed_cores.len().max(1) {
+    let allowed = machine.allowed_cores.len().max(1);
+    let cores = match cores.map_or(allowed, |cores| cores.min(allowed)) {
         1 => "1 core".to_owned(),
         n => format!("{n} cores"),
     };

@@ -214,7 +214,7 @@ fn repeated<T>(flags: &BenchRaysFlags, rays: &[Ray], answer: impl Fn(&[Ray]) -> 
     (answers, times)
 }
 
-/// Half the world is behind the camera: so far that its rays begin outside of it.
+/// Moves origins back along their rays, in units of the scene.
 fn move_back(rays: &mut [Ray], distance: f32) {
     rays.iter_mut().for_each(|ray| ray.origin = ray.origin - ray.direction * distance);
 }
