@@ -33,9 +33,9 @@ pub struct Experiment {
     /// Which time is compared.
     #[serde(default, skip_serializing_if = "Clock::is_wall")]
     pub clock: Clock,
-    /// Repetitions within a process, after one to warm up.
-    #[serde(default = "default_repeats")]
-    pub repeats: u32,
+    /// Repetitions within a process, after one to warm up; where not given, 5. A process that is timed as a whole has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<u32>,
     /// What the numbers `x` of the variants are; where given, the report draws a curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<Axis>,
@@ -50,9 +50,8 @@ pub struct Experiment {
     pub published: Vec<Published>,
 }
 
-fn default_repeats() -> u32 {
-    5
-}
+/// Repetitions within a process where an experiment does not say.
+const DEFAULT_REPEATS: u32 = 5;
 
 /// What a process measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -220,7 +219,7 @@ impl Experiment {
             return wrong(format!("it must have 1 to {MAX_VARIANTS} variants"));
         }
         let repeats = self.quick.as_ref().and_then(|quick| quick.repeats);
-        if [Some(self.repeats), repeats].into_iter().flatten().any(|n| !(1..=MAX_REPEATS).contains(&n)) {
+        if [self.repeats, repeats].into_iter().flatten().any(|n| !(1..=MAX_REPEATS).contains(&n)) {
             return wrong(format!("\"repeats\" must be 1 to {MAX_REPEATS}"));
         }
         let inputs = [self.input.as_ref(), self.quick.as_ref().and_then(|quick| quick.input.as_ref())];
@@ -261,13 +260,33 @@ impl Experiment {
         Ok(())
     }
 
+    /// Checks that an experiment says nothing that would change nothing. (Runs of earlier versions may.)
+    ///
+    /// # Errors
+    ///
+    /// What it says in vain.
+    pub fn check_use(&self) -> Result<(), InvalidExperiment> {
+        let repeats = self.repeats.or(self.quick.as_ref().and_then(|quick| quick.repeats));
+        let is_held = !self.held.is_empty() || self.quick.as_ref().is_some_and(|quick| quick.held.is_some());
+        let problem = if self.measures == Measure::Process && repeats.is_some() {
+            "a process that is timed as a whole does its work once: leave out \"repeats\""
+        } else if self.measures == Measure::Noise && self.clock == Clock::Cpu {
+            "noise is no time: leave out \"clock\""
+        } else if is_held && self.variants.iter().all(|variant| variant.program.is_some()) {
+            "no variant is Eosphor, which \"held\" is for: leave it out"
+        } else {
+            return Ok(());
+        };
+        Err(InvalidExperiment { experiment: self.name.clone(), problem: problem.into() })
+    }
+
     /// What a quick run runs: with less held, fewer repetitions, and without variants that are slow.
     pub fn quickly(&self) -> Experiment {
         let mut quick = self.clone();
         if let Some(Quick { held, input, repeats }) = quick.quick.take() {
             quick.held = held.unwrap_or(quick.held);
             quick.input = input.or(quick.input);
-            quick.repeats = repeats.unwrap_or(quick.repeats);
+            quick.repeats = repeats.or(quick.repeats);
         }
         let is_kept = |name: &String| !self.variant(name).is_some_and(|number| self.variants[number].slow);
         quick.variants.retain(|variant| is_kept(&variant.name) || variant.name == self.base);
@@ -277,6 +296,11 @@ impl Experiment {
             .for_each(|variant| variant.against = variant.against.take().filter(&is_kept));
         quick.published.iter_mut().for_each(|figure| figure.beside = figure.beside.take().filter(&is_kept));
         quick
+    }
+
+    /// Repetitions within a process that is not timed as a whole.
+    pub fn repetitions(&self) -> u32 {
+        self.repeats.unwrap_or(DEFAULT_REPEATS)
     }
 
     /// The name of the variant that this one is compared with; `None`: it is the base itself.

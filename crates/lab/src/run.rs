@@ -155,7 +155,7 @@ fn run_variant(
     place: &Place,
     cores: &[usize],
 ) -> Result<Measured, String> {
-    let repeats = experiment.repeats.to_string();
+    let repeats = experiment.repetitions().to_string();
     let mut words: Vec<OsString> = variant.launcher.iter().map(OsString::from).collect();
     words.push(variant.program.as_ref().map_or_else(|| options.program.clone(), OsString::from));
     if variant.program.is_none() {

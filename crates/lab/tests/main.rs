@@ -26,7 +26,7 @@ fn experiment(names: &[&str], script: &str) -> Experiment {
         base: names[0].into(),
         cores: Some(1),
         clock: Clock::Wall,
-        repeats: 1,
+        repeats: Some(1),
         axis: None,
         quick: None,
         pictures: Vec::new(),

@@ -2,7 +2,9 @@
 
 use super::{experiment, header};
 use eosphor_lab::statistics::CountedRandom;
-use eosphor_lab::{Outcome, Records, RecordsFile, RunOptions, Verdict, compare, run};
+use eosphor_lab::{
+    Clock, Experiment, Measure, Outcome, Records, RecordsFile, RunOptions, Verdict, compare, run,
+};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -101,6 +103,19 @@ fn processes_that_fail_are_recorded() {
     assert!(run(&mut file, &options(1), &AtomicBool::new(false), &|_| ()).unwrap());
     let Outcome::Failed(why) = &file.records.records[0].outcome else { panic!("it ran") };
     assert!(why.contains("cannot run /no/such/program"), "{why}");
+}
+
+#[test]
+fn what_would_change_nothing_is_refused() {
+    let plain = experiment(&["a", "b"], LINE);
+    assert_eq!(plain.check_use(), Ok(()));
+    let whole = Experiment { measures: Measure::Process, ..plain.clone() };
+    let noise = Experiment { measures: Measure::Noise, clock: Clock::Cpu, ..plain.clone() };
+    let held = Experiment { held: vec!["--size".into()], ..plain };
+    for (useless, word) in [(whole, "repeats"), (noise, "clock"), (held, "held")] {
+        let error = useless.check_use().unwrap_err().to_string();
+        assert!(error.contains(&format!("\"{word}\"")), "{error}");
+    }
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub fn experiment(name: &str, question: &str, truths: &[Truth], axis: Option<Axi
         base: truths[0].variant.name.clone(),
         cores: Some(1),
         clock: Clock::Wall,
-        repeats: 5,
+        repeats: Some(5),
         axis,
         quick: None,
         pictures: Vec::new(),

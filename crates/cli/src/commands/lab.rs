@@ -187,7 +187,8 @@ fn find(name: &str) -> Result<(Experiment, Option<String>), Failure> {
     // The error names line and column.
     let experiment: Experiment =
         serde_json::from_str(&text).map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
-    experiment.check().map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
+    let checked = experiment.check().and_then(|()| experiment.check_use());
+    checked.map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
     Ok((experiment, Some(name.to_owned())))
 }
 

@@ -38,7 +38,7 @@ mod tests {
     fn they_are_sound_and_have_names_of_their_own() {
         let all = builtin_experiments();
         for (number, experiment) in all.iter().enumerate() {
-            assert_eq!(experiment.check(), Ok(()));
+            assert_eq!((experiment.check(), experiment.check_use()), (Ok(()), Ok(())));
             assert_eq!(experiment.quickly().check(), Ok(()));
             assert!(all[..number].iter().all(|other| other.name != experiment.name));
             let text = serde_json::to_string(experiment).unwrap();

@@ -132,15 +132,14 @@ fn conditions(section: &Section, ratios: usize) -> String {
     let experiment = &header.experiment;
     let code = |text: String| format!("`{}`", text.replace('`', "'").replace(char::is_control, " "));
     format!(
-        "{} processes in {} blocks of random order (seed {}), {} of them disturbed; {} repetitions in each process, after one to warm up. \
-         {}. A value is the median of the processes' medians; intervals of 95 % are of the bootstrap over processes; a \
+        "{} processes in {} of random order (seed {}), {} of them disturbed; {}. {}. A value is the median of the processes' medians; intervals of 95 % are of the bootstrap over processes; a \
          ratio is the median over blocks; claims need {CLAIM_BLOCKS} undisturbed blocks, and are corrected for the {ratios} ratios of this \
          report (Holm, 5 %).\n\nEosphor {}; {} (machine and program {}). Repeat it: {}; all have {}.",
         counts.processes,
-        counts.blocks,
+        words::counted(counts.blocks, "block"),
         header.seed,
         counts.disturbed,
-        experiment.repeats,
+        words::repeated(experiment),
         section.load(),
         escaped(&program(section.records)),
         machine(&header.machine),

@@ -7,7 +7,7 @@ use super::picture::{self, ReportPicture};
 use super::rows::rows_chart;
 use super::section::{Finding, Section};
 use super::tables;
-use super::words::{counted, machine_fields, measured, program_fields, utc};
+use super::words::{counted, machine_fields, measured, program_fields, repeated, utc};
 use crate::quantity::MILLISECONDS;
 use crate::records::Header;
 use crate::run::CLAIM_BLOCKS;
@@ -235,15 +235,14 @@ fn how(section: &Section) -> String {
         None => String::new(),
     };
     format!(
-        "{} Began {}. {} processes{failed} in {} of random order (seed {}), {} of them disturbed; {} in each process, after one to warm \
-         up unless its arguments say otherwise.{cores} {}.",
+        "{} Began {}. {} processes{failed} in {} of random order (seed {}), {} of them disturbed; {}.{cores} {}.",
         measured(experiment.measures),
         utc(header.began),
         counts.processes,
         counted(counts.blocks, "block"),
         header.seed,
         counts.disturbed,
-        counted(experiment.repeats, "repetition"),
+        repeated(experiment),
         section.load()
     )
 }

@@ -79,6 +79,17 @@ pub(super) fn measured(measure: Measure) -> &'static str {
     }
 }
 
+/// How often a process does its work.
+pub(super) fn repeated(experiment: &Experiment) -> String {
+    match experiment.measures {
+        Measure::Process => "each does its work once".to_owned(),
+        Measure::Picture | Measure::Rays | Measure::Noise => {
+            let count = counted(experiment.repetitions(), "repetition");
+            format!("{count} in each process, after one to warm up unless its arguments say otherwise")
+        }
+    }
+}
+
 /// `3 repetitions`, `1 repetition`.
 pub(super) fn counted(count: impl Into<u64>, noun: &str) -> String {
     match count.into() {
