@@ -41,6 +41,6 @@ pub use program::{Program, hash_of_program};
 pub use quantity::{MILLISECONDS, Quantity, read_quantities};
 pub use records::{Header, Measured, Outcome, Record, Records, RecordsError, RecordsFile};
 pub use report::{ReportError, ReportPicture, changes_markdown, markdown, readme_table, write_report};
-pub use run::{CLAIM_BLOCKS, RunError, RunOptions, RunProgress, run};
+pub use run::{CLAIM_BLOCKS, Run, RunError, RunOptions, RunProgress, Step, run};
 pub use stopwatch::{Stopwatch, Times};
 pub use two_runs::{Change, compare_runs};

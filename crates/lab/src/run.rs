@@ -27,6 +27,8 @@ pub struct RunOptions {
 /// What a run reports before each process.
 #[derive(Clone, Copy, Debug)]
 pub struct RunProgress<'a> {
+    /// The experiment.
+    pub experiment: &'a str,
     /// The block, from 0.
     pub block: u32,
     /// Undisturbed blocks so far, of those that are wanted.
@@ -51,56 +53,119 @@ pub enum RunError {
     },
 }
 
-/// Runs what is missing of a run. Each process is in the file when it has ended. Blocks that other work has disturbed are run
-/// again, as many as were wanted at most; both are kept. Whether all was run: `cancel` ends it after the process that runs.
+/// Runs what is missing of a run. Whether all was run: `cancel` ends it after the process that runs.
 ///
 /// # Errors
 ///
-/// What the file of the run says, and a preparation that failed. Processes that fail are part of the run.
+/// As [`Run::next_block`].
 pub fn run(
     file: &mut RecordsFile,
     options: &RunOptions,
     cancel: &AtomicBool,
     on_progress: &dyn Fn(RunProgress),
 ) -> Result<bool, RunError> {
-    let experiment = file.records.header.experiment.clone();
-    let seed = file.records.header.seed;
-    let runs_here: Vec<bool> =
-        experiment.variants.iter().map(|variant| options.has_gpu || !variant.needs_gpu).collect();
-    let mut cores = allowed_cores();
-    cores.truncate(experiment.cores.unwrap_or(usize::MAX));
-    let mut place = None;
-    let mut block = 0;
-    while undisturbed_blocks(&file.records, block) < options.blocks && block < 2 * options.blocks {
-        for slot in block_order(&experiment, &runs_here, seed, block) {
-            if file.records.has(block, slot) {
+    let mut run = Run::new(file, options);
+    loop {
+        match run.next_block(cancel, on_progress)? {
+            Step::Block => {}
+            Step::Whole => return Ok(true),
+            Step::Cancelled => return Ok(false),
+        }
+    }
+}
+
+/// A run that goes on block by block, so that several can be taken by turns: blocks that are minutes apart see more of what a
+/// machine does over an hour than blocks in a row, and their intervals say so.
+pub struct Run<'a> {
+    file: &'a mut RecordsFile,
+    options: &'a RunOptions,
+    runs_here: Vec<bool>,
+    cores: Vec<usize>,
+    place: Option<Place>,
+    /// That runs next.
+    block: u32,
+}
+
+/// What came of a call for a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// It has run; there may be more.
+    Block,
+    /// Nothing was missing.
+    Whole,
+    /// It was cancelled; what has run is in the file.
+    Cancelled,
+}
+
+impl<'a> Run<'a> {
+    /// Goes on with the run of this file.
+    pub fn new(file: &'a mut RecordsFile, options: &'a RunOptions) -> Run<'a> {
+        let experiment = &file.records.header.experiment;
+        let runs_here =
+            experiment.variants.iter().map(|variant| options.has_gpu || !variant.needs_gpu).collect();
+        let mut cores = allowed_cores();
+        cores.truncate(experiment.cores.unwrap_or(usize::MAX));
+        Run { file, options, runs_here, cores, place: None, block: 0 }
+    }
+
+    /// What has run.
+    pub fn records(&self) -> &Records {
+        &self.file.records
+    }
+
+    /// Runs what is missing of the next block. Each process is in the file when it has ended. Blocks that other work has disturbed
+    /// are run again, as many as were wanted at most; both are kept. `cancel` ends it after the process that runs.
+    ///
+    /// # Errors
+    ///
+    /// What the file of the run says, and a preparation that failed. Processes that fail are part of the run.
+    pub fn next_block(
+        &mut self,
+        cancel: &AtomicBool,
+        on_progress: &dyn Fn(RunProgress),
+    ) -> Result<Step, RunError> {
+        let (options, block) = (self.options, self.block);
+        let undisturbed = undisturbed_blocks(&self.file.records, block);
+        if undisturbed >= options.blocks || block >= 2 * options.blocks {
+            // What was prepared is not needed any more.
+            self.place = None;
+            return Ok(Step::Whole);
+        }
+        let experiment = self.file.records.header.experiment.clone();
+        for slot in block_order(&experiment, &self.runs_here, self.file.records.header.seed, block) {
+            if self.file.records.has(block, slot) {
                 continue;
             }
             if cancel.load(Ordering::Relaxed) {
-                return Ok(false);
+                return Ok(Step::Cancelled);
             }
-            if place.is_none() {
+            if self.place.is_none() {
                 let problem = |problem| RunError::Prepare { experiment: experiment.name.clone(), problem };
-                place = Some(Place::prepare(&experiment, options, file).map_err(problem)?);
+                self.place = Some(Place::prepare(&experiment, options, self.file).map_err(problem)?);
             }
-            let Some(place) = &place else { unreachable!("it was just made") };
+            let Some(place) = &self.place else { unreachable!("it was just made") };
             let variant = &experiment.variants[match slot {
                 Slot::Variant(number) => number,
                 Slot::BaseAgain => experiment.variant(&experiment.base).unwrap_or_default(),
             }];
-            let undisturbed = [undisturbed_blocks(&file.records, block), options.blocks];
-            on_progress(RunProgress { block, undisturbed, variant: &variant.name });
-            let measured = run_variant(&experiment, variant, block, options, place, &cores);
+            let undisturbed = [undisturbed, options.blocks];
+            on_progress(RunProgress {
+                experiment: &experiment.name,
+                block,
+                undisturbed,
+                variant: &variant.name,
+            });
+            let measured = run_variant(&experiment, variant, block, options, place, &self.cores);
             // A signal to all processes of a terminal ends the one that measures, too: that is no failure of it.
             if measured.is_err() && cancel.load(Ordering::Relaxed) {
-                return Ok(false);
+                return Ok(Step::Cancelled);
             }
             let outcome = measured.map_or_else(Outcome::Failed, Outcome::Measured);
-            file.add(Record::new(&experiment, block, slot, outcome))?;
+            self.file.add(Record::new(&experiment, block, slot, outcome))?;
         }
-        block += 1;
+        self.block += 1;
+        Ok(Step::Block)
     }
-    Ok(true)
 }
 
 /// Blocks below this one that no other work has disturbed.

@@ -3,7 +3,7 @@
 use super::{experiment, header};
 use eosphor_lab::statistics::CountedRandom;
 use eosphor_lab::{
-    Clock, Experiment, Measure, Outcome, Records, RecordsFile, RunOptions, Verdict, compare, run,
+    Clock, Experiment, Measure, Outcome, Records, RecordsFile, Run, RunOptions, Step, Verdict, compare, run,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -64,6 +64,24 @@ fn a_run_that_was_cut_off_anywhere_goes_on() {
         let places = places(&resumed);
         assert!(places.values().all(|&count| count == 1) && places.len() >= 6, "{end}: {places:?}");
         assert_eq!(Records::read(&path).unwrap(), resumed);
+    }
+}
+
+#[test]
+fn runs_are_taken_by_turns() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut files = ["one", "two"].map(|name| {
+        RecordsFile::open(&folder.path().join(name), header(experiment(&["a", "b"], LINE))).unwrap()
+    });
+    let (options, cancel) = (options(2), AtomicBool::new(false));
+    let mut runs = files.each_mut().map(|file| Run::new(file, &options));
+    for turn in 1..=2 {
+        for run in &mut runs {
+            assert_eq!(run.next_block(&cancel, &|_| ()).unwrap(), Step::Block);
+        }
+        for run in &runs {
+            assert_eq!(run.records().records.len(), 3 * turn);
+        }
     }
 }
 

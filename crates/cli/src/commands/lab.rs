@@ -6,9 +6,9 @@ use crate::interrupt;
 use crate::streams::{self, Verbosity};
 use eosphor::{explain, first_gpu};
 use eosphor_lab::{
-    Change, Experiment, Header, Machine, Program, Records, RecordsFile, RunOptions, RunProgress, Verdict,
-    builtin_experiments, changes_markdown, compare_runs, experiment_schema, hash_of_program, make_pictures,
-    markdown, read_pictures, readme_table, run, write_report,
+    Change, Experiment, Header, Machine, Program, Records, RecordsFile, Run, RunOptions, RunProgress, Step,
+    Verdict, builtin_experiments, changes_markdown, compare_runs, experiment_schema, hash_of_program,
+    make_pictures, markdown, read_pictures, readme_table, write_report,
 };
 use std::fmt::Write;
 use std::fs;
@@ -50,13 +50,13 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
     })?;
     let machine = Machine::this_one();
     let seed = u64::from(flags.seed.unwrap_or_else(random_seed));
+    let mut files = Vec::new();
     for (experiment, source) in experiments {
-        let name = experiment.name.clone();
         let quick = if flags.quick { "-quick" } else { "" };
-        let path = folder.join(format!("{name}{quick}.{ENDING}"));
+        let path = folder.join(format!("{}{quick}.{ENDING}", experiment.name));
         let mut header = Header::new(&experiment, flags.quick, machine.clone(), seed, this_program.clone());
         header.source = source;
-        let mut file = RecordsFile::open(&path, header).map_err(Failure::because)?;
+        let file = RecordsFile::open(&path, header).map_err(Failure::because)?;
         let kept = file.records.header.seed;
         if flags.seed.is_some_and(|seed| u64::from(seed) != kept) {
             return Err(Failure::Usage(format!(
@@ -64,25 +64,40 @@ pub(crate) fn lab_run(flags: &LabRunFlags) -> Result<(), Failure> {
                 path.display()
             )));
         }
-        let say = |progress: RunProgress| {
-            let RunProgress { block, undisturbed: [done, wanted], variant } = progress;
-            let line =
-                format!("{name}: block {}, {done} of {wanted} undisturbed ones done; {variant}", block + 1);
-            verbosity.say(Verbosity::Normal, &line);
-        };
-        let is_whole =
-            run(&mut file, &options, interrupt::cancel().asked(), &say).map_err(Failure::because)?;
-        if !is_whole {
-            let count = file.records.records.len();
-            return Err(Failure::Interrupted(format!(
-                "interrupted; {count} processes are in {}: the same command goes on",
-                path.display()
-            )));
+        files.push((experiment, path, file));
+    }
+    let mut runs: Vec<_> = files
+        .iter_mut()
+        .map(|(experiment, path, file)| (experiment, path, Run::new(file, &options)))
+        .collect();
+    let say = |progress: RunProgress| {
+        let RunProgress { experiment, block, undisturbed: [done, wanted], variant } = progress;
+        let line =
+            format!("{experiment}: block {}, {done} of {wanted} undisturbed ones done; {variant}", block + 1);
+        verbosity.say(Verbosity::Normal, &line);
+    };
+    // By turns, a block of each: see `Run`.
+    while !runs.is_empty() {
+        let mut unfinished = Vec::new();
+        for (experiment, path, mut run) in runs {
+            match run.next_block(interrupt::cancel().asked(), &say).map_err(Failure::because)? {
+                Step::Block => unfinished.push((experiment, path, run)),
+                Step::Whole => {
+                    if let Err(why) = make_pictures(experiment, &options.program, path) {
+                        verbosity.say(Verbosity::Normal, &format!("{}: note: {why}", experiment.name));
+                    }
+                    streams::result(&markdown(std::slice::from_ref(run.records())))?;
+                }
+                Step::Cancelled => {
+                    let count = run.records().records.len();
+                    return Err(Failure::Interrupted(format!(
+                        "interrupted; {count} processes are in {}: the same command goes on",
+                        path.display()
+                    )));
+                }
+            }
         }
-        if let Err(why) = make_pictures(&experiment, &options.program, &path) {
-            verbosity.say(Verbosity::Normal, &format!("{name}: note: {why}"));
-        }
-        streams::result(&markdown(&[file.records.clone()]))?;
+        runs = unfinished;
     }
     Ok(())
 }
