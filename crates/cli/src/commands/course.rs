@@ -61,13 +61,15 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
             None => in_input(lines.output, "output path", &error),
         })?;
     }
+    // Where frames are written says nothing of what they show: their folder may be moved, and its path be written otherwise.
+    let shown = CourseInput { output: CourseInput::colourful().output, ..input.clone() };
     let sequence = Sequence {
         resume: flags.resume,
         file: FileOptions { metadata: false, ..FileOptions::default() },
         // Ranks render frames at the same time, each for itself.
         one_at_a_time: ranks.is_none(),
         made_from: Some(MadeFrom {
-            motion: format!("{input} {:?} {}", flags.bodies, flags.edge_lights),
+            motion: format!("{shown} {:?} {}", flags.bodies, flags.edge_lights),
             files: "course".into(),
         }),
         ..Sequence::new(&scene, &*backend)

@@ -74,6 +74,10 @@ fn what_is_done_is_kept() {
     assert!((0..3).all(|k| read(k) == frames[k]));
     let other = course(&place, INPUT, &["--cpu", "--resume", "--bodies", "cube,cube,cube"]);
     other.failed_with(&["cannot resume", "out/img_%d.data.manifest"]);
+    // Wherever they are.
+    fs::rename(place.path("out"), place.path("moved")).unwrap();
+    let moved = course(&place, INPUT, &["--cpu", "--resume", "-o", "./moved/img_%d.data"]).succeeded();
+    assert!(moved.stderr.contains("3 of 3 frames are done already"), "{}", moved.stderr);
 }
 
 #[test]
