@@ -296,7 +296,7 @@ pub(crate) fn median_of(quantity: &Quantity, clock: Clock) -> Option<f64> {
 }
 
 /// Why a variant has no measurement.
-fn why_not(records: &Records, variant: &Variant) -> String {
+pub(crate) fn why_not(records: &Records, variant: &Variant) -> String {
     let failed = records.records.iter().find_map(|record| match &record.outcome {
         Outcome::Failed(why) if record.variant == variant.name => Some(why.clone()),
         _ => None,

@@ -264,7 +264,12 @@ fn reports_of_nothing_and_of_little_say_what_is_missing() {
     is_sound(&all["report.html"]);
     assert!(all["report.html"].contains("nothing was measured: not yet"));
     assert_eq!(all.len(), 2, "no chart and no table");
-    assert!(markdown(&[records]).contains("It has 0 undisturbed of its 0 blocks"));
+    assert!(markdown(std::slice::from_ref(&records)).contains("It has 0 undisturbed of its 0 blocks"));
+    // Where all of it needs a GPU, and there is none.
+    records.header.machine.gpus.clear();
+    records.header.experiment.variants.iter_mut().for_each(|variant| variant.needs_gpu = true);
+    let page = &files(std::slice::from_ref(&records), &[])["report.html"];
+    assert!(page.contains("nothing was measured: no GPU here"));
 }
 
 /// Files that people have changed: values that no process prints.

@@ -2,7 +2,7 @@
 
 use super::scale::tick_label;
 use super::words::{self, rate, shortened};
-use crate::comparison::{QuantityComparison, VariantResult, Verdict, compare};
+use crate::comparison::{QuantityComparison, VariantResult, Verdict, compare, why_not};
 use crate::experiment::{Experiment, Published, Variant};
 use crate::machine::Machine;
 use crate::plan::{Slot, block_order};
@@ -225,7 +225,8 @@ impl Section<'_> {
                 Outcome::Failed(why) => Some(shortened(why, 100)),
                 Outcome::Measured(_) => None,
             });
-            parts.push(format!("nothing was measured: {}", failed.unwrap_or_else(|| "not yet".to_owned())));
+            let why = failed.unwrap_or_else(|| why_not(self.records, &self.experiment().variants[0]));
+            parts.push(format!("nothing was measured: {why}"));
         }
         parts.join("; ")
     }
