@@ -271,7 +271,7 @@ impl Experiment {
         let problem = if self.measures == Measure::Process && repeats.is_some() {
             "a process that is timed as a whole does its work once: leave out \"repeats\""
         } else if self.measures == Measure::Noise && self.clock == Clock::Cpu {
-            "noise is no time: leave out \"clock\""
+            "noise is not a time: leave out \"clock\""
         } else if is_held && self.variants.iter().all(|variant| variant.program.is_some()) {
             "no variant is Eosphor, which \"held\" is for: leave it out"
         } else {

@@ -132,8 +132,8 @@ fn conditions(section: &Section, ratios: usize) -> String {
     let experiment = &header.experiment;
     let code = |text: String| format!("`{}`", text.replace('`', "'").replace(char::is_control, " "));
     format!(
-        "{} processes in {} of random order (seed {}), {} of them disturbed; {}. {}. A value is the median of the processes' medians; intervals of 95 % are of the bootstrap over processes; a \
-         ratio is the median over blocks; claims need {CLAIM_BLOCKS} undisturbed blocks, and are corrected for the {ratios} ratios of this \
+        "{} processes in {} of random order (seed {}), {} of them disturbed; {}. {}. A value is the median of the processes' medians; \
+         intervals of 95 % are of the bootstrap over processes; a ratio is the median over blocks; claims need {CLAIM_BLOCKS} undisturbed blocks, and are corrected for the {ratios} ratios of this \
          report (Holm, 5 %).\n\nEosphor {}; {} (machine and program {}). Repeat it: {}; all have {}.",
         counts.processes,
         words::counted(counts.blocks, "block"),
