@@ -152,6 +152,31 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn larger8(a: X8, b: X8) -> X8 {
+        // SAFETY: instruction set: this is used below it.
+        X8(unsafe {
+            _mm256_castsi256_ps(_mm256_max_epi32(_mm256_castps_si256(a.0), _mm256_castps_si256(b.0)))
+        })
+    }
+
+    #[inline(always)]
+    fn smaller8(a: X8, b: X8) -> X8 {
+        // SAFETY: instruction set: this is used below it.
+        X8(unsafe {
+            _mm256_castsi256_ps(_mm256_min_epi32(_mm256_castps_si256(a.0), _mm256_castps_si256(b.0)))
+        })
+    }
+
+    #[inline(always)]
+    fn not_above8(a: X8, b: X8) -> u32 {
+        // SAFETY: instruction set: this is used below it.
+        unsafe {
+            let above = _mm256_cmpgt_epi32(_mm256_castps_si256(a.0), _mm256_castps_si256(b.0));
+            _mm256_movemask_ps(_mm256_castsi256_ps(above)) as u32 ^ 0xff
+        }
+    }
+
+    #[inline(always)]
     fn permute8(a: X8, order: X8Order) -> X8 {
         // SAFETY: instruction set: this is used below it.
         X8(unsafe { _mm256_permutevar8x32_ps(a.0, order.0) })

@@ -28,6 +28,21 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn larger8(a: X8, b: X8) -> X8 {
+        Avx2::larger8(a, b)
+    }
+
+    #[inline(always)]
+    fn smaller8(a: X8, b: X8) -> X8 {
+        Avx2::smaller8(a, b)
+    }
+
+    #[inline(always)]
+    fn not_above8(a: X8, b: X8) -> u32 {
+        Avx2::not_above8(a, b)
+    }
+
+    #[inline(always)]
     fn permute8(a: X8, order: X8Order) -> X8 {
         Avx2::permute8(a, order)
     }

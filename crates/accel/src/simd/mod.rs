@@ -49,6 +49,13 @@ pub(crate) trait Simd: Copy {
     /// A part of a mask of 16 lanes.
     fn mask_part(mask: <Self::F16 as Float>::Mask, number: usize) -> <Self::Part as Float>::Mask;
 
+    /// The larger of two numbers, by their bits as whole numbers with a sign. None is NaN. Where both are below 0, it may be the
+    /// other one.
+    fn larger8(a: Self::F8, b: Self::F8) -> Self::F8;
+    /// The smaller one, likewise.
+    fn smaller8(a: Self::F8, b: Self::F8) -> Self::F8;
+    /// Bits of the lanes where `a` is no more than `b`, likewise.
+    fn not_above8(a: Self::F8, b: Self::F8) -> u32;
     /// Items of `a` by the lanes of `order`, three bits each from the lowest.
     fn permute8(a: Self::F8, order: Order8<Self>) -> Self::F8;
     /// From three bits a lane.

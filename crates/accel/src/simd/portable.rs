@@ -22,6 +22,21 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn larger8(a: Lanes<8>, b: Lanes<8>) -> Lanes<8> {
+        a.max(b)
+    }
+
+    #[inline(always)]
+    fn smaller8(a: Lanes<8>, b: Lanes<8>) -> Lanes<8> {
+        a.min(b)
+    }
+
+    #[inline(always)]
+    fn not_above8(a: Lanes<8>, b: Lanes<8>) -> u32 {
+        a.le(b).bits()
+    }
+
+    #[inline(always)]
     fn permute8(a: Lanes<8>, order: u32) -> Lanes<8> {
         let mut out = [0.0; 8];
         for (k, o) in out.iter_mut().enumerate() {

@@ -6,7 +6,7 @@
 
 use super::found::{ANY, Found, NEXT, NO_TRIANGLE, Offer, Query};
 use super::lanes::{Determinant, EdgesV, StepPlanes, distance};
-use super::single::{VisitLeaf, walk};
+use super::single::{VisitLeaf, is_forward, walk};
 use super::single_leaf::{load3, moved_test, prefetch};
 use super::single_ray::SingleRay;
 use crate::bvh8::view::Bvh8View;
@@ -72,9 +72,8 @@ impl<const QUERY: Query> Kernel for Filtered<'_, '_, QUERY> {
             if let Some(local) = local {
                 local.enter(found);
                 let leaves = FilteredLeaves { asked, ray: &local, instance: 0, accept: &mut *accept };
-                let search = Search::<QUERY> { root: bvh.world_root, leaves, found: &mut *found };
                 // SAFETY: instruction set: promised to this function. Closed view: the root is that of geometry 0.
-                unsafe { S::run(search) };
+                unsafe { search::<S, QUERY>(bvh.world_root, leaves, found) };
             }
         }
         if bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
@@ -85,7 +84,7 @@ impl<const QUERY: Query> Kernel for Filtered<'_, '_, QUERY> {
                 world_ray.enter(found);
                 let (nodes, root) = (bvh.instance_nodes, bvh.instance_root);
                 // SAFETY: instruction set: promised to this function. Closed view: the root is that of the instances' tree.
-                unsafe { walk::<S, QUERY>(nodes, root, &world_ray, IgnoreWork, found, &mut leaves) };
+                unsafe { walk::<S, QUERY, false>(nodes, root, &world_ray, IgnoreWork, found, &mut leaves) };
             }
         }
         if QUERY == NEXT {
@@ -94,14 +93,34 @@ impl<const QUERY: Query> Kernel for Filtered<'_, '_, QUERY> {
     }
 }
 
-/// A search through the tree of one geometry: a function of its own, which keeps the code small.
-struct Search<'a, 'f, const QUERY: Query> {
+/// Searches the tree of one geometry; `true` ends the whole search.
+///
+/// # Safety
+/// Instruction set: the CPU has it. Closed view: the root is the geometry's.
+#[inline(always)]
+unsafe fn search<S: Simd, const QUERY: Query>(
+    root: Child,
+    leaves: FilteredLeaves,
+    found: &mut Found,
+) -> bool {
+    // SAFETY: instruction set and closed view: promised to this function.
+    unsafe {
+        if is_forward(leaves.ray, found) {
+            S::run(Search::<QUERY, true> { root, leaves, found })
+        } else {
+            S::run(Search::<QUERY, false> { root, leaves, found })
+        }
+    }
+}
+
+/// The search: a function of its own, which keeps the code small. `FORWARD` as for [`walk`].
+struct Search<'a, 'f, const QUERY: Query, const FORWARD: bool> {
     root: Child,
     leaves: FilteredLeaves<'a, 'f>,
     found: &'a mut Found,
 }
 
-impl<const QUERY: Query> Kernel for Search<'_, '_, QUERY> {
+impl<const QUERY: Query, const FORWARD: bool> Kernel for Search<'_, '_, QUERY, FORWARD> {
     type Output = bool;
 
     #[inline(always)]
@@ -109,7 +128,7 @@ impl<const QUERY: Query> Kernel for Search<'_, '_, QUERY> {
         let Search { root, mut leaves, found } = self;
         let (nodes, ray) = (leaves.asked.bvh.nodes, leaves.ray);
         // SAFETY: instruction set and closed view: promised to this function.
-        unsafe { walk::<S, QUERY>(nodes, root, ray, IgnoreWork, found, &mut leaves) }
+        unsafe { walk::<S, QUERY, FORWARD>(nodes, root, ray, IgnoreWork, found, &mut leaves) }
     }
 }
 
@@ -147,8 +166,7 @@ impl<S: Simd> VisitLeaf<S> for FilteredInstances<'_, '_> {
         let leaves =
             FilteredLeaves { asked: self.asked, ray: &local, instance: number, accept: &mut *self.accept };
         // SAFETY: instruction set: promised to this function. Closed view: the root is the geometry's.
-        let over =
-            unsafe { S::run(Search::<QUERY> { root: bvh.roots[geometry], leaves, found: &mut *found }) };
+        let over = unsafe { search::<S, QUERY>(bvh.roots[geometry], leaves, found) };
         if local.from.is_some() | self.from.is_some() {
             found.measure_from(self.from);
         }

@@ -59,14 +59,15 @@ pub(super) struct SingleRay<'a> {
 }
 
 impl<'a> SingleRay<'a> {
-    /// Whether [`SingleRay::of_world`] is for this ray, to which its own numbers do no harm and which does not start
-    /// farther away than this.
+    /// Whether [`SingleRay::of_world`] is for this ray, to which its own numbers do no harm, which does not start farther
+    /// away than this, and which begins at its origin or beyond and ends later.
     #[inline(always)]
     pub(super) fn is_usual(ray: &Ray, near: f32) -> bool {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
         let length = d.x + d.y + d.z;
         let [shortest, longest] = USUAL_LENGTH;
-        (o.max_component() <= near) & (shortest <= length) & (length <= longest)
+        let is_forward = (0.0 <= ray.t_min) & (ray.t_min <= ray.t_max);
+        (o.max_component() <= near) & (shortest <= length) & (length <= longest) & is_forward
     }
 
     /// In the world.
