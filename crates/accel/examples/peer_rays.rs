@@ -8,7 +8,8 @@
 //! Environment: `HITS_DIR` writes `SCENE_QUERY.eosphor-VARIANT-BUILD.hits` in the form of the `.ref` files; `SIMD` is one of
 //! the levels, `VARIANTS` (`1ray`, `batch`, `coherent`, `incoherent`; `where` with a closure that accepts all, `half` with one
 //! that refuses every other triangle, `halfnext` likewise by `next_hit`; `steps` counts), `BUILDS` and `QUERIES` choose from
-//! what is measured (comma-separated), `THREADS` lists thread counts.
+//! what is measured (comma-separated; `medium-cut` is medium that cuts large triangles, `medium-whole` does not), `THREADS`
+//! lists thread counts, `BATCH` is how many rays go into a call (as many as there are).
 
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, CountWork, Filters, Hit, PrimitiveId,
@@ -16,6 +17,7 @@ use eosphor_accel::{
 };
 use std::error::Error;
 use std::hint::black_box;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -110,6 +112,12 @@ enum Answers<'a> {
     Hidden(&'a mut [bool]),
 }
 
+/// Rays that go into a call of batches.
+static BATCH: LazyLock<usize> = LazyLock::new(|| {
+    let batch = std::env::var("BATCH").map(|count| count.parse().expect("BATCH is a number of rays"));
+    batch.unwrap_or(usize::MAX)
+});
+
 fn trace(tracer: &Bvh8Tracer, variant: Variant, rays: &[Ray], answers: Answers) {
     let filter = &RayFilter::ALL;
     match (answers, variant) {
@@ -144,10 +152,14 @@ fn trace(tracer: &Bvh8Tracer, variant: Variant, rays: &[Ray], answers: Answers) 
             }
         }
         (Answers::Hits(hits), Variant::Batch(coherence)) => {
-            tracer.closest_hits(rays, Filters::Shared(filter), coherence, hits);
+            for (rays, hits) in rays.chunks(*BATCH).zip(hits.chunks_mut(*BATCH)) {
+                tracer.closest_hits(rays, Filters::Shared(filter), coherence, hits);
+            }
         }
         (Answers::Hidden(hidden), Variant::Batch(coherence)) => {
-            tracer.occluded_rays(rays, Filters::Shared(filter), coherence, hidden);
+            for (rays, hidden) in rays.chunks(*BATCH).zip(hidden.chunks_mut(*BATCH)) {
+                tracer.occluded_rays(rays, Filters::Shared(filter), coherence, hidden);
+            }
         }
     }
 }
@@ -202,7 +214,7 @@ fn run_threads(
 
 fn measure(
     data: &Data,
-    tracer: &Bvh8Tracer,
+    (tracer, level): (&Bvh8Tracer, SimdLevel),
     query: usize,
     (build, name): (&str, &str),
     repeats: usize,
@@ -239,8 +251,8 @@ fn measure(
         }
         let count = rays.len() as f64;
         println!(
-            "{{\"kind\":\"query\",\"lib\":\"eosphor\",\"variant\":\"{name}\",\"build\":\"{build}\",\"scene\":\"{}\",\
-             \"query\":\"{}\",\"threads\":{threads},\"mrays\":{:.3},\"mrays_cpu\":{:.3},\"n\":{},\
+            "{{\"kind\":\"query\",\"lib\":\"eosphor\",\"variant\":\"{name}\",\"build\":\"{build}\",\"simd\":\"{level}\",\
+             \"scene\":\"{}\",\"query\":\"{}\",\"threads\":{threads},\"mrays\":{:.3},\"mrays_cpu\":{:.3},\"n\":{},\
              \"hitmiss_diff\":{other_hit},\"t_diff\":{other_t},\"t_diff4\":{other_t4},\"prim_diff\":{other_primitive}}}",
             data.scene,
             QUERIES[query],
@@ -296,10 +308,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         let data = Data::read(folder, scene)?;
         let world = Scene::new(&data.triangles, &[])?;
         for build in choices("BUILDS", "medium") {
-            let options = match build.parse::<Quality>() {
-                Ok(quality) => quality.options(),
-                Err(_) => BuildOptions::of(build.parse::<Builder>()?),
+            let (name, cuts) = match build.split_once('-') {
+                Some((name, "cut")) => (name, Some(true)),
+                Some((name, "whole")) => (name, Some(false)),
+                _ => (build.as_str(), None),
             };
+            let mut options = match name.parse::<Quality>() {
+                Ok(quality) => quality.options(),
+                Err(_) => BuildOptions::of(name.parse::<Builder>()?),
+            };
+            options.cut_large_triangles = cuts.unwrap_or(options.cut_large_triangles);
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
             let mut best: Option<(f64, f64, Bvh8)> = None;
             for _ in 0..repeats.min(if data.triangles.len() > 500_000 { 2 } else { 5 }) {
@@ -327,7 +345,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                         count_steps(&data, &bvh, query, &build);
                         continue;
                     }
-                    measure(&data, &tracer, query, (&build, &name), repeats)?;
+                    measure(&data, (&tracer, level), query, (&build, &name), repeats)?;
                 }
             }
         }
