@@ -117,6 +117,9 @@ impl Structures {
         self.check_batches::<1>(rays, filter);
         self.check_batches::<8>(rays, filter);
         self.check_batches::<16>(rays, filter);
+        self.check_batches::<50>(rays, filter);
+        self.check_batches::<64>(rays, filter);
+        self.check_batches::<65>(rays, filter);
     }
 }
 

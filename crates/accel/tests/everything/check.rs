@@ -151,6 +151,7 @@ pub(crate) fn check_shadows(structures: &Structures, rays: &[Ray], filter: &RayF
         check_lanes::<1>(structures, &way.name, rays, filter, |b, s| a.shadows1(b, filter, s));
         check_lanes::<8>(structures, &way.name, rays, filter, |b, s| a.shadows8(b, filter, s));
         check_lanes::<16>(structures, &way.name, rays, filter, |b, s| a.shadows16(b, filter, s));
+        check_lanes::<64>(structures, &way.name, rays, filter, |b, s| a.shadows64(b, filter, s));
     }
 }
 

@@ -18,6 +18,7 @@ pub(crate) trait Answers {
     fn shadows1(&self, batch: &ShadowBatch<1>, filter: &RayFilter, active: &[bool; 1]) -> [bool; 1];
     fn shadows8(&self, batch: &ShadowBatch<8>, filter: &RayFilter, active: &[bool; 8]) -> [bool; 8];
     fn shadows16(&self, batch: &ShadowBatch<16>, filter: &RayFilter, active: &[bool; 16]) -> [bool; 16];
+    fn shadows64(&self, batch: &ShadowBatch<64>, filter: &RayFilter, active: &[bool; 64]) -> [bool; 64];
 }
 
 /// A tracer, told this about its rays.
@@ -40,6 +41,9 @@ impl<T: BatchTracer> Answers for Asked<T> {
         self.0.occluded_batch(batch, filter, active)
     }
     fn shadows16(&self, batch: &ShadowBatch<16>, filter: &RayFilter, active: &[bool; 16]) -> [bool; 16] {
+        self.0.occluded_batch(batch, filter, active)
+    }
+    fn shadows64(&self, batch: &ShadowBatch<64>, filter: &RayFilter, active: &[bool; 64]) -> [bool; 64] {
         self.0.occluded_batch(batch, filter, active)
     }
 }

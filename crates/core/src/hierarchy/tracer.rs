@@ -33,6 +33,27 @@ pub trait Tracer {
         }
         hidden
     }
+
+    /// The same, sixteen rays at a time.
+    #[inline(always)]
+    fn occluded_by_sixteens<const W: usize>(
+        &self,
+        batch: &ShadowBatch<W>,
+        filter: &RayFilter,
+        active: &[bool; W],
+    ) -> [bool; W] {
+        let mut hidden = [true; W];
+        let mut first = 0;
+        while first < W {
+            let count = if W - first < 16 { W - first } else { 16 };
+            let mut part = [false; 16];
+            part[..count].copy_from_slice(&active[first..first + count]);
+            let found = self.occluded_batch(&batch.sixteen(first), filter, &part);
+            hidden[first..first + count].copy_from_slice(&found[..count]);
+            first += 16;
+        }
+        hidden
+    }
 }
 
 /// Rays from one point towards points of one light.
@@ -51,6 +72,19 @@ pub struct ShadowBatch<const W: usize> {
 }
 
 impl<const W: usize> ShadowBatch<W> {
+    /// The sixteen rays from lane `first` on; those past the last are the first ray of all.
+    #[inline(always)]
+    pub fn sixteen(&self, first: usize) -> ShadowBatch<16> {
+        let none = [0.0; 16];
+        let mut part = ShadowBatch { origin: self.origin, x: none, y: none, z: none, t_max: none };
+        for lane in 0..16 {
+            let from = if first + lane < W { first + lane } else { 0 };
+            (part.x[lane], part.y[lane], part.z[lane]) = (self.x[from], self.y[from], self.z[from]);
+            part.t_max[lane] = self.t_max[from];
+        }
+        part
+    }
+
     /// One of the rays.
     #[inline(always)]
     pub fn ray(&self, lane: usize) -> Ray {

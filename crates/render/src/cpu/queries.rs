@@ -14,6 +14,7 @@ pub(crate) trait Queries {
     fn next_hits(&self, rays: &[Ray], filters: Filters, coherence: Coherence, hits: &mut [Hit]);
     fn occluded_16(&self, batch: &ShadowBatch<16>, filter: &RayFilter, active: &[bool; 16]) -> [bool; 16];
     fn occluded_4(&self, batch: &ShadowBatch<4>, filter: &RayFilter, active: &[bool; 4]) -> [bool; 4];
+    fn occluded_48(&self, batch: &ShadowBatch<48>, filter: &RayFilter, active: &[bool; 48]) -> [bool; 48];
 }
 
 /// Calls `ask` with a tracer that is compiled for a level that the CPU has.
@@ -118,6 +119,16 @@ macro_rules! at_level {
                 unsafe { $query(self.0, batch, filter, active) }
             }
 
+            fn occluded_48(&self, batch: &ShadowBatch<48>, filter: &RayFilter, active: &[bool; 48]) -> [bool; 48] {
+                $(#[$features])?
+                unsafe fn $query<T: Tracer>(t: &T, b: &ShadowBatch<48>, f: &RayFilter, a: &[bool; 48]) -> [bool; 48] {
+                    t.occluded_batch(b, f, a)
+                }
+                // SAFETY: the CPU has the features of `$query`: `with_level` makes a `$level` only for a level that
+                // `CpuBackend::new` has found available.
+                unsafe { $query(self.0, batch, filter, active) }
+            }
+
             fn occluded_4(&self, batch: &ShadowBatch<4>, filter: &RayFilter, active: &[bool; 4]) -> [bool; 4] {
                 $(#[$features])?
                 unsafe fn $query<T: Tracer>(t: &T, b: &ShadowBatch<4>, f: &RayFilter, a: &[bool; 4]) -> [bool; 4] {
@@ -181,6 +192,7 @@ impl Tracer for AnyTracer<'_> {
     ) -> [bool; W] {
         match W {
             16 => resized(&self.0.occluded_16(&batch_of(batch), filter, &resized(active))),
+            48 => resized(&self.0.occluded_48(&batch_of(batch), filter, &resized(active))),
             4 => resized(&self.0.occluded_4(&batch_of(batch), filter, &resized(active))),
             _ => {
                 let mut hidden = [true; W];

@@ -372,31 +372,49 @@ unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
     }
 }
 
-/// Rays from one point, towards a light.
-pub(super) struct FromOnePoint<'a> {
+/// Rays from one point, towards a light: packets that walk together.
+pub(super) struct FromOnePoint<'a, const N: usize> {
     pub(super) bvh: &'a Bvh8View<'a>,
-    pub(super) batch: &'a ShadowBatch<16>,
+    pub(super) batches: &'a [ShadowBatch<16>; N],
     pub(super) filter: &'a RayFilter,
     /// Bits of the lanes that are asked for.
-    pub(super) active: u32,
+    pub(super) active: [u32; N],
 }
 
-impl Kernel for FromOnePoint<'_> {
+impl<const N: usize> Kernel for FromOnePoint<'_, N> {
     /// Bits of the lanes that something hides.
-    type Output = u32;
+    type Output = [u32; N];
 
     #[inline(always)]
-    unsafe fn run<S: Simd>(self) -> u32 {
-        let (batch, filters) = (self.batch, [self.filter; 16]);
+    unsafe fn run<S: Simd>(self) -> [u32; N] {
+        let filters = [self.filter; 16];
         let lanes = LaneFilters::<S>::shared(self.filter);
-        let rays = rays_from_one_point::<S>(batch);
-        let mut packets = [Packet::<S>::new(rays.t_max)];
+        let first = rays_from_one_point::<S>(&self.batches[0]);
+        let mut rays = [first; N];
+        let mut packets = [const { MaybeUninit::<Packet<S>>::uninit() }; N];
+        let mut k = 0;
+        while k < N {
+            if k > 0 {
+                rays[k] = rays_from_one_point::<S>(&self.batches[k]);
+            }
+            packets[k].write(Packet::new(rays[k].t_max));
+            k += 1;
+        }
         let mut room = MaybeUninit::uninit();
         let query =
             Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: &filters, alone: ALONE_COHERENT };
-        // SAFETY: instruction set: a kernel is run below its own.
-        unsafe { trace::<S, ANY, 1>(&mut packets, &[rays], [self.active], &[query], &mut room) };
-        packets[0].end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits() & self.active
+        // SAFETY: written places: all packets are. Instruction set: a kernel is run below its own.
+        unsafe {
+            let packets = &mut *(&raw mut packets).cast::<[Packet<S>; N]>();
+            trace::<S, ANY, N>(packets, &rays, self.active, &[query; N], &mut room);
+            let mut hidden = self.active;
+            k = 0;
+            while k < N {
+                hidden[k] &= packets[k].end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
+                k += 1;
+            }
+            hidden
+        }
     }
 }
 

@@ -150,13 +150,18 @@ impl Tracer for Bvh8Tracer<'_> {
         filter: &RayFilter,
         active: &[bool; W],
     ) -> [bool; W] {
-        let mut hidden = [true; W];
-        let mut bits = 0u32;
-        for lane in 0..W {
-            bits |= (active[lane] as u32) << lane;
+        // Where a packet is two registers, four together do not stay in them: a picture of lamps took 5 percent longer.
+        if W > 16 && (W > 64 || self.level != SimdLevel::Avx512) {
+            return self.occluded_by_sixteens(batch, filter, active);
         }
+        let mut hidden = [true; W];
+        let mut bits = [0u32; 4];
+        for lane in 0..W {
+            bits[lane / 16] |= (active[lane] as u32) << (lane % 16);
+        }
+        let asked = bits.iter().map(|bits| bits.count_ones()).sum::<u32>();
         // Two rays are faster alone.
-        if W > 16 || bits.count_ones() <= 2 || !cfg!(feature = "packets") {
+        if asked <= 2 || !cfg!(feature = "packets") {
             for lane in 0..W {
                 if active[lane] {
                     hidden[lane] = self.occluded(&batch.ray(lane), filter);
@@ -164,19 +169,19 @@ impl Tracer for Bvh8Tracer<'_> {
             }
             return hidden;
         }
-        let fill = |lanes: &[f32; W]| std::array::from_fn(|lane| lanes[if lane < W { lane } else { 0 }]);
-        let batch = ShadowBatch {
-            origin: batch.origin,
-            x: fill(&batch.x),
-            y: fill(&batch.y),
-            z: fill(&batch.z),
-            t_max: fill(&batch.t_max),
+        let bvh = &self.bvh;
+        let found = if W <= 16 {
+            let kernel = FromOnePoint { bvh, batches: &[batch.sixteen(0)], filter, active: [bits[0]] };
+            // SAFETY: instruction set: tracers are made for levels that the CPU has.
+            let [found] = unsafe { run_at(self.level, kernel) };
+            [found, 0, 0, 0]
+        } else {
+            let batches = &[0, 16, 32, 48].map(|first| batch.sixteen(first));
+            // SAFETY: instruction set: tracers are made for levels that the CPU has.
+            unsafe { run_at(self.level, FromOnePoint { bvh, batches, filter, active: bits }) }
         };
-        let kernel = FromOnePoint { bvh: &self.bvh, batch: &batch, filter, active: bits };
-        // SAFETY: instruction set: tracers are made for levels that the CPU has.
-        let found = unsafe { run_at(self.level, kernel) };
         for lane in 0..W {
-            hidden[lane] = !active[lane] || found >> lane & 1 == 1;
+            hidden[lane] = !active[lane] || found[lane / 16] >> (lane % 16) & 1 == 1;
         }
         hidden
     }

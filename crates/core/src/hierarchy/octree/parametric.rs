@@ -236,6 +236,9 @@ impl<C: Work> Tracer for OctreeParametricTracer<'_, C> {
         filter: &RayFilter,
         active: &[bool; W],
     ) -> [bool; W] {
+        if W > 16 {
+            return self.occluded_by_sixteens(batch, filter, active);
+        }
         let (root, extent) =
             (trusted(self.tree.roots, 0), trusted(self.tree.primitives.geometries, 0).extent);
         let together = (W > 1) & !C::COUNTS & (root.node != crate::material::NONE);

@@ -151,7 +151,7 @@ pub fn shade_direct(
     }
 }
 
-/// All samples of a light at one point, `W` at a time. Weights are added sample by sample, so `W` does not change the sums.
+/// All samples of a light at one point, `W` at a time, and the last ones by 16 or 4 lanes: some of the others would be idle. Weights are added sample by sample, so `W` does not change the sums.
 #[inline(always)]
 pub fn gather<T: Tracer, const W: usize>(
     view: &SceneView,
@@ -166,18 +166,18 @@ pub fn gather<T: Tracer, const W: usize>(
     let mut start = 0;
     while start < count {
         let left = count - start;
-        if W > GATHERED_AT_ONCE && left <= GATHERED_AT_ONCE as u32 {
-            *shadow_rays += gatherer.add::<GATHERED_AT_ONCE>(start, left);
-            break;
-        }
-        *shadow_rays += gatherer.add::<W>(start, left);
-        start += W as u32;
+        let (rays, lanes) = if W > 4 && left <= 4 {
+            (gatherer.add::<4>(start, left), 4)
+        } else if W > 16 && left < W as u32 {
+            (gatherer.add::<16>(start, left), 16)
+        } else {
+            (gatherer.add::<W>(start, left), W as u32)
+        };
+        *shadow_rays += rays;
+        start += lanes;
     }
     gatherer.sum.gathered(view.settings.shadow_mode)
 }
-
-/// The last samples are traced by so many lanes where they fit: most of the others would be idle.
-pub const GATHERED_AT_ONCE: usize = 4;
 
 struct Gatherer<'a, T> {
     view: &'a SceneView<'a>,
