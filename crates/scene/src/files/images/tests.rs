@@ -363,7 +363,7 @@ fn radiance_with_both_codes_and_none() {
     }
     // The largest exponent is beyond what scenes have, the smallest is a number still.
     let picture = read(&hdr("-Y 1 +X 2", &[255, 0, 0, 255, 255, 0, 0, 1]));
-    assert_eq!((floats(&picture)[0][0], floats(&picture)[1][0]), (MAX_COORDINATE, 255.0 * 2f32.powi(-135)));
+    assert_eq!((floats(&picture)[0][0], floats(&picture)[1][0]), (MAX_COORDINATE, 255.0 * 0.5f32.powi(135)));
 }
 
 /// An EXR of one layer, 2 x 1 texels.
