@@ -5,33 +5,12 @@
     reason = "all alike: the instruction set is there (see super), and who calls a function that takes a pointer sees to it"
 )]
 
-use super::{Float, Kernel, Mask, Simd};
+use super::{Float, Kernel, Mask, Simd, compress::COMPRESS};
 use std::arch::x86_64::*;
 
 /// AVX2 and FMA.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2;
-
-/// For each set of lanes, their numbers one after the other.
-#[repr(align(64))]
-struct Compress([[u8; 8]; 256]);
-
-static COMPRESS: Compress = {
-    let mut table = [[0; 8]; 256];
-    let mut bits = 0;
-    while bits < 256 {
-        let (mut lane, mut to) = (0, 0);
-        while lane < 8 {
-            if bits >> lane & 1 == 1 {
-                table[bits][to] = lane as u8;
-                to += 1;
-            }
-            lane += 1;
-        }
-        bits += 1;
-    }
-    Compress(table)
-};
 
 /// Lane numbers that bring the lanes with set bits to the front.
 #[inline(always)]

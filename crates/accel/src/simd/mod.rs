@@ -9,6 +9,8 @@
 mod avx2;
 #[cfg(all(target_arch = "x86_64", feature = "avx512"))]
 mod avx512;
+#[cfg(all(target_arch = "x86_64", any(feature = "avx2", feature = "avx512")))]
+mod compress;
 mod portable;
 
 #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
