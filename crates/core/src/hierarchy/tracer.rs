@@ -34,7 +34,7 @@ pub trait Tracer {
         hidden
     }
 
-    /// The same, sixteen rays at a time.
+    /// [`Tracer::occluded_batch`] in batches of sixteen rays, for tracers that take no more of them together.
     #[inline(always)]
     fn occluded_by_sixteens<const W: usize>(
         &self,
