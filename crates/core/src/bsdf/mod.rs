@@ -2,19 +2,23 @@
 //! refraction. Functions of directions alone; what a material says at a point is `shading`'s.
 
 mod blinn_phong;
+mod closure;
 mod cosine_power;
 mod delta;
 mod directions;
 mod fresnel;
+mod ggx;
 mod lambert;
 mod lobe;
 mod phong;
 
 pub use blinn_phong::BlinnPhong;
+pub use closure::{Closure, SMOOTH, ScatterSample, Scattered};
 pub use cosine_power::CosinePower;
 pub use delta::Delta;
 pub use directions::{Refracted, mirror_above, reflect, refract, through_surface, turned_up};
 pub use fresnel::{fresnel_exact, fresnel_factor, fresnel_schlick, reflectance_at_normal_incidence};
+pub use ggx::Ggx;
 pub use lambert::Lambert;
 pub use lobe::Lobe;
 pub use phong::Phong;
