@@ -120,7 +120,7 @@ mod tests {
         for (a, b) in [(1.0, 1.0), (1e30, 1e-30), (1e-38, 3e38), (2.5, 0.0), (f32::INFINITY, 1.0)] {
             assert_eq!(power_share(a, b) + power_share(b, a), 1.0, "{a} {b}");
         }
-        assert_eq!(power_share(3.0, 4.0), 9.0 / 25.0);
+        assert!((power_share(3.0, 4.0) - 9.0 / 25.0).abs() < 1e-7);
         assert_eq!(power_share(0.0, 0.0), 0.0);
     }
 }
