@@ -31,6 +31,7 @@ pub fn sample_light(
     let settings = view.settings;
     let count = view.lights.len();
     let chosen = (choice * count as f32) as usize;
+    // By `get`, which has no panic for GPUs; where there is no light, there is none of this number.
     let light = view.lights.get(if chosen < count { chosen } else { count.wrapping_sub(1) })?;
     let chances = count as f32;
     // The side that the sample lies on is known when there is one: then it is taken from there.
