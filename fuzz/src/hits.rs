@@ -126,8 +126,8 @@ struct Structures {
 impl Structures {
     fn new(world: &World, max_leaf_primitives: u32, traversal_cost: f32) -> Structures {
         let scene = world.geometry();
-        let options = Builder::ALL
-            .map(|b| BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::of(b) });
+        let options =
+            Builder::ALL.map(|b| BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::of(b) });
         let octree = OctreeOptions { max_leaf_primitives, max_depth: 6, ..OctreeOptions::default() };
         Structures {
             exhaustive: Exhaustive::new(&scene),
@@ -175,7 +175,8 @@ pub fn traverse(bytes: &[u8]) {
         let (ray, filter) = (&rays[k], &filters[k]);
         let expected = all_queries(&reference, ray, filter);
         let same = |name: &str, (hit, next, hidden): (Hit, Hit, bool)| {
-            let equal = bits(&hit) == bits(&expected.0) && bits(&next) == bits(&expected.1) && hidden == expected.2;
+            let equal =
+                bits(&hit) == bits(&expected.0) && bits(&next) == bits(&expected.1) && hidden == expected.2;
             assert!(equal, "{name}: {hit:?} {next:?} {hidden} instead of {expected:?} for {:?}", rays[k]);
         };
         for bvh in &structures.bvhs {
@@ -187,7 +188,9 @@ pub fn traverse(bytes: &[u8]) {
         same("grid", all_queries(&structures.grid.tracer(IgnoreWork), ray, filter));
         same("kd-tree", all_queries(&structures.kdtree.tracer(IgnoreWork), ray, filter));
     }
-    for tracer in SimdLevel::available().flat_map(|l| structures.bvh8s.iter().filter_map(move |b| b.tracer_at(l))) {
+    for tracer in
+        SimdLevel::available().flat_map(|l| structures.bvh8s.iter().filter_map(move |b| b.tracer_at(l)))
+    {
         for coherence in [Coherence::Auto, Coherence::Coherent, Coherence::Incoherent] {
             let mut hits = vec![Hit::miss(0.0); count];
             let mut hidden = vec![false; count];
@@ -201,7 +204,11 @@ pub fn traverse(bytes: &[u8]) {
                     && bits(&next[k]) == bits(&expected.1)
                     && hidden[k] == expected.2;
                 let (hit, ray) = (&hits[k], &rays[k]);
-                assert!(equal, "bvh8 {coherence:?}: {hit:?} {} instead of {expected:?} for {ray:?}", hidden[k]);
+                assert!(
+                    equal,
+                    "bvh8 {coherence:?}: {hit:?} {} instead of {expected:?} for {ray:?}",
+                    hidden[k]
+                );
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Boxes of parts of triangles.
 //!
-//! Why nothing is lost. Where a hit counts, the ray's line passes within 2^-47 of the magnitudes in the test of a point p of
+//! Why nothing is lost. Where a hit counts, the ray's line passes within 2^-39 of the magnitudes in the test of a point p of
 //! the triangle (`eosphor_core::intersect::precise`), which the slack of each ray's slab test covers, from wherever it
 //! comes. So it is enough that for each p some reference's box contains p, with slack for the rounding of the slab test.
 //! This holds for whole triangles, and each cut keeps it: if box B has it for p, p lies in the part on its side of the plane;

@@ -51,7 +51,10 @@ impl Cutter<'_> {
             let size = high[axis] - low[axis];
             // Sides too short for parts with their margins are not cut.
             let margin = PART_SLACK * low[axis].abs().max(high[axis].abs());
-            let scale = if size > 4.0 * margin && size < f32::MAX { SLICES as f32 / size } else { 0.0 };
+            let scale = SLICES as f32 / size;
+            // Of a size next to 0 it is infinite, and slices would not be numbers.
+            let is_cut = size > 4.0 * margin && size < f32::MAX && scale < f32::INFINITY;
+            let scale = if is_cut { scale } else { 0.0 };
             Slices { axis, base: low[axis], scale, width: size / SLICES as f32 }
         });
         bins.clear();

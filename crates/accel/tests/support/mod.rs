@@ -48,9 +48,7 @@ impl World {
 
     fn place(&mut self, geometry: u32, world_from_object: Affine, object_from_world: Affine) {
         let object = self.bounds_of_geometry(geometry);
-        let world = object.transformed(&world_from_object);
-        let margin = (world.extent() + object.extent() * world_from_object.growth()) / 131_072.0;
-        let world_bounds = world.padded(margin);
+        let world_bounds = object.placed(&world_from_object, &object_from_world);
         self.instances.push(Instance {
             object_from_world,
             world_from_object,

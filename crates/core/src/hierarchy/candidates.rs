@@ -9,7 +9,7 @@ use crate::intersect::{
 };
 use crate::math::Affine;
 use crate::out_of_line::out_of_line;
-use crate::ray::{PrimitiveId, Ray, RayFilter, UNKNOWN_REST};
+use crate::ray::{Hit, PrimitiveId, Ray, RayFilter, UNKNOWN_REST};
 
 /// Primitives and instances, as every hierarchy holds them. Primitives stand in the hierarchy's own order within each
 /// geometry's range; triangles carry their number with them.
@@ -111,14 +111,15 @@ impl PrimitivesView<'_> {
         hit.t as f64 + rest as f64
     }
 
-    /// What the `t` of a triangle's hit lacks of that of double precision, by the triangle's name. Looks at all there are:
+    /// What the `t` of a triangle's hit by this ray lacks of that of double precision, by the triangle's name. Looks at all there are:
     /// hardly ever asked for.
-    pub(crate) fn rest_by_name(&self, id: PrimitiveId, t: f32, world_ray: &Ray) -> f32 {
+    pub(crate) fn rest_by_name(&self, hit: &Hit, world_ray: &Ray) -> f32 {
+        let id = hit.id;
         if id.instance as usize >= self.instances.len() {
             return 0.0;
         }
         let (map, extent) = self.space(id.instance);
-        rest_among(self.triangles, id.primitive, t, world_ray, map, extent)
+        rest_among(self.triangles, hit, world_ray, map, extent)
     }
 
     /// For the world boxes of instances. (These have slack of their own: no extent is needed.)
@@ -244,8 +245,7 @@ out_of_line! {
     /// [`PrimitivesView::rest_by_name`].
     fn rest_among(
         triangles: &[PackedTriangle],
-        primitive: u32,
-        t: f32,
+        hit: &Hit,
         ray: &Ray,
         map: Option<&Affine>,
         extent: f32,
@@ -253,8 +253,12 @@ out_of_line! {
         let mut k = 0;
         while k < triangles.len() as u32 {
             let triangle = trusted(triangles, k);
-            if triangle.primitive == primitive && intersect_triangle(triangle, ray, map, extent).t == t {
-                return t_rest(triangle, t, ray, map);
+            if triangle.primitive == hit.id.primitive {
+                // Triangles of other geometries have this number, too.
+                let own = intersect_triangle(triangle, ray, map, extent);
+                if own.meets && own.t == hit.t && own.u == hit.u && own.v == hit.v {
+                    return t_rest(triangle, hit.t, ray, map);
+                }
             }
             k += 1;
         }

@@ -56,10 +56,11 @@ impl FarRay {
     }
 }
 
-/// The coordinate of a ray from far away that is rounded when instances see it.
+/// A coordinate as whose [`EXTENT_SLACK`] a ray from far away is moved when instances see it: maps take its origin there in
+/// double precision, which moves it by less than 2^-42 of its own coordinates.
 #[inline(always)]
 pub fn moved_at(ray: &Ray) -> f32 {
-    ray.origin.abs().max_component()
+    ray.origin.abs().max_component() * (1.0 / 64.0)
 }
 
 /// Where a ray enters a box, and what it looks like from there: all of a [`FarRay`] but its slab.
@@ -81,7 +82,7 @@ pub struct BoxEntry {
 }
 
 impl BoxEntry {
-    /// Into this box, by a ray that instances see moved by what rounding at this coordinate does. `None` where it passes by.
+    /// Into this box, by a ray that instances see moved by the slack of this coordinate. `None` where it passes by.
     #[inline(always)]
     pub fn new(ray: &Ray, map: Option<&Affine>, bounds: &Bounds, moved_at: f32) -> Option<BoxEntry> {
         let extent = bounds.extent();
@@ -152,7 +153,7 @@ impl BoxEntry {
 }
 
 out_of_line! {
-    /// [`FarRay::new`]; instances move the ray by what rounding at this coordinate does.
+    /// [`FarRay::new`]; instances move the ray by the slack of this coordinate.
     fn far_ray(ray: &Ray, map: Option<&Affine>, bounds: &Bounds, moved_at: f32) -> Option<FarRay> {
         let entry = BoxEntry::new(ray, map, bounds, moved_at)?;
         Some(FarRay { ray: entry.ray(bounds.extent() + moved_at), from: entry.from, slack: entry.slack })

@@ -357,7 +357,7 @@ impl Next {
         }
         let mut rest = after.t_rest;
         if rest == UNKNOWN_REST {
-            rest = primitives.rest_by_name(after.id, after.t, ray);
+            rest = primitives.rest_by_name(after, ray);
         }
         let after_t = after.t as f64 + rest as f64;
         let t = primitives.t64(place, hit, ray);

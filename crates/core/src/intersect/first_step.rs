@@ -1,6 +1,9 @@
 //! The first step of the triangle test, in single precision: most rays miss, and most hits are clear.
 
-use super::{EDGE_SLACK, LocalRay, PackedTriangle, T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK, UV_ERROR};
+use super::{
+    EDGE_REACH, EDGE_SLACK, LocalRay, PackedTriangle, T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK,
+    UV_ERROR,
+};
 use crate::math::{fma, min};
 
 /// Whether a ray may meet a triangle.
@@ -60,8 +63,8 @@ impl PackedTriangle {
         let (u, v, size) = (signed(r.dot(e2)), signed(-r.dot(e1)), determinant.abs());
         let least = min(min(u, v), size - u - v);
         let c = from_origin.abs();
-        let distance = (c.x + c.y) + (c.z + ray.reach);
         let lengths = self.length1 + self.length2;
+        let distance = fma(EDGE_REACH, lengths, (c.x + c.y) + (c.z + ray.reach));
         // Below 0 for triangles without area: those are never met.
         let slack = fma((EDGE_SLACK * ray.length) * (distance + lengths.abs()), lengths, UNDERFLOW_SLACK);
         FirstStep {

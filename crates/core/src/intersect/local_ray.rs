@@ -1,7 +1,7 @@
 //! A ray in the space of a geometry, with what the intersection tests need of it.
 
-use super::Slab;
 use super::precise::{PreciseRay, single};
+use super::{EDGE_REACH, Slab};
 use crate::math::{Affine, Vec3};
 use crate::ray::Ray;
 
@@ -22,7 +22,8 @@ pub struct LocalRay {
     /// At least the direction's length, with what mapping it into this space may have changed. Infinite where products
     /// might leave the range of numbers: nothing is clear then.
     pub length: f32,
-    /// Added to distances from the origin: mapping it into this space may have moved it by a share of this.
+    /// Added to distances from the origin: [`EDGE_REACH`] of the one from 0; mapping it into this space may have moved it by a
+    /// share of this.
     pub reach: f32,
     /// At least the distance from 0 to the ray's origin in the world, in the units of this space.
     pub scale: f32,
@@ -61,8 +62,9 @@ impl LocalRay {
     /// In the world, whose largest coordinate is `extent`.
     #[inline(always)]
     pub fn new(ray: &Ray, extent: f32) -> LocalRay {
-        let length = sum(ray.direction);
-        LocalRay::in_space(ray, ray.origin, ray.direction, extent, length, 0.0, sum(ray.origin))
+        let (length, scale) = (sum(ray.direction), sum(ray.origin));
+        let own = LocalRay::in_space(ray, ray.origin, ray.direction, extent, length, 0.0, scale);
+        LocalRay { reach: EDGE_REACH * scale, ..own }
     }
 
     /// In an object's space.

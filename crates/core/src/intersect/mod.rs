@@ -54,6 +54,12 @@ pub const UNDERFLOW_SLACK: f32 = 1e-26;
 /// least, and right but for 7/32: 9 / (1 - 7/32) is below 12.
 pub const T_SLACK: f32 = 13.0 / 16_777_216.0;
 
+/// Distances from the origin to a triangle count as longer by this (2^-24) times the lengths of its edges and the distance from
+/// 0 to the origin. A ray that passes an edge within the tolerance of double precision, 2^-48 of the magnitudes there, meets
+/// the edge's closest point, and the plane elsewhere: that far away, over the sine of the angle between them. For hits right
+/// at the origin the rounding errors of `t` are less than that; with this, [`T_SLACK`] covers it.
+pub const EDGE_REACH: f32 = 1.0 / 16_777_216.0;
+
 /// More than underflow can make of the numerator of `t`. (2^-100: much more, so that over a determinant of 2^26 it is no
 /// denormal number yet, which CPUs may take a hundred cycles for.)
 pub const T_UNDERFLOW: f32 = 7.888_609e-31;

@@ -75,6 +75,14 @@ fn across(x: Double3, d: Double3, squared: f64) -> Double3 {
 /// ray slips between neighbours.
 const EDGE_TOLERANCE: f64 = 1.0 / (1u64 << 48) as f64;
 
+/// With a determinant of at least this (2^-8) times the lengths of two edges and the direction, rounding moves `t` by less than
+/// what the slab test leaves room for ([`super::EXTENT_SLACK`]).
+const STEEP: f64 = 1.0 / 256.0;
+
+/// And with at least this (2^-14) times the square of the lengths of both edges, it moves points across edges by less than that.
+/// (Beside the long edges of a needle its area may be less than their rounding errors.)
+const WIDE: f64 = 1.0 / 16_384.0;
+
 /// How a ray's line passes a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Passage {
@@ -91,13 +99,15 @@ pub struct Passage {
     size: f64,
     /// The smallest edge function.
     least: f64,
+    /// Whether rounding cannot make up edge functions that say that it meets the triangle, nor move the hit.
+    is_steep: bool,
 }
 
 impl Passage {
     /// Whether it meets the triangle for certain.
     #[inline(always)]
     pub fn is_within(&self) -> bool {
-        (self.size > 0.0) & (self.least >= 0.0)
+        self.is_steep & (self.size > 0.0) & (self.least >= 0.0)
     }
 
     /// Whether it passes by for certain: farther outside than the tolerance of edges, by the one on whose wrong side it passes.
@@ -114,12 +124,46 @@ impl Passage {
         sum64(self.near) + sum64(a) + sum64(b) + sum64(c)
     }
 
+    /// From the closest point to where it meets the plane.
+    #[inline(always)]
+    fn rest(&self, inverse: f64) -> f64 {
+        dot64(self.normal, self.corners[0]) * inverse
+    }
+
     /// Where it meets the plane.
     #[inline(always)]
     pub fn hit(&self) -> PreciseHit {
         let inverse = 1.0 / self.determinant;
-        let rest = dot64(self.normal, self.corners[0]) * inverse;
+        let rest = self.rest(inverse);
         PreciseHit { t: self.t_near + rest, u: self.edges[1] * inverse, v: self.edges[2] * inverse }
+    }
+
+    /// Where it meets the plane, if that is a point of the triangle. For rays that almost lie in the plane: edge functions
+    /// are rounding errors then, but a point of the plane tells on which side of an edge it lies.
+    #[inline(always)]
+    fn hit_in_plane(&self, ray: &PreciseRay) -> Option<PreciseHit> {
+        let rest = self.rest(1.0 / self.determinant);
+        let point = along64([0.0; 3], ray.direction, rest);
+        let [a, b, c] = self.corners;
+        // Of the edge between two corners: the weight of the third, but for a common factor.
+        let weight =
+            |from: Double3, to: Double3| dot64(cross64(minus64(to, from), minus64(point, from)), self.normal);
+        let weights = [weight(b, c), weight(c, a), weight(a, b)];
+        let total = weights[0] + weights[1] + weights[2];
+        // At the tip of a sliver a point far outside has weights that are rounding errors.
+        let tolerance = EDGE_TOLERANCE * self.magnitude();
+        let mut is_within = total > 0.0;
+        let mut k = 0;
+        while k < 3 {
+            let low = a[k].min(b[k].min(c[k])) - tolerance;
+            let high = a[k].max(b[k].max(c[k])) + tolerance;
+            is_within &= (weights[k] >= 0.0) & (point[k] >= low) & (point[k] <= high);
+            k += 1;
+        }
+        if !is_within {
+            return None;
+        }
+        Some(PreciseHit { t: self.t_near + rest, u: weights[1] / total, v: weights[2] / total })
     }
 }
 
@@ -164,7 +208,12 @@ impl PreciseRay {
             let xy = if x < y { x } else { y };
             if xy < z { xy } else { z }
         };
-        Passage { t_near, near, corners, edges, normal, determinant, size: sign * determinant, least }
+        let size = sign * determinant;
+        let (length1, length2) = (sum64(e1), sum64(e2));
+        let lengths = length1 + length2;
+        let is_steep = (size >= STEEP * (length1 * length2) * sum64(d))
+            & (size >= WIDE * (lengths * lengths) * sum64(d));
+        Passage { t_near, near, corners, edges, normal, determinant, size, least, is_steep }
     }
 
     /// Where the ray meets a triangle, before or behind its origin.
@@ -178,11 +227,16 @@ impl PreciseRay {
         if !(passage.size > 0.0) {
             return None;
         }
-        if passage.least >= 0.0 {
+        if passage.is_within() {
             return Some(passage.hit());
         }
         if passage.is_beside(self) {
             return None;
+        }
+        if passage.least >= 0.0
+            && let Some(hit) = passage.hit_in_plane(self)
+        {
+            return Some(hit);
         }
         let tolerance = EDGE_TOLERANCE * passage.magnitude();
         let meets = self.meet_edges(&passage.corners, tolerance);

@@ -25,9 +25,9 @@ pub const SHORT: f32 = 1e-8;
 /// the test, 3 · 2^-24. It is taken into the offsets, so it costs nothing in the test.
 pub const ORIGIN_SLACK: f32 = 1.0 / 2_097_152.0;
 
-/// And by this (2^-42) times all coordinates of box and origin, along every axis: over the tolerance of hits in double
+/// And by this (2^-36) times all coordinates of box and origin, along every axis: over the tolerance of hits in double
 /// precision, and what [`SMALLEST_DIRECTION`] tilts.
-pub const EXTENT_SLACK: f32 = 1.0 / (1u64 << 42) as f32;
+pub const EXTENT_SLACK: f32 = 1.0 / (1u64 << 36) as f32;
 
 impl Slab {
     /// For a ray from `origin` along `direction` (any length), and boxes with coordinates up to `extent`.

@@ -237,7 +237,7 @@ impl FilteredLeaves<'_, '_> {
         if near == 0 {
             return false;
         }
-        let distance = distance(&from_origin, S::F4::splat(ray.reach));
+        let distance = distance(&from_origin, S::F4::splat(ray.reach), lengths);
         let plane = StepPlanes {
             product: S::F4::from_array(&block.product),
             lengths,

@@ -3,8 +3,8 @@
 use crate::bvh8::TriangleBlock;
 use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
 use eosphor_core::intersect::{
-    EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, ORIGIN_SLACK, SHORT, SHORTEST_DIRECTION, SMALLEST_DIRECTION,
-    T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK, USUAL_LENGTH, USUAL_REACH, UV_ERROR,
+    EDGE_REACH, EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, ORIGIN_SLACK, SHORT, SHORTEST_DIRECTION,
+    SMALLEST_DIRECTION, T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK, USUAL_LENGTH, USUAL_REACH, UV_ERROR,
     WORLD_FROM_OBJECT_ROUNDING,
 };
 use eosphor_core::math::Affine;
@@ -114,7 +114,8 @@ impl<F: Float> LocalV<F> {
     #[inline(always)]
     pub(super) fn of_world(rays: &RaysV<F>, extent: f32) -> (LocalV<F>, Usual<F>) {
         let (length, scale) = (sum(&rays.direction), sum(&rays.origin));
-        LocalV::in_space(rays, extent, length, F::splat(0.0), scale)
+        let (own, usual) = LocalV::in_space(rays, extent, length, F::splat(0.0), scale);
+        (LocalV { reach: F::splat(EDGE_REACH).mul(scale), ..own }, usual)
     }
 
     /// As `LocalRay::mapped`, of rays of the world that are these in an object's space.
@@ -282,11 +283,11 @@ pub(super) struct PlanesV<F: Float> {
     pub(super) is_steep: F::Mask,
 }
 
-/// As `from_origin.abs()`, added up with the rays' reach.
+/// Distances from the origins of rays with this reach to the first vertices of triangles whose edges have these lengths.
 #[inline(always)]
-pub(super) fn distance<F: Float>(from_origin: &Vec3V<F>, reach: F) -> F {
+pub(super) fn distance<F: Float>(from_origin: &Vec3V<F>, reach: F, lengths: F) -> F {
     let c = each!(k => from_origin[k].abs());
-    c[0].add(c[1]).add(c[2].add(reach))
+    F::splat(EDGE_REACH).fma(lengths, c[0].add(c[1]).add(c[2].add(reach)))
 }
 
 impl<F: Float> EdgesV<F> {

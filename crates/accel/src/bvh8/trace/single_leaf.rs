@@ -110,7 +110,7 @@ impl PrimitiveLeaves<'_> {
             edge_slack: S::F4::splat(ray.edge_slack),
             scale: S::F4::splat(ray.scale),
         };
-        let distance = distance(&from_origin, S::F4::splat(ray.reach));
+        let distance = distance(&from_origin, S::F4::splat(ray.reach), lengths);
         let plane = StepPlanes {
             product: S::F4::from_array(&block.product),
             lengths,
@@ -209,7 +209,7 @@ impl PrimitiveLeaves<'_> {
         let t_max = S::F4::splat(ray.t_max);
         let mut meets = inside.and(t_min.lt(low)).and(high.le(t_max)).bits() & lanes;
         if meets == 0 {
-            let distance = distance(&from_origin, S::F4::splat(ray.reach));
+            let distance = distance(&from_origin, S::F4::splat(ray.reach), lengths);
             let distance_with_lengths = distance.add(lengths.abs());
             let plane = StepPlanes { product, lengths, distance, distance_with_lengths, numerator };
             let slack = plane.slack(S::F4::splat(ray.edge_slack));

@@ -6,8 +6,8 @@ use crate::simd::{Float, Kernel, Mask, Simd};
 use eosphor_core::geometry::Bounds;
 use eosphor_core::hierarchy::{BoxEntry, LOST, is_far, moved_at};
 use eosphor_core::intersect::{
-    EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, LocalRay, ORIGIN_SLACK, SHORTEST_DIRECTION, SMALLEST_DIRECTION,
-    T_SLACK, USUAL_LENGTH,
+    EDGE_REACH, EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, LocalRay, ORIGIN_SLACK, SHORTEST_DIRECTION,
+    SMALLEST_DIRECTION, T_SLACK, USUAL_LENGTH,
 };
 use eosphor_core::math::Affine;
 use eosphor_core::ray::Ray;
@@ -114,7 +114,7 @@ impl<'a> SingleRay<'a> {
             edge_slack,
             t_slack,
             outside: -edge_slack * most_distance,
-            reach: 0.0,
+            reach: EDGE_REACH * scale,
             scale,
             // (Not of the inverse, for which the first node would have to wait.)
             octant: safe.lt(S::F4::splat(0.0)).bits() & 7,

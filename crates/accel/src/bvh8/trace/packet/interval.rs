@@ -116,9 +116,8 @@ impl<S: Simd, const N: usize> Interval<S, N> {
             k += 1;
         }
         if one_origin & is_usual {
-            let own_reach = if leg.instance == 0 { 0.0 } else { leg.local.reach.to_array().as_ref()[first] };
             interval.is_one_origin = true;
-            interval.origin = [low[0], low[1], low[2], own_reach];
+            interval.origin = [low[0], low[1], low[2], leg.local.reach.to_array().as_ref()[first]];
         } else {
             let moments = interval.moments.as_mut_ptr().cast::<Vec3V<S::F16>>();
             member = 0;

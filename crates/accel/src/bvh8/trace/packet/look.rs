@@ -77,7 +77,7 @@ impl Shared {
         let both_slacks;
         if ONE_ORIGIN {
             let from_origin = subtract(&v0, &each!(k => S::F4::splat(interval.origin[k])));
-            let distance = distance_of(&from_origin, S::F4::splat(interval.origin[3]));
+            let distance = distance_of(&from_origin, S::F4::splat(interval.origin[3]), lengths);
             let distance_with_lengths = distance.add(lengths.abs());
             both_slacks = S::F4::splat(-2.0).mul(distance_with_lengths).mul(lengths);
             seen.write(Seen {
@@ -90,7 +90,8 @@ impl Shared {
             });
         } else {
             // From 0, where moments are counted from.
-            let distance = distance_of(&v0, S::F4::splat(interval.origin_distance)).add(lengths.abs());
+            let distance =
+                distance_of(&v0, S::F4::splat(interval.origin_distance), lengths).add(lengths.abs());
             both_slacks = S::F4::splat(-BOTH_SLACKS * interval.most_slack)
                 .mul(distance)
                 .fma(lengths, S::F4::splat(-UNDERFLOW_SLACK));
@@ -245,7 +246,7 @@ impl Shared {
             numerator = F::splat(seen.numerator[lane]);
         } else {
             from_origin = subtract(&lane3(&block.v0, lane), origin);
-            distance = distance_of(&from_origin, reach);
+            distance = distance_of(&from_origin, reach, lengths);
             distance_with_lengths = distance.add(lengths.abs());
             numerator = dot(&lane3(&self.normal, lane), &from_origin);
         }
