@@ -1,16 +1,22 @@
 //! How surfaces reflect and transmit: a closed set of lobes ([`Lobe`]), Fresnel factors, and the directions of mirrors and
 //! refraction. Functions of directions alone; what a material says at a point is `shading`'s.
 
+mod albedo;
 mod blinn_phong;
+mod closure;
 mod cosine_power;
 mod delta;
 mod directions;
 mod fresnel;
+mod ggx;
 mod lambert;
 mod lobe;
+mod mixture;
 mod phong;
+mod schlick;
 
 pub use blinn_phong::BlinnPhong;
+pub use closure::{Closure, SMOOTH, ScatterSample, Scattered};
 pub use cosine_power::CosinePower;
 pub use delta::Delta;
 pub use directions::{Refracted, mirror_above, reflect, refract, through_surface, turned_up};
