@@ -1,5 +1,6 @@
 //! Tests of all lobes together, by their values, their densities and the light that they lose.
 
+mod furnace;
 mod smooth;
 
 use super::*;
