@@ -11,8 +11,10 @@ use std::fmt::Write;
 
 /// Nodes over the cosine and the roughness, of mirrors.
 const MIRROR: [usize; 2] = [48, 41];
-/// The same of glass, and over the index beyond the surface where it is denser, and where it is less dense.
-const GLASS: [usize; 4] = [24, 21, 17, 33];
+/// The same of glass where the index beyond the surface is denser, and over the index.
+const DENSER: [usize; 3] = [24, 21, 17];
+/// Where it is less dense. The number over the cosine is odd, so that the critical angle has a node.
+const THINNER: [usize; 3] = [41, 21, 25];
 /// A cosine is measured against alpha times this: what is lost at grazing angles is a function of their ratio.
 const CORNER: f64 = 4.0;
 /// Tables of glass go to the indices 5/2 and 2/5.
@@ -41,6 +43,20 @@ fn alpha_of(row: usize, count: usize) -> f64 {
 fn cosine_of(coordinate: f64, alpha: f64) -> f64 {
     let (k, square) = (CORNER * alpha, coordinate * coordinate);
     (square * k / (1.0 + k - square)).clamp(1e-6, 1.0)
+}
+
+/// The cosine at a coordinate which is 1/2 at the critical angle, and close to which it changes slowly there and at 0.
+fn cosine_about_critical(coordinate: f64, eta: f64) -> f64 {
+    let critical = (1.0 - eta * eta).max(0.0).sqrt();
+    let x = 2.0 * coordinate;
+    let cosine = if x < 0.5 {
+        2.0 * x * x * critical
+    } else if x < 1.0 {
+        (1.0 - 2.0 * (1.0 - x).powi(2)) * critical
+    } else {
+        critical + (x - 1.0).powi(2) * (1.0 - critical)
+    };
+    cosine.clamp(1e-6, 1.0)
 }
 
 fn coordinate_of(cosine: f64, alpha: f64) -> f64 {
@@ -147,33 +163,37 @@ fn index_of(i: usize, count: usize, denser: bool) -> f64 {
 }
 
 fn glass_tables() -> String {
-    let [columns, rows, denser, thinner] = GLASS;
     let mut text = header("rough glass");
-    writeln!(text, "/// Nodes over the cosine.\npub const COSINES: usize = {columns};").unwrap();
-    writeln!(text, "/// Nodes over the roughness.\npub const ROUGHNESSES: usize = {rows};").unwrap();
-    let sides = [("DENSER", "denser", denser, true), ("THINNER", "less dense", thinner, false)];
-    for (name, what, count, is_denser) in sides {
+    for (name, what, [columns, rows, count], is_denser) in
+        [("DENSER", "denser", DENSER, true), ("THINNER", "less dense", THINNER, false)]
+    {
         let mut all = String::new();
         for k in 0..count {
             let eta = index_of(k, count, is_denser);
             all += "[";
             for j in 0..rows {
                 let alpha = alpha_of(j, rows);
-                let at =
-                    |i| if j == 0 { 0.0 } else { glass_loss(cosine_of(node(i, columns), alpha), alpha, eta) };
-                all += &array((0..columns).map(|i| ((at(i) * 65535.0).round() as u16).to_string()));
+                // Beyond the critical angle glass is a mirror: the difference has no details there.
+                let of = |cosine: f64| glass_loss(cosine, alpha, eta) - mirror_loss(cosine, alpha).lost;
+                let at = |x| match is_denser {
+                    _ if j == 0 => 0.0,
+                    true => glass_loss(cosine_of(x, alpha), alpha, eta),
+                    false => of(cosine_about_critical(x, eta)),
+                };
+                all += &array(
+                    (0..columns).map(|i| ((at(node(i, columns)) * 32768.0).round() as i16).to_string()),
+                );
             }
             all += "],";
         }
-        writeln!(text, "\n/// The part of light that is lost where the index beyond is {what}, in 65535ths: over the index, the roughness and the cosine.").unwrap();
-        writeln!(
-            text,
-            "#[rustfmt::skip]\npub static {name}: [[[u16; COSINES]; ROUGHNESSES]; {count}] = [\n{}\n];",
-            lines(&all)
-        )
-        .unwrap();
+        writeln!(text, "/// The part of light that is lost where the index beyond is {what}, in 65535ths.")
+            .unwrap();
+        writeln!(text, "/// Over the index, the roughness and the cosine.\n#[rustfmt::skip]").unwrap();
+        writeln!(text, "pub static {name}: [[[i16; {columns}]; {rows}]; {count}] = [\n{}\n];\n", lines(&all))
+            .unwrap();
     }
-    text
+    text.truncate(text.trim_end().len());
+    text + "\n"
 }
 
 fn header(what: &str) -> String {

@@ -89,7 +89,7 @@ impl Mixture {
         } else if closure.is_thin {
             closure.glass / (1.0 - albedo.lost)
         } else {
-            closure.glass / white_glass_albedo(cos, closure.alpha, closure.eta)
+            closure.glass / white_glass_albedo(cos, closure.alpha, closure.eta, albedo.lost)
         };
 
         let wish = Chances {

@@ -1,7 +1,7 @@
 //! White surfaces return all light.
 
 use super::*;
-use crate::sampling::point_2d;
+use crate::sampling::sobol_2d;
 
 const ROUGHNESSES: [f32; 7] = [0.0, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0];
 const COSINES: [f32; 5] = [0.05, 0.2, 0.5, 0.8, 1.0];
@@ -11,8 +11,9 @@ const INDICES: [f32; 10] = [1.1, 1.33, 1.5, 2.0, 2.5, 1.0 / 1.1, 1.0 / 1.33, 1.0
 fn sampled(closure: &Closure, to_viewer: Vec3, count: u32) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for i in 0..count {
-        // Numbers that are well spread together: the pick's bits are those of another order of the same points.
-        let (u, pick) = (point_2d(i, 5), point_2d(i, 11)[0]);
+        // Hammersley's points: the pick goes evenly, and the other numbers are spread evenly in every part of it.
+        let (u, pick) =
+            (sobol_2d(i).map(|x| (x >> 8) as f32 * (1.0 / 16_777_216.0)), (i as f32 + 0.5) / count as f32);
         if let Some(sample) = closure.sample(to_viewer, pick, u) {
             sum[0] += f64::from(sample.weight.x);
             sum[1] += f64::from(sample.weight.y);
@@ -37,8 +38,9 @@ fn worst(make: impl Fn(f32) -> Closure, count: u32) -> (f64, f32, f32) {
 #[test]
 fn metal_and_layers_return_all_light() {
     for metal in [0.0, 0.5, 1.0] {
-        let (error, roughness, cos) = worst(|alpha| white(metal, 0.04, alpha), 1 << 14);
+        let (error, roughness, cos) = worst(|alpha| white(metal, 0.04, alpha), 1 << 16);
         println!("metal {metal}: {error:.5} at roughness {roughness}, cosine {cos}");
+        assert!(error < 0.001, "metal {metal}: {error} at roughness {roughness}, cosine {cos}");
     }
 }
 
@@ -46,8 +48,12 @@ fn metal_and_layers_return_all_light() {
 fn glass_returns_all_light() {
     for is_thin in [false, true] {
         for eta in INDICES {
-            let (error, roughness, cos) = worst(|alpha| glass(eta, is_thin, alpha), 1 << 14);
+            let (error, roughness, cos) = worst(|alpha| glass(eta, is_thin, alpha), 1 << 16);
             println!("eta {eta} {is_thin}: {error:.5} at roughness {roughness}, cosine {cos}");
+            assert!(
+                error < if is_thin { 0.001 } else { 0.002 },
+                "index {eta}, thin {is_thin}: {error} at {roughness}, {cos}"
+            );
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Tests of all lobes together, by their values, their densities and the light that they lose.
 
+mod density;
+mod everything;
 mod furnace;
 mod smooth;
 
