@@ -1,7 +1,7 @@
 //! Samples are as dense as is said, and weigh what their value says.
 
 use super::*;
-use crate::sampling::mix;
+use crate::sampling::{mix, sobol_2d};
 
 /// Rows and columns of the sphere for quadrature, and how many of them a box has in which samples are counted.
 const ROWS: usize = 1024;
@@ -41,6 +41,16 @@ fn integrals(closure: &Closure, to_viewer: Vec3) -> Vec<f64> {
     boxes
 }
 
+/// The share of samples that come to nothing, by points that are spread evenly.
+fn gone(closure: &Closure, to_viewer: Vec3) -> f64 {
+    const COUNT: u32 = 1 << 16;
+    let is_none = |i: u32| {
+        let u = sobol_2d(i).map(|x| (x >> 8) as f32 * (1.0 / 16_777_216.0));
+        closure.sample(to_viewer, (i as f32 + 0.5) / COUNT as f32, u).is_none()
+    };
+    (0..COUNT).filter(|&i| is_none(i)).count() as f64 / f64::from(COUNT)
+}
+
 fn box_of(row: usize, column: usize) -> usize {
     row / BOX[0] * (ROWS / BOX[1]) + column / BOX[1]
 }
@@ -61,19 +71,16 @@ fn samples_are_as_dense_as_is_said() {
                 let to_viewer = viewer(cos);
                 let expected = integrals(&closure, to_viewer);
                 let mut counted = vec![0u32; expected.len()];
-                let mut gone = 0u32;
                 for i in 0..COUNT {
                     let number = |k: u32| random(i * 3 + k);
-                    match closure.sample(to_viewer, number(0), [number(1), number(2)]) {
-                        Some(sample) => counted[box_at(sample.to_light)] += 1,
-                        None => gone += 1,
+                    if let Some(sample) = closure.sample(to_viewer, number(0), [number(1), number(2)]) {
+                        counted[box_at(sample.to_light)] += 1;
                     }
                 }
-                let whole = expected.iter().sum::<f64>() + f64::from(gone) / f64::from(COUNT);
-                // Half of what the share of samples that come to nothing can be off by is 0.0014.
-                assert!((whole - 1.0).abs() < 0.006, "{name}, alpha {alpha}, cosine {cos}: {whole}");
+                let whole = expected.iter().sum::<f64>() + gone(&closure, to_viewer);
+                // Quadrature's error: refracted light ends at an edge. Of four times as many rows 0.0002 is left.
+                assert!((whole - 1.0).abs() < 0.003, "{name}, alpha {alpha}, cosine {cos}: {whole}");
                 worst_integral = worst_integral.max((whole - 1.0).abs());
-                if (whole - 1.0).abs() > 1e-3 { println!("DEBUG {name} {alpha} {cos} {whole}"); }
 
                 // Boxes with few samples are one box.
                 let (mut square, mut freedom, mut few) = (0.0, 0.0, [0.0; 2]);

@@ -3,6 +3,7 @@
 mod density;
 mod everything;
 mod furnace;
+mod mitsuba;
 mod smooth;
 
 use super::*;
