@@ -42,7 +42,7 @@ impl Numbers {
         }
     }
 
-    fn to_viewer(&mut self) -> Vec3 {
+    fn any_viewer(&mut self) -> Vec3 {
         let cos = self.part();
         viewer(if cos == 0.0 { 1e-4 } else { cos.max(1e-6) })
     }
@@ -54,7 +54,7 @@ fn nothing_is_negative_or_large() {
     let (mut largest, mut above_4, mut count) = (0f32, 0u32, 0u32);
     let mut where_largest = String::new();
     for _ in 0..100_000 {
-        let (closure, to_viewer) = (numbers.closure(), numbers.to_viewer());
+        let (closure, to_viewer) = (numbers.closure(), numbers.any_viewer());
         for _ in 0..4 {
             let sample = closure.sample(to_viewer, numbers.even(), [numbers.even(), numbers.even()]);
             let Some(sample) = sample else { continue };
