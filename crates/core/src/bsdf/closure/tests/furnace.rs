@@ -50,9 +50,15 @@ fn glass_returns_all_light() {
         for eta in INDICES {
             let (error, roughness, cos) = worst(|alpha| glass(eta, is_thin, alpha), 1 << 16);
             println!("eta {eta} {is_thin}: {error:.5} at roughness {roughness}, cosine {cos}");
+            let bound = match is_thin {
+                true => 0.0005,
+                false if eta > 1.0 => 0.001,
+                // The table is coarse where light leaves glass at grazing angles.
+                false => 0.0025,
+            };
             assert!(
-                error < if is_thin { 0.001 } else { 0.002 },
-                "index {eta}, thin {is_thin}: {error} at {roughness}, {cos}"
+                error < bound,
+                "index {eta}, thin {is_thin}: {error} at roughness {roughness}, cosine {cos}"
             );
         }
     }
