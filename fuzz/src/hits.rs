@@ -3,9 +3,9 @@
 use crate::support::World;
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh, Bvh8, Coherence, Exhaustive, Filters, Grid, GridOptions, KdTree,
-    KdTreeOptions, Octree, OctreeOptions, SimdLevel,
+    KdTreeOptions, Octree, OctreeOptions, SceneGeometry, SimdLevel,
 };
-use eosphor_core::geometry::Sphere;
+use eosphor_core::geometry::{Instance, Sphere};
 use eosphor_core::hierarchy::{IgnoreWork, Tracer};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
@@ -78,10 +78,8 @@ impl Bytes<'_> {
                 world.add_instance(geometry, Affine { columns, translation: self.point() });
             }
         }
-        // Flattening refuses what is placed beyond what numbers can say.
-        let fits = |i: &eosphor_core::geometry::Instance| {
-            i.world_bounds.is_empty() || (i.world_bounds.min.is_finite() && i.world_bounds.max.is_finite())
-        };
+        // Flattening refuses what is placed beyond where rays are traced.
+        let fits = |i: &Instance| SceneGeometry::of_instances(std::slice::from_ref(i)).is_ok();
         let world_itself = world.instances.remove(0);
         world.instances.retain(fits);
         world.instances.insert(0, world_itself);

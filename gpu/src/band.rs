@@ -6,7 +6,7 @@ use crate::watch::Watching;
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
 use eosphor_core::device::BandLaunch;
 use eosphor_core::hierarchy::Tracer;
-use eosphor_core::integrator::{RayCounts, Samples, pixel_color, render_samples};
+use eosphor_core::integrator::{Follow, RayCounts, Samples, pixel_color, render_samples_by};
 use eosphor_core::view::SceneView;
 
 /// The pixel of a thread; it may lie outside.
@@ -23,13 +23,13 @@ fn pixel(launch: &BandLaunch, width: u32, warp: u32, lane: u32) -> (u32, u32) {
     (x, y)
 }
 
-/// Renders the thread's share of its pixel.
+/// Renders the thread's share of its pixel, by an integrator.
 ///
 /// # Safety
 ///
 /// The launch's `sums`, or where they are null its `film`, must have room for the band's pixels, and its `totals` must be there.
 #[inline(always)]
-pub(crate) unsafe fn render_band<T: Tracer>(
+pub(crate) unsafe fn render_band<T: Tracer, F: Follow>(
     view: &SceneView,
     tracer: &T,
     launch: &BandLaunch,
@@ -47,7 +47,7 @@ pub(crate) unsafe fn render_band<T: Tracer>(
     let first = if is_inside { launch.first_sample + share } else { launch.end_sample };
     let mut counts = RayCounts::default();
     let samples = Samples { first, end: launch.end_sample, step: sharers };
-    let own = render_samples::<T, 1>(view, tracer, (x, y), samples, &mut counts);
+    let own = render_samples_by::<T, F>(view, tracer, (x, y), samples, &mut counts);
     let sum = warp::merged(own, sharers);
     // SAFETY: the totals are there.
     let totals = unsafe { Totals::new(launch.totals) };

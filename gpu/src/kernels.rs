@@ -7,7 +7,12 @@ use eosphor_core::device::{
     BandLaunch, BvhPair, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
 };
 use eosphor_core::geometry::Sphere;
-use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot, KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView, PrimitivesView};
+use eosphor_core::hierarchy::{
+    BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot,
+    KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
+    PrimitivesView,
+};
+use eosphor_core::integrator::{Path, Whitted};
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::scene_arrays;
 use eosphor_core::view::SceneView;
@@ -35,7 +40,7 @@ macro_rules! render_kernel {
 
 macro_rules! define_render_kernel {
     (
-        ($(#[$doc:meta])* $name:ident, $watching:ty, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr)
+        ($(#[$doc:meta])* $name:ident, $integrator:ty, $watching:ty, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr)
         $($(#[$field_doc:meta])* $array:ident $label:literal $field:ident: $access:ident $item:ty,)*
     ) => {
         $(#[$doc])*
@@ -66,31 +71,46 @@ macro_rules! define_render_kernel {
                 let watching = <$watching>::new();
                 let $work = watching.work();
                 let tracer = watching.around($tracer);
-                render_band(&view, &tracer, &launch, &watching);
+                render_band::<_, $integrator>(&view, &tracer, &launch, &watching);
             }
         }
     };
 }
 
-/// Defines two kernels over a structure: one that renders, and one that also counts and times what queries do.
+/// Defines two kernels over a structure: one for each integrator.
+macro_rules! render_kernels {
+    (
+        $(#[$doc:meta])*
+        $whitted:ident, $path:ident, $watching:ty, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+    ) => {
+        render_kernel! { $(#[$doc])* $whitted, Whitted<1>, $watching, ($($own: $type),*) |$primitives, $work| $tracer }
+        render_kernel! { $(#[$doc])* $path, Path, $watching, ($($own: $type),*) |$primitives, $work| $tracer }
+    };
+}
+
+/// Defines four kernels over a structure: for each integrator one that renders, and one that also counts and times what queries do.
 macro_rules! render_and_count_kernels {
-    ($(#[$doc:meta])* $render:ident, $count:ident, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr) => {
-        render_kernel! { $(#[$doc])* $render, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer }
-        render_kernel! { $(#[$doc])* $count, Counting, ($($own: $type),*) |$primitives, $work| $tracer }
+    (
+        $(#[$doc:meta])*
+        $whitted:ident, $path:ident, $count:ident, $count_path:ident,
+        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+    ) => {
+        render_kernels! { $(#[$doc])* $whitted, $path, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer }
+        render_kernels! { $(#[$doc])* $count, $count_path, Counting, ($($own: $type),*) |$primitives, $work| $tracer }
     };
 }
 
 render_and_count_kernels! {
     /// Without any structure: the reference.
-    render_exhaustive, count_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
+    render_exhaustive, path_exhaustive, count_exhaustive, count_path_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
 }
 
-/// Defines a kernel over a bounding volume hierarchy.
+/// Defines kernels over a bounding volume hierarchy.
 macro_rules! bvh_kernel {
-    ($(#[$doc:meta])* $name:ident, placed $placed:literal, in step $in_step:literal) => {
-        render_kernel! {
+    ($(#[$doc:meta])* $whitted:ident, $path:ident, placed $placed:literal, in step $in_step:literal) => {
+        render_kernels! {
             $(#[$doc])*
-            $name, Unwatched, (
+            $whitted, $path, Unwatched, (
                 pairs: &BvhPair,
                 roots: &Root<Link>,
                 instance_root: Link,
@@ -108,31 +128,31 @@ macro_rules! bvh_kernel {
 
 bvh_kernel! {
     /// Over a bounding volume hierarchy.
-    render_bvh, placed true, in step false
+    render_bvh, path_bvh, placed true, in step false
 }
 
 bvh_kernel! {
     /// The same where there is no instance but the world.
-    render_bvh_world, placed false, in step false
+    render_bvh_world, path_bvh_world, placed false, in step false
 }
 
 bvh_kernel! {
     /// The same with the threads of a warp in step.
-    render_bvh_in_step, placed true, in step true
+    render_bvh_in_step, path_bvh_in_step, placed true, in step true
 }
 
-render_kernel! {
+render_kernels! {
     /// Over a hierarchy with eight children a node.
-    render_bvh_wide, Unwatched, (
+    render_bvh_wide, path_bvh_wide, Unwatched, (
         nodes: &WideNode,
         roots: &Root<u32>,
         instance_root: u32
     ) |primitives, _work| WideTracer::<true>::new(WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, primitives })
 }
 
-render_kernel! {
+render_kernels! {
     /// Over a bounding volume hierarchy as CPUs read it, whose walk counts.
-    count_bvh, Counting, (
+    count_bvh, count_path_bvh, Counting, (
         nodes: &BvhNode,
         roots: &u32,
         instance_nodes: &BvhNode,
@@ -148,7 +168,7 @@ render_kernel! {
 
 render_and_count_kernels! {
     /// Over an octree, all octants that a ray meets.
-    render_octree, count_octree, (
+    render_octree, path_octree, count_octree, count_path_octree, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -166,7 +186,7 @@ render_and_count_kernels! {
 
 render_and_count_kernels! {
     /// Over an octree, octants in the order of the ray.
-    render_octree_parametric, count_octree_parametric, (
+    render_octree_parametric, path_octree_parametric, count_octree_parametric, count_path_octree_parametric, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -184,7 +204,7 @@ render_and_count_kernels! {
 
 render_and_count_kernels! {
     /// Over a uniform grid.
-    render_grid, count_grid, (
+    render_grid, path_grid, count_grid, count_path_grid, (
         starts: &u32,
         roots: &GridRoot,
         references: &u32,
@@ -202,7 +222,7 @@ render_and_count_kernels! {
 
 render_and_count_kernels! {
     /// Over a kd-tree.
-    render_kdtree, count_kdtree, (
+    render_kdtree, path_kdtree, count_kdtree, count_path_kdtree, (
         nodes: &KdNode,
         roots: &KdRoot,
         references: &u32,

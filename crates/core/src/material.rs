@@ -140,6 +140,23 @@ pub struct Material {
 }
 
 impl Material {
+    /// Whether triangles of it are lights to path tracing: they shine alike everywhere, and nothing passes them straight. Other
+    /// emitters are found by rays that meet them.
+    #[inline(always)]
+    pub fn is_lamp_of_paths(&self) -> bool {
+        let is_closed = (self.alpha == AlphaUse::Ignore)
+            & ((self.refraction != Refraction::Straight) | !(self.transmission.max_component() > 0.0));
+        is_closed & (self.emission_texture == NONE) & (self.emission.max_component() > 0.0)
+    }
+
+    /// Whether light passes it straight on in path tracing, with what it takes: holes, panes, and backs that are not there.
+    #[inline(always)]
+    pub fn is_passed_by_paths(&self) -> bool {
+        let is_pane = (self.refraction == Refraction::Straight)
+            & ((self.transmission.max_component() > 0.0) | (self.transmission_texture.texture != NONE));
+        is_pane | (self.alpha != AlphaUse::Ignore) | self.single_sided
+    }
+
     /// The textures of all its properties, in the order in which `MaterialTexels` has their texels: indices, or [`NONE`].
     #[inline(always)]
     pub fn textures(&self) -> [u32; 8] {

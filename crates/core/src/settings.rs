@@ -60,6 +60,18 @@ pub enum FresnelMode {
     Constant,
 }
 
+/// How the rays of a sample find what a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[repr(u32)]
+pub enum Integrator {
+    /// Whitted's ray tracing: mirrors and glass, and light that comes from lights straight or through them.
+    Whitted,
+    /// Path tracing: light that bounces from everything, by chance, more exact with more samples.
+    Path,
+}
+
 /// Where the samples of a pixel lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
@@ -89,7 +101,15 @@ pub struct Settings {
     pub grid_side: u32,
     /// Where the samples of a pixel lie.
     pub pixel_sampling: PixelSampling,
-    /// Bounces after the camera ray, 0 to [`crate::integrator::whitted::MAX_DEPTH`].
+    /// How rays go on; path tracing reads neither energy threshold, lighting model and Fresnel mode nor what is said of Whitted's
+    /// lights.
+    pub integrator: Integrator,
+    /// In path tracing: after so many bounces paths that carry little end by chance.
+    pub roulette_depth: u32,
+    /// In path tracing: light that has bounced before it met the first surface is cut to this, its hue kept;
+    /// [`crate::sums::MAX_RADIANCE`] and more: not at all.
+    pub clamp_indirect: f32,
+    /// Bounces after the camera ray, 0 to [`crate::integrator::MAX_DEPTH`].
     pub max_depth: u32,
     /// A ray dies when the largest component of its weight is below this.
     pub energy_threshold: f32,
@@ -127,6 +147,9 @@ impl Default for Settings {
             samples: 1,
             grid_side: 1,
             pixel_sampling: PixelSampling::Random,
+            integrator: Integrator::Whitted,
+            roulette_depth: 4,
+            clamp_indirect: crate::sums::MAX_RADIANCE,
             max_depth: 8,
             energy_threshold: 0.002,
             lighting_model: LightingModel::BlinnPhong,

@@ -76,7 +76,8 @@ impl Backend for CudaBackend {
             true => Structure::for_counting(&hierarchy),
             false => Structure::new(&hierarchy, self.traversal, moving)?,
         };
-        let kernel = kernel(self.accel, self.traversal, scene.instances.len() > 1, self.count_work)?;
+        let (placed, integrator) = (scene.instances.len() > 1, scene.settings.integrator);
+        let kernel = kernel(self.accel, self.traversal, placed, self.count_work, integrator)?;
         let band_bytes = largest_band(scene.settings.width, scene.settings.height) as u64;
         let view = scene.view();
         let kernel = (kernel, self.block_size);

@@ -3,6 +3,7 @@
 use crate::ptx::{MOST_THREADS, USUAL_THREADS};
 use crate::structure::kernel;
 use crate::traversal::Traversal;
+use eosphor_core::settings::Integrator;
 use eosphor_render::{Accel, BackendError, HierarchyOptions};
 
 /// How the CUDA backend works. Nothing here changes a pixel.
@@ -45,7 +46,8 @@ impl CudaOptions {
     ///
     /// [`BackendError::Failed`] with what to choose instead.
     pub fn check(&self) -> Result<(), BackendError> {
-        kernel(self.accel, self.traversal, false, self.count_work)?;
+        // Integrators have the same structures.
+        kernel(self.accel, self.traversal, false, self.count_work, Integrator::Whitted)?;
         if self.traversal != Traversal::Auto && self.accel != Accel::Bvh {
             return Err(BackendError::Failed(format!(
                 "{}: there are several ways through a bvh, one through {}: leave that out, or choose bvh",

@@ -39,6 +39,7 @@ mod tests {
     use crate::structure::{Structure, Trees, kernel};
     use crate::traversal::Traversal;
     use eosphor_core::device::BandLaunch;
+    use eosphor_core::settings::Integrator;
     use eosphor_render::{Accel, Hierarchy, HierarchyOptions, build_hierarchy};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
@@ -48,10 +49,12 @@ mod tests {
         let ways = || Traversal::ALL.into_iter().flat_map(|t| [(t, false, false), (t, true, false)]);
         for &accel in Accel::ALL {
             for (traversal, placed, counts) in ways().chain([(Traversal::Auto, true, true)]) {
-                if let Ok(name) = kernel(accel, traversal, placed, counts)
-                    && !all.iter().any(|&(.., other)| other == name)
-                {
-                    all.push((accel, traversal, counts, name));
+                for integrator in [Integrator::Whitted, Integrator::Path] {
+                    if let Ok(name) = kernel(accel, traversal, placed, counts, integrator)
+                        && !all.iter().any(|&(.., other)| other == name)
+                    {
+                        all.push((accel, traversal, counts, name));
+                    }
                 }
             }
         }

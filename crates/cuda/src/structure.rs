@@ -5,6 +5,7 @@ use crate::traversal::Traversal;
 use eosphor_accel::{Bvh, BvhPairs, BvhWide};
 use eosphor_core::device::{Link, WideNode};
 use eosphor_core::hierarchy::{InstanceTreeView, PrimitivesView};
+use eosphor_core::settings::Integrator;
 use eosphor_render::{Accel, BackendError, Hierarchy};
 
 /// The kernel that renders over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
@@ -18,9 +19,14 @@ pub(crate) fn kernel(
     traversal: Traversal,
     placed: bool,
     counts: bool,
+    integrator: Integrator,
 ) -> Result<&'static str, BackendError> {
     let find = |accel| if counts { counting(accel) } else { on_gpus(accel, traversal, placed) };
-    find(accel).ok_or_else(|| {
+    let of_integrator = |[whitted, path]: [&'static str; 2]| match integrator {
+        Integrator::Whitted => whitted,
+        Integrator::Path => path,
+    };
+    find(accel).map(of_integrator).ok_or_else(|| {
         let is_there = |accel: &&Accel| find(**accel).is_some();
         let names: Vec<&str> = Accel::ALL.iter().filter(is_there).map(|a| a.name()).collect();
         BackendError::Failed(format!(
@@ -30,32 +36,34 @@ pub(crate) fn kernel(
     })
 }
 
-fn on_gpus(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'static str> {
+/// The kernels that render, for Whitted's integrator and for paths.
+fn on_gpus(accel: Accel, traversal: Traversal, placed: bool) -> Option<[&'static str; 2]> {
     match accel {
-        Accel::None => Some("render_exhaustive"),
+        Accel::None => Some(["render_exhaustive", "path_exhaustive"]),
         Accel::Bvh => Some(match traversal {
-            Traversal::Reconverge => "render_bvh_in_step",
-            Traversal::Wide => "render_bvh_wide",
-            _ if placed => "render_bvh",
-            _ => "render_bvh_world",
+            Traversal::Reconverge => ["render_bvh_in_step", "path_bvh_in_step"],
+            Traversal::Wide => ["render_bvh_wide", "path_bvh_wide"],
+            _ if placed => ["render_bvh", "path_bvh"],
+            _ => ["render_bvh_world", "path_bvh_world"],
         }),
         Accel::Bvh8 => None,
-        Accel::Octree => Some("render_octree"),
-        Accel::OctreeParametric => Some("render_octree_parametric"),
-        Accel::Grid => Some("render_grid"),
-        Accel::KdTree => Some("render_kdtree"),
+        Accel::Octree => Some(["render_octree", "path_octree"]),
+        Accel::OctreeParametric => Some(["render_octree_parametric", "path_octree_parametric"]),
+        Accel::Grid => Some(["render_grid", "path_grid"]),
+        Accel::KdTree => Some(["render_kdtree", "path_kdtree"]),
     }
 }
 
-fn counting(accel: Accel) -> Option<&'static str> {
+/// The same that count.
+fn counting(accel: Accel) -> Option<[&'static str; 2]> {
     match accel {
-        Accel::None => Some("count_exhaustive"),
-        Accel::Bvh => Some("count_bvh"),
+        Accel::None => Some(["count_exhaustive", "count_path_exhaustive"]),
+        Accel::Bvh => Some(["count_bvh", "count_path_bvh"]),
         Accel::Bvh8 => None,
-        Accel::Octree => Some("count_octree"),
-        Accel::OctreeParametric => Some("count_octree_parametric"),
-        Accel::Grid => Some("count_grid"),
-        Accel::KdTree => Some("count_kdtree"),
+        Accel::Octree => Some(["count_octree", "count_path_octree"]),
+        Accel::OctreeParametric => Some(["count_octree_parametric", "count_path_octree_parametric"]),
+        Accel::Grid => Some(["count_grid", "count_path_grid"]),
+        Accel::KdTree => Some(["count_kdtree", "count_path_kdtree"]),
     }
 }
 
@@ -168,7 +176,8 @@ pub(crate) fn add_structure<'a>(
             }
         },
         Hierarchy::Bvh8(_) => {
-            Err(kernel(Accel::Bvh8, Traversal::Auto, false, false).expect_err("it has none"))
+            Err(kernel(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted)
+                .expect_err("it has none"))
         }
         Hierarchy::Octree(octree) | Hierarchy::OctreeParametric(octree) => {
             let tree = octree.view();
@@ -232,13 +241,15 @@ mod tests {
 
     #[test]
     fn structures_for_cpus_alone_are_refused_with_the_others_names() {
-        let message = kernel(Accel::Bvh8, Traversal::Auto, false, false).unwrap_err().to_string();
+        let message =
+            kernel(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted).unwrap_err().to_string();
         assert!(
             message.starts_with("bvh8 is made for") && message.contains("none, bvh, octree,"),
             "{message}"
         );
         for counts in [false, true] {
-            let refused = |accel: &&Accel| kernel(**accel, Traversal::Auto, true, counts).is_err();
+            let refused =
+                |accel: &&Accel| kernel(**accel, Traversal::Auto, true, counts, Integrator::Path).is_err();
             assert_eq!(Accel::ALL.iter().filter(refused).count(), 1);
         }
     }

@@ -177,7 +177,7 @@ pub mod math {
 /// Closed sets that [`RenderSettings`] chooses from.
 pub mod settings {
     #[doc(inline)]
-    pub use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
+    pub use eosphor_core::settings::{FresnelMode, Integrator, LightingModel, ShadowMode};
 }
 
 /// How textures are filtered between texels and continued beyond their borders.

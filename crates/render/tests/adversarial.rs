@@ -7,7 +7,7 @@ use eosphor_core::integrator::{RayCounts, render_pixel};
 use eosphor_core::integrator::{pixel_features, transmittance};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, PrimitiveId, Ray, RayFilter};
-use eosphor_core::shading::SurfacePoint;
+use eosphor_core::shading::{EvaluatedMaterial, SurfacePoint};
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, Hierarchy, HierarchyOptions, build_hierarchy};
 use eosphor_scene::{LoadOptions, SceneData, load};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -75,7 +75,7 @@ fn hits_of_what_is_not_there_panic_where_they_are_shaded() {
     let ray = Ray::new(Vec3::ZERO, Vec3::splat(0.577));
     let count = data.geometries[0].triangle_count + data.geometries[0].sphere_count;
     for hit in [hit(0, count), hit(0, u32::MAX - 1), hit(data.instances.len() as u32, 0), hit(u32::MAX, 0)] {
-        assert!(panics(|| SurfacePoint::new(&view, &ray, &hit)), "{hit:?}");
+        assert!(panics(|| SurfacePoint::<EvaluatedMaterial>::new(&view, &ray, &hit)), "{hit:?}");
         assert!(panics(|| render_pixel::<_, 4>(&view, &Liar(hit), 0, 0, &mut RayCounts::default())));
         assert!(panics(|| pixel_features(&view, &Liar(hit), 0, 0)));
     }

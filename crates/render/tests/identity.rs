@@ -1,5 +1,7 @@
 //! The picture contract on the CPU: a pixel does not depend on threads, tiles, SIMD level or hierarchy.
 
+mod paths;
+
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
 use eosphor_render::{

@@ -14,7 +14,7 @@ const MIRROR: [usize; 2] = [48, 41];
 /// The same of glass where the index beyond the surface is denser, and over the index.
 const DENSER: [usize; 3] = [24, 21, 17];
 /// Where it is less dense. The number over the cosine is odd, so that the critical angle has a node.
-const THINNER: [usize; 3] = [53, 21, 33];
+const THINNER: [usize; 3] = [53, 21, 65];
 /// A cosine is measured against alpha times this: what is lost at grazing angles is a function of their ratio.
 const CORNER: f64 = 4.0;
 /// Tables of glass go to the indices 5/2 and 2/5.
@@ -186,7 +186,7 @@ fn glass_tables() -> String {
             }
             all += "],";
         }
-        writeln!(text, "/// The part of light that is lost where the index beyond is {what}, in 65535ths.")
+        writeln!(text, "/// The part of light that is lost where the index beyond is {what}, in 32768ths.")
             .unwrap();
         writeln!(text, "/// Over the index, the roughness and the cosine.\n#[rustfmt::skip]").unwrap();
         writeln!(text, "pub static {name}: [[[i16; {columns}]; {rows}]; {count}] = [\n{}\n];\n", lines(&all))

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use clap::Args;
 use clap::builder::TypedValueParser;
 use eosphor::math::Vec3;
-use eosphor::settings::{FresnelMode, LightingModel, ShadowMode};
+use eosphor::settings::{FresnelMode, Integrator, LightingModel, ShadowMode};
 use eosphor::{Composition, LightUnits, LoadOptions, NormalMode, PixelSampling, RenderSettings, Transfer};
 
 /// Each wins over the preset, which wins over the scene.
@@ -25,6 +25,17 @@ pub(crate) struct SettingsFlags {
     /// Where the samples of a pixel lie: all in its centre, or spread over it at random [default: random]
     #[arg(long, value_name = "WHERE", value_parser = pixel_samplings(), conflicts_with = "ssaa")]
     pixel_sampling: Option<PixelSampling>,
+    /// How rays go on. whitted: mirrors, glass and light straight from lights, without noise but that of lamps; path: light that
+    /// bounces from everything, noisy with few samples [default: whitted]
+    #[arg(long, value_name = "NAME", value_parser = integrators())]
+    integrator: Option<Integrator>,
+    /// Path tracing: from so many bounces on end paths that carry little by chance, 0 to 64; changes no mean [default: 4]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=64), allow_hyphen_values = true)]
+    roulette: Option<u32>,
+    /// Path tracing: cut light that bounces before it reaches the first surface to this radiance, over 0 and at most 1e12: fewer
+    /// bright dots, and less light [default: no cut]
+    #[arg(long, value_name = "X", value_parser = within(OVER_0), allow_hyphen_values = true)]
+    clamp_indirect: Option<f32>,
     /// Points to sample on each triangle that is a light, per shaded point, 1 to 65536 [default: 16]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_536), allow_hyphen_values = true)]
     light_samples: Option<u32>,
@@ -112,7 +123,27 @@ pub(crate) struct SettingsFlags {
 impl SettingsFlags {
     /// Fails where one of these does nothing beside the others and what the scene says, which have been applied.
     pub(crate) fn check(&self, settings: &RenderSettings) -> Result<(), Failure> {
+        let (whitted, path) = (Integrator::Whitted, Integrator::Path);
+        let of = |integrator, flag, is_given| Need {
+            flag,
+            is_given,
+            is_met: settings.integrator == integrator,
+            needs: if integrator == path { "--integrator path" } else { "--integrator whitted" },
+        };
         check(&[
+            of(path, "--roulette", self.roulette.is_some()),
+            of(path, "--clamp-indirect", self.clamp_indirect.is_some()),
+            of(whitted, "--light-samples", self.light_samples.is_some()),
+            of(whitted, "--energy-threshold", self.energy_threshold.is_some()),
+            of(whitted, "--lighting", self.lighting.is_some()),
+            of(whitted, "--shadows", self.shadows.is_some()),
+            of(whitted, "--fresnel", self.fresnel.is_some()),
+            of(whitted, "--cull", self.cull),
+            of(whitted, "--no-cull", self.no_cull),
+            of(whitted, "--light-from-behind", self.light_from_behind),
+            of(whitted, "--no-light-from-behind", self.no_light_from_behind),
+            of(whitted, "--no-light-falloff", self.no_light_falloff),
+            of(whitted, "--composition", self.composition.is_some()),
             Need {
                 flag: "--max-distance",
                 is_given: self.max_distance.is_some(),
@@ -168,6 +199,9 @@ impl SettingsFlags {
             settings.pixel_sampling = PixelSampling::Random;
         }
         set(&mut settings.pixel_sampling, self.ssaa.map(PixelSampling::Grid).or(self.pixel_sampling));
+        set(&mut settings.integrator, self.integrator);
+        set(&mut settings.roulette, self.roulette);
+        set(&mut settings.clamp_indirect, self.clamp_indirect.map(Some));
         set(&mut settings.light_samples, self.light_samples);
         set(&mut settings.depth, self.depth);
         set(&mut settings.energy_threshold, self.energy_threshold);
@@ -207,6 +241,10 @@ fn switch(on: bool, off: bool) -> Option<bool> {
 
 fn pixel_samplings() -> impl TypedValueParser<Value = PixelSampling> {
     named([("center", PixelSampling::Center), ("random", PixelSampling::Random)])
+}
+
+fn integrators() -> impl TypedValueParser<Value = Integrator> {
+    named([("whitted", Integrator::Whitted), ("path", Integrator::Path)])
 }
 
 fn lighting_models() -> impl TypedValueParser<Value = LightingModel> {

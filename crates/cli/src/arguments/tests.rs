@@ -160,6 +160,9 @@ fn defaults_are_in_the_help() {
         size: [width, height],
         samples,
         pixel_sampling,
+        integrator,
+        roulette,
+        clamp_indirect,
         light_samples,
         depth,
         energy_threshold,
@@ -182,13 +185,15 @@ fn defaults_are_in_the_help() {
         exposure,
         seed,
     } = RenderSettings::default();
-    assert!(max_distance.is_none());
+    assert!(max_distance.is_none() && clamp_indirect.is_none());
     let on = |is_on: bool, flags: [&'static str; 2]| (flags[usize::from(!is_on)], "[default]".to_owned());
     let default = |value: &dyn ToString| format!("[default: {}]", value.to_string());
     let expected = [
         ("size", default(&format!("{width}x{height}"))),
         ("samples", default(&samples)),
         ("pixel-sampling", default(&shown(pixel_sampling))),
+        ("integrator", default(&shown(integrator))),
+        ("roulette", default(&roulette)),
         ("light-samples", default(&light_samples)),
         ("depth", default(&depth)),
         ("energy-threshold", default(&energy_threshold)),

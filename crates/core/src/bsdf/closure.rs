@@ -71,6 +71,12 @@ pub struct ScatterSample {
 }
 
 impl Closure {
+    /// The lobes towards a viewer, whose z is above 0.
+    #[inline(always)]
+    pub fn towards(&self, to_viewer: Vec3) -> Mixture {
+        Mixture::new(self, to_viewer)
+    }
+
     /// Light from `to_light` that goes to `to_viewer`; `to_viewer.z` is above 0.
     #[inline(always)]
     pub fn eval(&self, to_viewer: Vec3, to_light: Vec3) -> Scattered {
@@ -84,34 +90,10 @@ impl Closure {
         Mixture::new(self, to_viewer).sample(pick, u)
     }
 
-    /// Whether no light is scattered.
-    #[inline(always)]
-    pub fn is_black(&self) -> bool {
-        !self.has_base() && !self.has_mirror() && self.glass <= 0.0
-    }
-
-    /// Whether all light goes into single directions: sampling lights brings nothing.
-    #[inline(always)]
-    pub fn has_smooth_only(&self) -> bool {
-        let is_mirror_smooth = self.is_smooth() || !self.has_mirror();
-        !self.has_base() && is_mirror_smooth && (self.is_glass_smooth() || self.glass <= 0.0)
-    }
-
-    /// Share of light that goes straight on through thin smooth glass, and through glass that does not refract, at a cosine of
-    /// incidence.
+    /// Share of light that goes straight on through thin smooth glass at a cosine of incidence.
     #[inline(always)]
     pub fn straight(&self, cos: f32) -> Vec3 {
         if self.is_straight() { self.through(cos) } else { Vec3::ZERO }
-    }
-
-    #[inline(always)]
-    fn has_base(&self) -> bool {
-        self.diffuse.max_component() > 0.0
-    }
-
-    #[inline(always)]
-    fn has_mirror(&self) -> bool {
-        self.f0.max_component() > 0.0 || self.f90.max_component() > 0.0 || self.metal > 0.0
     }
 
     /// Whether reflecting lobes are single directions.
@@ -132,10 +114,10 @@ impl Closure {
         self.is_smooth() || self.is_clear()
     }
 
-    /// Whether that is the direction in which it came.
+    /// Whether that is the direction in which it came, and the other side of the glass is as near: shadow rays see through.
     #[inline(always)]
     pub(super) fn is_straight(&self) -> bool {
-        self.is_clear() || (self.is_thin && self.is_smooth())
+        self.is_thin && self.is_glass_smooth()
     }
 
     /// What smooth glass transmits at a cosine of incidence, its share included.

@@ -9,7 +9,7 @@ use crate::math::{Vec3, fma, max, vec3};
 use crate::sampling::cosine_lobe;
 
 /// Four lobes: the base and what microfacets reflect more than once, both spread widely; mirror; glass.
-pub(super) struct Mixture {
+pub struct Mixture {
     closure: Closure,
     to_viewer: Vec3,
     ggx: Ggx,
@@ -119,9 +119,22 @@ impl Mixture {
             },
         }
     }
+
+    /// Whether light from behind the surface may be seen.
+    #[inline(always)]
+    pub fn has_glass(&self) -> bool {
+        self.closure.glass > 0.0
+    }
+
+    /// As [`Closure::straight`], towards the viewer.
+    #[inline(always)]
+    pub fn straight(&self) -> Vec3 {
+        self.closure.straight(self.to_viewer.z)
+    }
+
     /// Light from `to_light` by all lobes but single directions.
     #[inline(always)]
-    pub(super) fn eval(&self, to_light: Vec3) -> Scattered {
+    pub fn eval(&self, to_light: Vec3) -> Scattered {
         let cos = to_light.z;
         if cos > 0.0 {
             return self.reflected(to_light, cos);
@@ -172,7 +185,7 @@ impl Mixture {
 
     /// A direction in which light may come, as [`Closure::sample`] says.
     #[inline(always)]
-    pub(super) fn sample(&self, pick: f32, u: [f32; 2]) -> Option<ScatterSample> {
+    pub fn sample(&self, pick: f32, u: [f32; 2]) -> Option<ScatterSample> {
         let chances = &self.chances;
         let after_base = chances.base;
         let after_multiple = after_base + chances.multiple;
@@ -180,7 +193,7 @@ impl Mixture {
         let to_light = if pick < after_base {
             cosine_lobe(1.0, u)
         } else if pick < after_multiple {
-            // Evenly: lost light is spread more towards the horizon than the cosine. By the cosine, weights reached 100.
+            // Evenly: lost light is spread more towards the horizon than the cosine, by which weights would be large there.
             cosine_lobe(0.0, u)
         } else if pick < after_mirror {
             if self.closure.is_smooth() {
@@ -227,10 +240,8 @@ impl Mixture {
 
     #[inline(always)]
     fn sample_smooth_glass(&self) -> Option<ScatterSample> {
-        let to_light = if self.closure.is_straight() {
+        let to_light = if self.closure.is_thin || self.closure.is_clear() {
             -self.to_viewer
-        } else if self.closure.is_thin {
-            return None;
         } else {
             match refract(-self.to_viewer, vec3(0.0, 0.0, 1.0), 1.0 / self.closure.eta) {
                 Refracted::Through(d) => d,

@@ -23,6 +23,8 @@ pub use cosine_power::CosinePower;
 pub use delta::Delta;
 pub use directions::{Refracted, mirror_above, reflect, refract, through_surface, turned_up};
 pub use fresnel::{fresnel_exact, fresnel_factor, fresnel_schlick, reflectance_at_normal_incidence};
+pub use ggx::Ggx;
 pub use lambert::Lambert;
 pub use lobe::Lobe;
+pub use mixture::Mixture;
 pub use phong::Phong;

@@ -64,7 +64,7 @@ pub fn pixel_features<T: Tracer>(view: &SceneView, tracer: &T, x: u32, y: u32) -
                 background.add(path_ray.weight);
                 break;
             }
-            let point = SurfacePoint::new(view, &ray, &hit);
+            let point: SurfacePoint = SurfacePoint::new(view, &ray, &hit);
             let is_there = point.coverage > 0.0 || path_ray.holes >= MAX_HOLES;
             if is_there && !is_found {
                 is_found = true;

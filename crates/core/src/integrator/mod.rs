@@ -2,13 +2,15 @@
 //! ([`PathRay`]), rays from the camera ([`camera_ray`]), what lies between two points ([`transmittance`]), and what a pixel shows
 //! first ([`pixel_features`]).
 //!
-//! Each has a room of its own; [`whitted`] is the one that there is. Schedulers call an integrator's stages; none owns shading.
-//! What a ray finds is multiplied by the ray's weight and added to an exact sum ([`crate::sums::ExactSum`]), so the order does not
-//! matter in which schedulers get there.
+//! Each has a room of its own: [`whitted`], with mirrors and glass as sharp as lights are, and [`path`], where light bounces from
+//! everything. [`crate::settings::Integrator`] says which one a picture takes. Schedulers call an integrator's stages; none owns
+//! shading. What a ray finds is multiplied by the ray's weight and added to an exact sum ([`crate::sums::ExactSum`]), so the order
+//! does not matter in which schedulers get there.
 
 mod camera_ray;
 mod coverage;
 mod features;
+pub mod path;
 mod path_ray;
 mod ray_counts;
 mod samples;
@@ -20,5 +22,10 @@ pub use coverage::{is_worth_tracing, ray_through_hole, weight_at};
 pub use features::{PixelFeatures, pixel_features};
 pub use path_ray::{PathRay, RayKind};
 pub use ray_counts::RayCounts;
-pub use samples::{Samples, pixel_color, render_pixel, render_samples};
+pub use samples::{
+    Follow, Path, Samples, Whitted, pixel_color, render_pixel, render_samples, render_samples_by,
+};
 pub use transmittance::transmittance;
+
+/// The largest number of bounces. Whitted's stack has a level for every one.
+pub const MAX_DEPTH: u32 = 64;

@@ -3,14 +3,46 @@
 use crate::hierarchy::Tracer;
 use crate::math::{Vec3, fma};
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
-use crate::shading::SurfacePoint;
+use crate::shading::{EvaluatedMaterial, MaterialValues, SurfacePoint};
 use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
 
-/// What gets through all surfaces on the way, per channel: the product of their shadow filters in the order of the hits,
-/// each surface once.
+/// What gets through all surfaces on the way, per channel: the product of their shadow filters.
 #[inline(always)]
 pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &RayFilter) -> Vec3 {
+    through_crossings::<T, ShadowFilter>(view, tracer, ray, filter)
+}
+
+/// What surfaces do with light that crosses them.
+pub(super) trait Crossing {
+    /// What is known of their material.
+    type Material: MaterialValues;
+
+    /// The share that gets through a surface, per channel, without what its body takes.
+    fn share(point: &SurfacePoint<Self::Material>) -> Vec3;
+}
+
+/// Whitted's: a filter, whether rays bend there or not.
+struct ShadowFilter;
+
+impl Crossing for ShadowFilter {
+    type Material = EvaluatedMaterial;
+
+    #[inline(always)]
+    fn share(point: &SurfacePoint) -> Vec3 {
+        point.material_values.shadow_filter * point.coverage + Vec3::splat(1.0 - point.coverage)
+    }
+}
+
+/// What gets through all surfaces on the way, per channel: the product of their shares in the order of the hits, each surface
+/// once.
+#[inline(always)]
+pub(super) fn through_crossings<T: Tracer, C: Crossing>(
+    view: &SceneView,
+    tracer: &T,
+    ray: &Ray,
+    filter: &RayFilter,
+) -> Vec3 {
     let mut through = Vec3::ONE;
     let mut after = Hit::miss(f32::NEG_INFINITY);
     let mut after_front = false;
@@ -19,7 +51,7 @@ pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter:
         if hit.is_miss() {
             return through;
         }
-        let point = SurfacePoint::new(view, ray, &hit);
+        let point = SurfacePoint::<C::Material>::new(view, ray, &hit);
         let again = !after.is_miss()
             && is_close(&after, &hit, &point)
             && point.front == after_front
@@ -32,8 +64,7 @@ pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter:
             continue;
         }
         // Where a ray does not see a surface, that casts no shadow to where the ray starts.
-        let mut surface =
-            point.material_values.shadow_filter * point.coverage + Vec3::splat(1.0 - point.coverage);
+        let mut surface = C::share(&point);
         if !point.front {
             surface *= point.left_by_body(view, hit.t - before);
         }
@@ -48,7 +79,7 @@ pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter:
 /// Whether the second of two hits is no farther behind the first than where a ray meets the edge that two triangles share:
 /// to one of them it may have passed it at a grazing angle.
 #[inline(always)]
-fn is_close(first: &Hit, second: &Hit, point: &SurfacePoint) -> bool {
+fn is_close<M>(first: &Hit, second: &Hit, point: &SurfacePoint<M>) -> bool {
     let p = point.position.abs();
     let apart = (second.t as f64 + second.t_rest as f64) - (first.t as f64 + first.t_rest as f64);
     apart <= fma(SAME_POINT, (p.x + p.y) + p.z, 4.0 * point.offset) as f64

@@ -20,9 +20,10 @@
 //! would count twice.
 
 use crate::bsdf::reflectance_at_normal_incidence;
-use crate::material::{AlphaUse, FresnelUse, Material, NONE, Refraction, ScalarTexture, SurfaceModel};
+use crate::material::{FresnelUse, Material, Refraction, SurfaceModel};
 use crate::math::{Vec3, clamp, max};
-use crate::texture::{Rgba, Textures};
+use crate::shading::{MaterialTexels, MaterialValues};
+use crate::texture::Rgba;
 
 /// Up to this roughness reflections are sharp.
 const SHARP: f32 = 0.05;
@@ -33,7 +34,7 @@ const LEAST_ALPHA: f32 = 0.02;
 /// Rays of a metal's lobe at the first hit.
 const METAL_RAYS: u32 = 4;
 
-/// A material at a point.
+/// A material at a point, for Whitted's integrator.
 #[derive(Clone, Copy, Debug)]
 pub struct EvaluatedMaterial {
     /// What lights are multiplied by, scattered.
@@ -74,45 +75,15 @@ pub struct EvaluatedMaterial {
     pub glossy_transmission: bool,
 }
 
-/// What a material's textures say at a point; white where it has none.
-pub struct MaterialTexels {
-    diffuse: Rgba,
-    specular: Rgba,
-    emission: Rgba,
-    metallic: f32,
-    roughness: f32,
-    transmission: f32,
-    opacity: f32,
-    /// The normal in tangent space, as a colour.
-    pub(super) normal: Vec3,
-}
-
-impl MaterialTexels {
-    /// Samples all textures of a material at `uvs`, the point's two sets of texture coordinates. Properties without a texture
-    /// get white.
+impl MaterialValues for EvaluatedMaterial {
     #[inline(always)]
-    pub fn new(textures: &Textures, m: &Material, uvs: &[[f32; 2]; 2]) -> MaterialTexels {
-        let mut texels = [Rgba::WHITE; 8];
-        if m.is_textured {
-            let slots = m.textures();
-            // A loop, so that the code that reads a texture is there once: it is long and inlined.
-            for slot in 0..slots.len() {
-                if slots[slot] != NONE {
-                    texels[slot] = textures.sample(slots[slot], uvs);
-                }
-            }
-        }
-        let scalar = |slot: usize, texture: &ScalarTexture| texels[slot].channel(texture.channel);
-        MaterialTexels {
-            diffuse: texels[0],
-            specular: texels[1],
-            emission: texels[2],
-            metallic: scalar(3, &m.metallic_texture),
-            roughness: scalar(4, &m.roughness_texture),
-            transmission: scalar(5, &m.transmission_texture),
-            opacity: scalar(6, &m.opacity_texture),
-            normal: texels[7].color,
-        }
+    fn new(material: &Material, texels: &MaterialTexels, color: &Rgba) -> EvaluatedMaterial {
+        EvaluatedMaterial::new(material, texels, color)
+    }
+
+    #[inline(always)]
+    fn opacity(&self) -> f32 {
+        self.opacity
     }
 }
 
@@ -135,20 +106,12 @@ impl EvaluatedMaterial {
             transmission: material.transmission,
             refraction: material.refraction,
             shadow_filter: material.shadow_filter,
-            opacity: 1.0,
+            opacity: texels.opacity_of(material, color),
             glossy_rays: material.glossy_rays,
             glossy_rays_later: material.glossy_rays,
             glossy_exponent: material.glossy_exponent,
             glossy_transmission: false,
         };
-        if material.alpha != AlphaUse::Ignore {
-            let there = material.opacity * color.alpha * texels.opacity;
-            material_values.opacity = match material.alpha {
-                AlphaUse::Mask if there >= material.alpha_cutoff => 1.0,
-                AlphaUse::Mask => 0.0,
-                _ => clamp(there, 0.0, 1.0),
-            };
-        }
         if material.model == SurfaceModel::MetallicRoughness {
             material_values.metallic_roughness(
                 clamp(material.metallic * texels.metallic, 0.0, 1.0),
@@ -215,7 +178,9 @@ impl EvaluatedMaterial {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::AlphaUse;
     use crate::math::vec3;
+    use crate::texture::Textures;
 
     fn values_colored(material: &Material, color: &Rgba) -> EvaluatedMaterial {
         let textures = Textures { textures: &[], words: &[], srgb_decode: &[0.0; 256] };

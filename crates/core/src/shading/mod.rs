@@ -2,9 +2,15 @@
 
 mod evaluated_material;
 mod hit_point;
+mod material_texels;
+mod material_values;
 mod normal_map;
+mod path_material;
 mod surface;
 
-pub use evaluated_material::{EvaluatedMaterial, MaterialTexels};
+pub use evaluated_material::EvaluatedMaterial;
+pub use material_texels::MaterialTexels;
+pub use material_values::MaterialValues;
 pub use normal_map::normal_map;
+pub use path_material::PathMaterial;
 pub use surface::SurfacePoint;

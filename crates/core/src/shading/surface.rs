@@ -6,13 +6,13 @@ use crate::material::NONE;
 use crate::math::elementary::exp2;
 use crate::math::{Vec3, fma, vec3};
 use crate::ray::{Hit, PrimitiveId, Ray};
-use crate::shading::{EvaluatedMaterial, MaterialTexels, normal_map};
+use crate::shading::{EvaluatedMaterial, MaterialTexels, MaterialValues, normal_map};
 use crate::texture::Rgba;
 use crate::view::{SceneView, item};
 
 /// A point of a surface, as the ray that found it sees it.
 #[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint {
+pub struct SurfacePoint<M = EvaluatedMaterial> {
     /// World space.
     pub position: Vec3,
     /// Unit normal of the surface itself, on the viewer's side.
@@ -24,7 +24,7 @@ pub struct SurfacePoint {
     /// The ray met the front.
     pub front: bool,
     /// What it is made of, at this point.
-    pub material_values: EvaluatedMaterial,
+    pub material_values: M,
     /// Number of its material.
     pub material: u32,
     /// The share of the surface that the ray sees: its opacity, or nothing of a single-sided one from behind.
@@ -49,10 +49,10 @@ struct Local {
     corner_uvs: [[[f32; 2]; 3]; 2],
 }
 
-impl SurfacePoint {
+impl<M: MaterialValues> SurfacePoint<M> {
     /// The point of a hit (not of a miss).
     #[inline(always)]
-    pub fn new(view: &SceneView, ray: &Ray, hit: &Hit) -> SurfacePoint {
+    pub fn new(view: &SceneView, ray: &Ray, hit: &Hit) -> SurfacePoint<M> {
         let instance = item(view.instances, hit.id.instance);
         let geometry = item(view.geometries, instance.geometry);
         let point;
@@ -91,7 +91,7 @@ impl SurfacePoint {
         let smooth = to_world(local.smooth).normalize_or(outward);
         let front = outward.dot(to_viewer) >= 0.0;
         let geometric_normal = if front { outward } else { -outward };
-        let material_values = EvaluatedMaterial::new(material, &texels, &local.color);
+        let material_values = M::new(material, &texels, &local.color);
         SurfacePoint {
             position: point.position,
             geometric_normal,
@@ -100,7 +100,7 @@ impl SurfacePoint {
             front,
             material_values,
             material: local.material,
-            coverage: if front | !material.single_sided { material_values.opacity } else { 0.0 },
+            coverage: if front | !material.single_sided { material_values.opacity() } else { 0.0 },
             id: hit.id,
             offset: point.offset(outward),
         }

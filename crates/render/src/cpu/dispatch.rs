@@ -11,6 +11,7 @@ use super::watch::{seen, with_clock};
 use super::{Scheduler, SimdLevel};
 use crate::{Hierarchy, RayStatistics};
 use eosphor_core::integrator::{RayCounts, Samples, render_samples};
+use eosphor_core::settings::Integrator;
 use eosphor_core::view::SceneView;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -53,6 +54,7 @@ pub(super) fn render_tile(
     // Without a hierarchy batches gain nothing, and would keep a tile from being given up for long.
     let scheduler = match hierarchy {
         Hierarchy::Exhaustive(_) => Scheduler::Scalar,
+        _ if view.settings.integrator == Integrator::Path => Scheduler::Scalar,
         _ => job.scheduler,
     };
     let job = TileJob { scheduler, ..job.clone() };

@@ -108,7 +108,7 @@ fn diffuse_rays(
 ) -> (Vec<Ray>, Vec<RayFilter>) {
     let found = rays.iter().zip(filters).zip(hits).filter(|(_, hit)| !hit.is_miss());
     let leaving = (0..).zip(found).map(|(number, ((ray, filter), hit))| {
-        let point = SurfacePoint::new(view, ray, hit);
+        let point: SurfacePoint = SurfacePoint::new(view, ray, hit);
         let normal = point.geometric_normal;
         let (x, y) = orthonormal_basis(normal);
         let local = cosine_lobe(1.0, point_2d(number, 1));

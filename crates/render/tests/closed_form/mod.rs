@@ -6,6 +6,7 @@ mod glossy;
 mod lights;
 mod mirrors;
 mod models;
+mod paths;
 mod regressions;
 mod shading_normals;
 mod shadows;

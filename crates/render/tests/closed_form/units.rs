@@ -12,22 +12,26 @@ fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/closed_form/mitsuba")
 }
 
-fn fixture(name: &str) -> Scene {
+pub(super) fn fixture(name: &str) -> Scene {
     let loaded = load(fixtures().join(name), &LoadOptions::default()).unwrap();
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     loaded.scene
 }
 
 /// A line of measured.txt.
-struct Measured {
-    scene: String,
-    from: Vec3,
-    to: Vec3,
-    radiance: [f64; 3],
+pub(super) struct Measured {
+    pub(super) scene: String,
+    pub(super) from: Vec3,
+    pub(super) to: Vec3,
+    pub(super) radiance: [f64; 3],
 }
 
 fn measured() -> Vec<Measured> {
-    let text = fs::read_to_string(fixtures().join("measured.txt")).unwrap();
+    measured_in("measured.txt")
+}
+
+pub(super) fn measured_in(file: &str) -> Vec<Measured> {
+    let text = fs::read_to_string(fixtures().join(file)).unwrap();
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     let parse = |line: &str| {
         let (scene, numbers) = line.split_once(' ').unwrap();

@@ -74,7 +74,7 @@ impl Room {
                     outside.fetch_add(u64::from(gone), Relaxed);
                     return;
                 }
-                let point = SurfacePoint::new(&view, &ray, &hit);
+                let point: SurfacePoint = SurfacePoint::new(&view, &ray, &hit);
                 let direction: Vec3 = single(above(&mut random, double(point.geometric_normal)));
                 ray = Ray::new(point.offset_origin(direction), direction);
                 start = hit.id;

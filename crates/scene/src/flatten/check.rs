@@ -2,7 +2,7 @@
 
 use super::SceneData;
 use crate::error::Problem;
-use eosphor_core::integrator::whitted::MAX_DEPTH;
+use eosphor_core::integrator::MAX_DEPTH;
 use eosphor_core::light::Light;
 use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneVisitor};
 

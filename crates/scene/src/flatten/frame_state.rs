@@ -9,7 +9,7 @@ use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Bounds, Geometry, Instance};
 use eosphor_core::light::Light;
 use eosphor_core::math::Vec3;
-use eosphor_core::settings::Settings;
+use eosphor_core::settings::{Integrator, Settings};
 use eosphor_core::view::SceneView;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -122,9 +122,16 @@ impl<'a> FrameStates<'a> {
             Some(camera) => camera::from_model(camera, width, height)?,
             None => self.data.camera,
         };
-        let light_samples = settings.light_samples;
+        let light_samples = lights::samples(settings);
+        let is_dark = settings::surroundings(settings).is_some();
         let mut settings = settings::build(settings, &camera, &world);
         settings.light_falloff = self.data.settings.light_falloff;
+        if settings.integrator == Integrator::Path {
+            settings.shadow_mode = self.data.settings.shadow_mode;
+            if is_dark {
+                settings.background = self.data.settings.background;
+            }
+        }
         let lights = match self.bounds.has_headlight {
             true => vec![camera::headlight(&camera)],
             false => self.lights(frame, places.as_ref(), light_samples),
@@ -181,7 +188,7 @@ impl SceneData {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Animation, CameraMotion, Interpolation, Move, MoveKey};
+    use crate::model::{Animation, CameraMotion, Interpolation, MaterialKind, Move, MoveKey};
     use crate::{LoadOptions, load};
     use eosphor_core::math::vec3;
     use std::sync::Arc;
@@ -222,7 +229,22 @@ mod tests {
     /// The same for another camera, size and settings than the scene's.
     #[test]
     fn another_view_is_what_flattening_makes() {
-        let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        let whitted = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        let mut paths = whitted.clone();
+        paths.settings.integrator = Integrator::Path;
+        // Without any light there are surroundings.
+        let mut dark = paths.clone();
+        dark.materials.retain_mut(|m| {
+            m.kind = MaterialKind::Matte { color: Vec3::ONE };
+            true
+        });
+        (dark.settings.ambient, dark.settings.background) = (0.0, Vec3::ZERO);
+        for scene in [whitted, paths, dark] {
+            assert_another_view_is_what_flattening_makes(scene);
+        }
+    }
+
+    fn assert_another_view_is_what_flattening_makes(scene: Scene) {
         let (data, _) = SceneData::flatten(&scene).unwrap();
         let mut other = scene.clone();
         let camera = other.camera.as_mut().unwrap();
@@ -230,7 +252,7 @@ mod tests {
         (other.settings.size, other.settings.samples) = ([77, 41], 3);
         (other.settings.light_samples, other.settings.depth, other.settings.seed) = (5, 2, 9);
         let (expected, _) = SceneData::flatten(&other).unwrap();
-        assert_ne!((&expected.lights, &expected.settings), (&data.lights, &data.settings));
+        assert_ne!(expected.settings, data.settings);
         let state =
             FrameStates::new(&scene, &data).seen_by(0, other.camera.as_ref(), &other.settings).unwrap();
         let SceneData { camera, lights, settings, .. } = expected;

@@ -8,6 +8,7 @@ use eosphor_core::geometry::{Geometry, Instance, TriangleShading};
 use eosphor_core::light::Light;
 use eosphor_core::material::{Material, NONE};
 use eosphor_core::math::{Vec3, elementary64, vec3};
+use eosphor_core::settings::Integrator;
 
 /// More emissive triangles than so many get a note.
 const MAX_LIGHTS_WITHOUT_NOTE: u32 = 256;
@@ -55,11 +56,23 @@ fn cos_degrees(degrees: f32) -> f32 {
 pub(super) struct Emitters {
     /// Of each geometry, numbers there.
     shining: Vec<Vec<u32>>,
+    integrator: Integrator,
 }
 
-/// Textured emitters are seen but light nothing: what they shine differs from point to point.
-fn shines(material: &Material) -> bool {
-    material.emission.max_component() > 0.0 && material.emission_texture == NONE
+/// Textured emitters are seen but are no lights: what they shine differs from point to point.
+fn shines(material: &Material, integrator: Integrator) -> bool {
+    match integrator {
+        Integrator::Whitted => material.emission.max_component() > 0.0 && material.emission_texture == NONE,
+        Integrator::Path => material.is_lamp_of_paths(),
+    }
+}
+
+/// Points that are sampled on a lamp at a time.
+pub(super) fn samples(settings: &RenderSettings) -> u32 {
+    match settings.integrator {
+        Integrator::Whitted => settings.light_samples,
+        Integrator::Path => 1,
+    }
 }
 
 impl Emitters {
@@ -67,13 +80,14 @@ impl Emitters {
         geometries: &[Geometry],
         triangle_shading: &[TriangleShading],
         materials: &[Material],
+        integrator: Integrator,
     ) -> Emitters {
         let shining = |geometry: &Geometry| -> Vec<u32> {
             let material = |k: u32| triangle_shading[(geometry.first_triangle + k) as usize].material;
-            let shines = |k: &u32| shines(&materials[material(*k) as usize]);
+            let shines = |k: &u32| shines(&materials[material(*k) as usize], integrator);
             (0..geometry.triangle_count).filter(shines).collect()
         };
-        Emitters { shining: geometries.iter().map(shining).collect() }
+        Emitters { shining: geometries.iter().map(shining).collect(), integrator }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -107,7 +121,7 @@ impl Emitters {
         let all: Vec<u32>;
         let primitives = match instance.material {
             NONE => &self.shining[instance.geometry as usize],
-            material if shines(&data.materials[material as usize]) => {
+            material if shines(&data.materials[material as usize], self.integrator) => {
                 all = (0..geometry.triangle_count).collect();
                 &all
             }
@@ -134,7 +148,7 @@ impl Emitters {
             };
             let [v0, v1, v2] = vertices;
             let color = answered(data.materials[material as usize].emission, settings.light_units);
-            let (samples, instance) = (settings.light_samples, number);
+            let (samples, instance) = (samples(settings), number);
             lights.push(Light::Triangle {
                 v0,
                 e1: v1 - v0,
@@ -150,13 +164,13 @@ impl Emitters {
     }
 }
 
-/// What is worth saying of the lights that shine by themselves.
+/// What is worth saying of the lights that shine by themselves, to Whitted's integrator.
 pub(super) fn notes(shining: &[Light], samples: u32, data: &SceneData, notes: &mut Vec<Note>) {
     let count = shining.len() as u32;
     if count > MAX_LIGHTS_WITHOUT_NOTE {
         notes.push(Note::ManyLights { count, rays: u64::from(count) * u64::from(samples) });
     }
-    let is_emitter = |m: &&u32| shines(&data.materials[**m as usize]);
+    let is_emitter = |m: &&u32| shines(&data.materials[**m as usize], Integrator::Whitted);
     let spheres = data.sphere_materials.iter().filter(is_emitter).count() as u32;
     if spheres > 0 {
         notes.push(Note::EmissiveSpheres { count: spheres });

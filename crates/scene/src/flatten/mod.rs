@@ -19,13 +19,16 @@ mod turntable;
 mod view;
 
 #[cfg(test)]
+mod path_tests;
+#[cfg(test)]
 mod tests;
 
 use crate::error::SceneError;
 use crate::model::Scene;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
+use eosphor_core::settings::{Integrator, Settings};
 use eosphor_core::texture::Texture;
-use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3, settings::Settings};
+use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -127,11 +130,24 @@ impl SceneData {
         };
         let emitters = data.emitters();
         let shining = emitters.lights(&scene.settings, &data, &data.instances);
-        lights::notes(&shining, scene.settings.light_samples, &data, &mut notes);
+        if scene.settings.integrator == Integrator::Whitted {
+            lights::notes(&shining, scene.settings.light_samples, &data, &mut notes);
+        }
         data.lights.extend(shining);
         // What moves may shine in another frame, though it has no area in this one.
         let may_shine = data.instances_move && !emitters.is_empty();
         let is_dark = data.lights.is_empty() && !may_shine && settings::needs_light(&scene.settings);
+        if scene.settings.integrator == Integrator::Path {
+            data.settings.shadow_mode = settings::shadows_of_paths(&data.materials);
+            // What shines without being a light is found all the same.
+            let shines = data.materials.iter().any(|m| m.emission.max_component() > 0.0);
+            let added = settings::surroundings(&scene.settings);
+            if let Some(radiance) = added.filter(|_| is_dark && !shines && scene.settings.headlight) {
+                notes.push(Note::Surroundings { radiance: radiance.x });
+                data.settings.background = radiance;
+            }
+            return Ok((data, notes));
+        }
         if let Some(light) = headlight.filter(|_| is_dark && scene.settings.headlight) {
             notes.push(Note::Headlight { position: scene.point_in_file(camera.eye) });
             data.lights.push(light);
@@ -141,6 +157,7 @@ impl SceneData {
     }
 
     fn emitters(&self) -> lights::Emitters {
-        lights::Emitters::new(&self.geometries, &self.triangle_shading, &self.materials)
+        let integrator = self.settings.integrator;
+        lights::Emitters::new(&self.geometries, &self.triangle_shading, &self.materials, integrator)
     }
 }

@@ -31,6 +31,11 @@ pub enum Note {
         /// Where it was put, in coordinates of the file: at the camera.
         position: [f64; 3],
     },
+    /// There is no light, and path tracing has surroundings.
+    Surroundings {
+        /// Their radiance.
+        radiance: f32,
+    },
     /// Spheres shine but are no lights.
     EmissiveSpheres {
         /// How many.
@@ -61,6 +66,9 @@ impl fmt::Display for Note {
             Note::Empty => f.write_str("the scene is empty: there is nothing to see"),
             Note::Headlight { position: [x, y, z] } => {
                 write!(f, "no light: a headlight without falloff at the camera ({x:.4}, {y:.4}, {z:.4})")
+            }
+            Note::Surroundings { radiance } => {
+                write!(f, "no light: uniform surroundings of radiance {radiance}")
             }
             Note::EmissiveSpheres { count } => {
                 write!(

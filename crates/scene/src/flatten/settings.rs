@@ -3,12 +3,28 @@
 use crate::model::{LightUnits, PixelSampling, RenderSettings};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::Bounds;
-use eosphor_core::math::vec3;
-use eosphor_core::settings::{PixelSampling as CoreSampling, Settings};
+use eosphor_core::material::Material;
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::settings::{Integrator, PixelSampling as CoreSampling, Settings, ShadowMode};
+use eosphor_core::sums::MAX_RADIANCE;
+
+/// Radiance of the surroundings of a scene without any light, in path tracing.
+const SURROUNDINGS: f32 = 0.5;
 
 /// Whether anything but emission and the ambient term is black without a light.
 pub(super) fn needs_light(settings: &RenderSettings) -> bool {
     settings.lighting.is_lit()
+}
+
+/// What surrounds a scene in path tracing that has no light: grey, unless the settings bring light from all around themselves.
+pub(super) fn surroundings(settings: &RenderSettings) -> Option<Vec3> {
+    let is_dark = settings.background.max_component() <= 0.0 && settings.ambient <= 0.0;
+    is_dark.then_some(Vec3::splat(SURROUNDINGS))
+}
+
+/// The shadow mode that path tracing needs for these materials: coloured where light passes any.
+pub(super) fn shadows_of_paths(materials: &[Material]) -> ShadowMode {
+    if materials.iter().any(Material::is_passed_by_paths) { ShadowMode::Coloured } else { ShadowMode::Opaque }
 }
 
 pub(super) fn build(settings: &RenderSettings, camera: &Camera, world: &Bounds) -> Settings {
@@ -23,12 +39,15 @@ pub(super) fn build(settings: &RenderSettings, camera: &Camera, world: &Bounds) 
         samples,
         grid_side,
         pixel_sampling,
+        integrator: settings.integrator,
+        roulette_depth: settings.roulette,
+        clamp_indirect: settings.clamp_indirect.unwrap_or(MAX_RADIANCE),
         max_depth: settings.depth,
         energy_threshold: settings.energy_threshold,
         lighting_model: settings.lighting,
         shadow_mode: settings.shadows,
         fresnel: settings.fresnel,
-        cull_back_faces: settings.cull_back_faces,
+        cull_back_faces: settings.cull_back_faces && settings.integrator == Integrator::Whitted,
         light_from_behind: settings.light_from_behind,
         light_falloff: settings.light_falloff,
         lamp_samples: settings.light_samples,

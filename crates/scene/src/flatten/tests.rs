@@ -10,7 +10,7 @@ use eosphor_core::material::{FresnelUse, NONE, Refraction, SurfaceModel};
 use eosphor_core::math::{Affine, Vec3, vec3};
 use eosphor_core::settings::LightingModel;
 
-fn flatten(scene: &Scene) -> (SceneData, Vec<Note>) {
+pub(super) fn flatten(scene: &Scene) -> (SceneData, Vec<Note>) {
     SceneData::flatten(scene).unwrap()
 }
 
@@ -41,7 +41,7 @@ fn grid(n: u32) -> Mesh {
 }
 
 /// The cube from -1 to 1, its eight vertices shared, counter-clockwise from outside.
-fn cube() -> Mesh {
+pub(super) fn cube() -> Mesh {
     let sign = |i: u32, bit: u32| if i & bit == 0 { -1.0 } else { 1.0 };
     let positions = (0..8).map(|i| vec3(sign(i, 1), sign(i, 2), sign(i, 4))).collect();
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -74,7 +74,7 @@ fn sphere_mesh(n: u32) -> Mesh {
     mesh
 }
 
-fn placed(mesh: Mesh, transforms: &[Transform]) -> Scene {
+pub(super) fn placed(mesh: Mesh, transforms: &[Transform]) -> Scene {
     let instances = transforms.iter().map(|&t| Instance::new(0, t)).collect();
     let materials = vec![Material::default_material()];
     Scene { meshes: vec![mesh], instances, materials, ..Scene::default() }

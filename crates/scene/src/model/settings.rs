@@ -2,7 +2,7 @@
 
 use super::schema_types::Color;
 use eosphor_core::math::Vec3;
-use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
+use eosphor_core::settings::{FresnelMode, Integrator, LightingModel, ShadowMode};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +18,15 @@ pub struct RenderSettings {
     pub samples: u32,
     /// Where the samples of a pixel lie.
     pub pixel_sampling: PixelSampling,
+    /// How the rays of a sample find what a pixel shows.
+    pub integrator: Integrator,
+    /// Path tracing: from so many bounces on paths that carry little end by chance, which changes no mean.
+    #[schemars(range(min = 0, max = 64))]
+    pub roulette: u32,
+    /// Path tracing: light that has bounced before it reaches the first surface is cut to this radiance, its hue kept. That takes
+    /// bright dots away, and some light with them; where not given, nothing is cut.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub clamp_indirect: Option<f32>,
     /// Points a shading point samples on each triangle that is a light.
     #[schemars(range(min = 1, max = 65_536))]
     pub light_samples: u32,
@@ -131,12 +140,37 @@ pub enum Transfer {
     Linear,
 }
 
+impl RenderSettings {
+    /// Keys of settings that an integrator does not read: those of the other one.
+    pub fn keys_not_read(integrator: Integrator) -> &'static [&'static str] {
+        match integrator {
+            Integrator::Whitted => &["roulette", "clamp-indirect"],
+            Integrator::Path => &[
+                "light-samples",
+                "energy-threshold",
+                "lighting",
+                "shadows",
+                "fresnel",
+                "cull-back-faces",
+                "light-from-behind",
+                "light-units",
+                "light-falloff",
+                "composition",
+                "max-distance",
+            ],
+        }
+    }
+}
+
 impl Default for RenderSettings {
     fn default() -> RenderSettings {
         RenderSettings {
             size: [800, 600],
             samples: 1,
             pixel_sampling: PixelSampling::Random,
+            integrator: Integrator::Whitted,
+            roulette: 4,
+            clamp_indirect: None,
             light_samples: 16,
             depth: 8,
             energy_threshold: 0.002,

@@ -1,8 +1,8 @@
 //! Stage 2: what a ray does at the surface point that it found.
 
+use super::branch_count;
 use super::lobe_light::lamps_shine_through;
-use super::{MAX_DEPTH, branch_count};
-use crate::integrator::{PathRay, ray_through_hole};
+use crate::integrator::{MAX_DEPTH, PathRay, ray_through_hole};
 use crate::settings::Settings;
 use crate::shading::SurfacePoint;
 use crate::view::SceneView;

@@ -18,5 +18,5 @@ pub use direct_light::{highlight, is_lit_from_behind, light_key, point_key, shad
 pub use light_lanes::LightLanes;
 pub use lobe_light::{LampLobe, takes_light};
 pub use local::local_radiance;
-pub use radiance::{MAX_DEPTH, radiance};
+pub use radiance::radiance;
 pub use receiver::{Receiver, Receivers, shadow_origin, side_sign};

@@ -2,14 +2,11 @@
 
 use super::{LampLobe, branches_at, child_ray, depth_limit, direct_light, local_radiance, ray_behind};
 use crate::hierarchy::{Stack, Tracer};
-use crate::integrator::{PathRay, RayCounts, weight_at};
+use crate::integrator::{MAX_DEPTH, PathRay, RayCounts, weight_at};
 use crate::ray::Hit;
 use crate::shading::SurfacePoint;
 use crate::sums::ExactSum;
 use crate::view::SceneView;
-
-/// The largest depth limit; the stack has a level for every bounce.
-pub const MAX_DEPTH: u32 = 64;
 
 /// A surface point on the way whose rays are not all traced yet. The point itself is computed again for each branch,
 /// so that a level stays small and the stack does not grow with the number of glossy rays.

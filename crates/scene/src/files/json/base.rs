@@ -95,6 +95,7 @@ impl Builder<'_> {
             serde_json::from_str(self.document.text).map_err(|problem| self.not_taken(&problem))?;
         let has_samples = settings.contains_key("samples") && !settings.contains_key("pixel-sampling");
         scene.settings = self.over::<RenderSettings>(&scene.settings, settings)?;
+        semantics::check_settings(self.document, scene.settings.integrator)?;
         // As the flag does: a number of samples would not count beside the base's grid.
         if has_samples && matches!(scene.settings.pixel_sampling, PixelSampling::Grid(_)) {
             scene.settings.pixel_sampling = PixelSampling::Random;

@@ -4,6 +4,7 @@ use crate::files::{LoadOptions, LoadedScene, load, load_from_memory};
 use crate::model::{Camera, CameraMotion, Light, PixelSampling, Scene};
 use crate::{SceneError, scene_requests};
 use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::settings::Integrator;
 use std::path::PathBuf;
 
 /// Loads the first of these files.
@@ -310,4 +311,29 @@ fn bases_of_any_kind_are_asked_for_devices_and_missing_ones_have_a_hint() {
         message.contains("a.json:1:25: base: ") && message.ends_with("did you mean ball.json?"),
         "{message}"
     );
+}
+
+/// What one integrator does not read is refused where the file states it; a base may have been written for the other one.
+#[test]
+fn settings_are_those_of_the_integrator() {
+    let with =
+        |settings: &str| format!(r#"{{ "eosphor": 2, "base": "ball.json", "settings": {{ {settings} }} }}"#);
+    let ball = BALL.replace(r#", "max-distance": 4, "lighting": "distance""#, r#", "energy-threshold": 0.5"#);
+    let paths = with(r#""integrator": "path", "roulette": 7, "clamp-indirect": 3"#);
+    let settings = scene(&[("a.json", &paths), ("ball.json", &ball)]).settings;
+    assert_eq!((settings.integrator, settings.roulette), (Integrator::Path, 7));
+    assert_eq!((settings.clamp_indirect, settings.energy_threshold), (Some(3.0), 0.5));
+    for (keys, expected) in [
+        (r#""integrator": "path", "shadows": "none""#, "the integrator path does not read \"shadows\""),
+        (r#""roulette": 3"#, "the integrator whitted does not read \"roulette\""),
+        (r#""integrator": "path", "roulette": 65"#, "65"),
+        (r#""integrator": "path", "clamp-indirect": 0"#, "over 0"),
+        (r#""integrator": "paths""#, "paths"),
+    ] {
+        let message = error(&[("a.json", &with(keys)), ("ball.json", &ball)]);
+        assert!(message.contains(expected), "{keys}: {message}");
+    }
+    // What the base asks for, and path tracing cannot do.
+    let message = error(&[("a.json", &with(r#""integrator": "path""#)), ("ball.json", BALL)]);
+    assert!(message.contains("shows surfaces without light"), "{message}");
 }

@@ -46,6 +46,7 @@ impl Builder<'_> {
         }
         self.loader.scene.camera = file.camera;
         let RenderSettings { headlight, .. } = self.loader.scene.settings;
+        semantics::check_settings(self.document, file.settings.integrator)?;
         self.loader.scene.settings = file.settings;
         self.loader.scene.settings.headlight &=
             headlight && file.lights.as_ref().is_none_or(|lights| !lights.is_empty());

@@ -6,6 +6,8 @@ use super::schema::schema;
 use super::{check, parse, scene_reference, scene_schema};
 use crate::files::source::Source;
 use crate::files::{LoadOptions, load_from};
+use crate::model::RenderSettings;
+use eosphor_core::settings::Integrator;
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -149,6 +151,14 @@ fn every_key_of_the_schema_is_read() {
             if let Some(motions) = document.pointer_mut("/animation/lights").and_then(Value::as_array_mut) {
                 motions.iter_mut().for_each(|motion| motion["light"] = 0.into());
                 document["lights"] = json!([{ "point": { "position": [0, 3, 0], "color": [1, 1, 1] } }]);
+            }
+            // What only path tracing reads needs it.
+            if let Some(settings) = document.get_mut("settings").and_then(Value::as_object_mut)
+                && RenderSettings::keys_not_read(Integrator::Whitted)
+                    .iter()
+                    .any(|key| settings.contains_key(*key))
+            {
+                settings.insert("integrator".into(), "path".into());
             }
             load(&document).unwrap();
             count += 1;

@@ -3,8 +3,9 @@
 use super::document::Document;
 use super::tree::{Step, way};
 use crate::error::SceneError;
-use crate::model::{Camera, Parallelogram};
+use crate::model::{Camera, Parallelogram, RenderSettings};
 use eosphor_core::math::Vec3;
+use eosphor_core::settings::Integrator;
 
 /// Edges that meet at a smaller angle (in radians, about) are parallel.
 const PARALLEL: f32 = 1e-6;
@@ -34,6 +35,24 @@ pub(super) fn check_camera(document: &Document, camera: &Camera, is_moved: bool)
     }
     if unit(forward.cross(up)) == Vec3::ZERO {
         return wrong("up", "\"up\" is parallel to the way the camera looks; give another");
+    }
+    Ok(())
+}
+
+/// Whether the integrator reads all settings that the file states.
+pub(super) fn check_settings(document: &Document, integrator: Integrator) -> Result<(), SceneError> {
+    let Some(settings) = document.root.get("settings") else { return Ok(()) };
+    let (name, other) = match integrator {
+        Integrator::Whitted => ("whitted", "path"),
+        Integrator::Path => ("path", "whitted"),
+    };
+    for key in RenderSettings::keys_not_read(integrator) {
+        if settings.get(key).is_some() {
+            let message = format!(
+                "the integrator {name} does not read \"{key}\"; leave it out, or take \"integrator\": \"{other}\""
+            );
+            return Err(document.error_in(&way!["settings", *key], message));
+        }
     }
     Ok(())
 }

@@ -3,11 +3,12 @@
 mod animation;
 
 use super::{
-    AlphaMode, Camera, CameraMotion, Image, Light, LightParts, Material, MaterialKind, Mesh, Mtl, NO_INDEX,
-    Pbr, PixelSampling, RenderSettings, Scene, TexelLayout, Texture,
+    AlphaMode, Camera, CameraMotion, Composition, Image, Light, LightParts, LightUnits, Material,
+    MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene, TexelLayout, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
+use eosphor_core::settings::Integrator;
 use std::fmt::Display;
 
 /// The largest absolute coordinate. Squares of sums of such numbers stay finite in single precision.
@@ -27,6 +28,13 @@ impl RenderSettings {
         }
         whole("light-samples", self.light_samples, 1, 65_536)?;
         whole("depth", self.depth, 0, 64)?;
+        whole("roulette", self.roulette, 0, 64)?;
+        if let Some(limit) = self.clamp_indirect {
+            over_zero("settings.clamp-indirect", limit)?;
+        }
+        if self.integrator == Integrator::Path {
+            self.validate_for_paths()?;
+        }
         setting("energy-threshold", self.energy_threshold, 0.0, 1.0)?;
         setting("crease-degrees", self.crease_degrees, 0.0, 180.0)?;
         setting("ambient", self.ambient, 0.0, 1e6)?;
@@ -35,6 +43,29 @@ impl RenderSettings {
         }
         color("settings.background", self.background)?;
         setting("exposure", self.exposure, -64.0, 64.0)
+    }
+
+    /// What path tracing cannot do.
+    fn validate_for_paths(&self) -> Check {
+        let refused = |what: &str, why: &str| {
+            let message = format!(
+                "{why}, and path tracing has none of it; use the integrator whitted, or leave it out"
+            );
+            Err(Problem::new(format!("settings.{what}"), message))
+        };
+        if !self.lighting.is_lit() {
+            return refused("lighting", "this model shows surfaces without light");
+        }
+        if self.light_units != LightUnits::Physical {
+            return refused("light-units", "plain units are those of the reference systems");
+        }
+        if !self.light_falloff {
+            return refused("light-falloff", "light without falloff is that of the reference systems");
+        }
+        if self.composition != Composition::Native {
+            return refused("composition", "this composition is that of a reference system");
+        }
+        Ok(())
     }
 }
 

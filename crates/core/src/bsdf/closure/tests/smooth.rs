@@ -75,8 +75,8 @@ fn glass_of_the_index_around_it_is_not_there() {
         let found = singles(&closure, to_viewer);
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].0.to_light, found[0].0.weight, found[0].1), (-to_viewer, Vec3::ONE, 1.0));
-        assert_eq!(closure.straight(0.3), Vec3::ONE);
-        assert!(closure.has_smooth_only());
+        // Shadow rays do not see through bodies, whose other side may be far away.
+        assert_eq!(closure.straight(0.3), Vec3::splat(f32::from(u8::from(is_thin))));
         let scattered = closure.eval(to_viewer, viewer(0.7));
         assert_eq!((scattered.value, scattered.pdf), (Vec3::ZERO, 0.0));
     }
@@ -90,7 +90,5 @@ fn mirrors_have_schlicks_reflectance() {
     assert_eq!(found[0].0.to_light, vec3(-viewer(0.5).x, -viewer(0.5).y, 0.5));
     assert_near(found[0].0.weight.y, 0.77 + 0.23 / 32.0);
     assert_near(found[0].0.weight.z, 0.34 + 0.66 / 32.0);
-    assert!(gold.has_smooth_only() && !gold.is_black() && nothing().is_black());
-    assert!(!Closure { alpha: 0.1, ..gold }.has_smooth_only());
     assert!(nothing().sample(viewer(0.5), 0.5, [0.5; 2]).is_none());
 }

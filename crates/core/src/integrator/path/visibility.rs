@@ -1,0 +1,36 @@
+//! What gets from a light to a surface.
+
+use super::{LightRequest, PathPoint, ScatterPoint, arrive::straight_share};
+use crate::hierarchy::Tracer;
+use crate::integrator::transmittance::{Crossing, through_crossings};
+use crate::math::Vec3;
+use crate::settings::ShadowMode;
+use crate::shading::PathMaterial;
+use crate::view::SceneView;
+
+/// The share of light that gets through, per channel: through holes and thin clear glass, straight on. What refracts lets none
+/// through, since paths find that light by themselves.
+#[inline(always)]
+pub fn visibility<T: Tracer>(view: &SceneView, tracer: &T, request: &LightRequest) -> Vec3 {
+    if !tracer.occluded(&request.ray, &request.filter) {
+        return Vec3::ONE;
+    }
+    // Scenes in which nothing is straight to pass say so.
+    if view.settings.shadow_mode != ShadowMode::Coloured {
+        return Vec3::ZERO;
+    }
+    through_crossings::<T, Straight>(view, tracer, &request.ray, &request.filter)
+}
+
+/// What a surface lets through as if it were not there.
+struct Straight;
+
+impl Crossing for Straight {
+    type Material = PathMaterial;
+
+    #[inline(always)]
+    fn share(point: &PathPoint) -> Vec3 {
+        let at = ScatterPoint::new(point);
+        straight_share(point) + at.mixture.straight() * point.coverage
+    }
+}

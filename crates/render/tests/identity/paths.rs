@@ -1,0 +1,29 @@
+//! The same by path tracing.
+
+use super::{assert_identical, cornell, instances, moved, spheres};
+use eosphor_core::math::vec3;
+use eosphor_core::settings::Integrator;
+use eosphor_scene::{Lens, Scene};
+
+/// The scene by path tracing.
+fn by_paths(mut scene: Scene) -> Scene {
+    scene.settings.integrator = Integrator::Path;
+    scene.settings.depth = 12;
+    scene.settings.roulette = 2;
+    scene
+}
+
+#[test]
+fn paths() {
+    assert_identical("cornell by paths", &by_paths(cornell(|_| {})));
+    assert_identical("spheres by paths", &by_paths(spheres()));
+    assert_identical("instances by paths", &by_paths(instances()));
+    assert_identical("surfaces by paths", &by_paths(crate::surfaces::scene()));
+    let far = moved(instances(), vec3(10_000.0, -10_000.0, 20_000.0));
+    assert_identical("far away by paths", &by_paths(far));
+    let mut bright = by_paths(spheres());
+    bright.settings.background = vec3(0.5, 0.6, 0.9);
+    bright.settings.clamp_indirect = Some(2.0);
+    bright.camera.as_mut().unwrap().lens = Some(Lens { aperture_radius: 0.2, focus_distance: None });
+    assert_identical("a lens by paths", &bright);
+}
