@@ -1,5 +1,6 @@
 //! The project's own commands: `cargo xtask COMMAND`.
 
+mod albedo;
 mod asan;
 mod browser;
 mod fma;
@@ -23,6 +24,11 @@ use std::process::ExitCode;
 type Command = (&'static str, &'static str, fn(&[String]) -> anyhow::Result<()>);
 
 const COMMANDS: &[Command] = &[
+    (
+        "albedo",
+        "make the tables of what rough mirrors and rough glass lose by single scattering",
+        albedo::run,
+    ),
     (
         "asan",
         "run the tests of unsafe code under AddressSanitizer, or in the release profile with debug assertions [--release]",

@@ -1,6 +1,7 @@
 //! How surfaces reflect and transmit: a closed set of lobes ([`Lobe`]), Fresnel factors, and the directions of mirrors and
 //! refraction. Functions of directions alone; what a material says at a point is `shading`'s.
 
+mod albedo;
 mod blinn_phong;
 mod closure;
 mod cosine_power;
@@ -8,9 +9,13 @@ mod delta;
 mod directions;
 mod fresnel;
 mod ggx;
+mod glass_tables;
 mod lambert;
 mod lobe;
+mod mirror_tables;
+mod mixture;
 mod phong;
+mod schlick;
 
 pub use blinn_phong::BlinnPhong;
 pub use closure::{Closure, SMOOTH, ScatterSample, Scattered};
@@ -21,4 +26,5 @@ pub use fresnel::{fresnel_exact, fresnel_factor, fresnel_schlick, reflectance_at
 pub use ggx::Ggx;
 pub use lambert::Lambert;
 pub use lobe::Lobe;
+pub use mixture::Mixture;
 pub use phong::Phong;

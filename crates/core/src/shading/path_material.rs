@@ -165,11 +165,10 @@ impl PathMaterial {
     #[inline(always)]
     pub fn closure(&self, is_front: bool) -> Closure {
         Closure {
-            opaque: self.opaque,
-            diffuse: self.diffuse,
-            f0: self.f0,
-            f90: self.f90,
-            metal_f0: self.metal_f0,
+            diffuse: self.diffuse * self.opaque,
+            f0: self.f0 * self.opaque,
+            f90: self.f90 * self.opaque,
+            metal_f0: self.metal_f0 * self.metal,
             metal: self.metal,
             glass: self.glass,
             glass_tint: self.glass_tint,

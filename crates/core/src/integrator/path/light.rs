@@ -47,7 +47,7 @@ pub fn sample_light(
         }
         if to_light.dot(above) <= 0.0 {
             // Glass is lit from the other side, too.
-            if (side == 1) | !(at.closure.glass > 0.0) {
+            if (side == 1) | !at.mixture.has_glass() {
                 return None;
             }
             side = 1;
@@ -59,7 +59,7 @@ pub fn sample_light(
         if (direction.z > 0.0) != (side == 0) {
             return None;
         }
-        let scattered = at.closure.eval(at.to_viewer, direction);
+        let scattered = at.mixture.eval(direction);
         let mut share = 1.0;
         let radiance = light.le() * settings.lamp_radiance;
         if light.is_lamp() {

@@ -31,7 +31,7 @@ pub use scatter::scatter;
 pub use surroundings::surroundings;
 pub use visibility::visibility;
 
-use crate::bsdf::Closure;
+use crate::bsdf::Mixture;
 use crate::math::{Vec3, vec3};
 use crate::sampling::orthonormal_basis;
 use crate::settings::Settings;
@@ -42,10 +42,8 @@ pub type PathPoint = SurfacePoint<PathMaterial>;
 
 /// Lobes of a point and the frame that their directions are in: z is the shading normal, on the viewer's side.
 pub struct ScatterPoint {
-    /// The lobes.
-    pub closure: Closure,
-    /// The viewer, in the frame.
-    pub to_viewer: Vec3,
+    /// The lobes, towards the viewer.
+    pub mixture: Mixture,
     axes: [Vec3; 3],
 }
 
@@ -63,22 +61,17 @@ impl ScatterPoint {
                 normal.plus_scaled(point.to_viewer, LEAST_COSINE - cos).normalize_or(point.geometric_normal);
         }
         let (x, y) = orthonormal_basis(normal);
-        let mut scatter = ScatterPoint {
-            closure: point.material_values.closure(point.front),
-            to_viewer: point.to_viewer,
-            axes: [x, y, normal],
-        };
-        scatter.to_viewer = scatter.to_frame(point.to_viewer);
+        let axes = [x, y, normal];
+        let mut to_viewer = in_frame(&axes, point.to_viewer);
         // Where the geometric normal is as level as that.
-        scatter.to_viewer.z = if scatter.to_viewer.z > 0.0 { scatter.to_viewer.z } else { LEAST_COSINE };
-        scatter
+        to_viewer.z = if to_viewer.z > 0.0 { to_viewer.z } else { LEAST_COSINE };
+        ScatterPoint { mixture: point.material_values.closure(point.front).towards(to_viewer), axes }
     }
 
     /// A direction of the world, in the frame.
     #[inline(always)]
     pub fn to_frame(&self, d: Vec3) -> Vec3 {
-        let [x, y, z] = self.axes;
-        vec3(d.dot(x), d.dot(y), d.dot(z))
+        in_frame(&self.axes, d)
     }
 
     /// A direction of the frame, in the world.
@@ -87,6 +80,11 @@ impl ScatterPoint {
         let [x, y, z] = self.axes;
         (z * d.z).plus_scaled(x, d.x).plus_scaled(y, d.y).normalize_or(z)
     }
+}
+
+#[inline(always)]
+fn in_frame(axes: &[Vec3; 3], d: Vec3) -> Vec3 {
+    vec3(d.dot(axes[0]), d.dot(axes[1]), d.dot(axes[2]))
 }
 
 /// The share of a way that finds light with density `own`, where another finds it with density `other`, by the power heuristic.

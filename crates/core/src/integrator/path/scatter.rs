@@ -17,7 +17,7 @@ pub fn scatter(
     numbers: &Numbers,
     (choice, is_last): (f32, bool),
 ) -> Option<PathRay> {
-    let sample = at.closure.sample(at.to_viewer, choice, numbers.direction())?;
+    let sample = at.mixture.sample(choice, numbers.direction())?;
     let weight = (ray.weight * sample.weight).min(Vec3::splat(MAX_RADIANCE));
     if !(weight.max_component() > 0.0) {
         return None;

@@ -31,6 +31,6 @@ impl Crossing for Straight {
     #[inline(always)]
     fn share(point: &PathPoint) -> Vec3 {
         let at = ScatterPoint::new(point);
-        straight_share(point) + at.closure.straight(at.to_viewer.z) * point.coverage
+        straight_share(point) + at.mixture.straight() * point.coverage
     }
 }

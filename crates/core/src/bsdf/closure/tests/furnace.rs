@@ -1,0 +1,65 @@
+//! White surfaces return all light.
+
+use super::*;
+use crate::sampling::sobol_2d;
+
+const ROUGHNESSES: [f32; 7] = [0.0, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0];
+const COSINES: [f32; 5] = [0.05, 0.2, 0.5, 0.8, 1.0];
+const INDICES: [f32; 10] = [1.1, 1.33, 1.5, 2.0, 2.5, 1.0 / 1.1, 1.0 / 1.33, 1.0 / 1.5, 0.5, 0.4];
+
+/// The mean weight of paths that go on, per channel.
+fn sampled(closure: &Closure, to_viewer: Vec3, count: u32) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for i in 0..count {
+        // Hammersley's points: the pick goes evenly, and the other numbers are spread evenly in every part of it.
+        let (u, pick) =
+            (sobol_2d(i).map(|x| (x >> 8) as f32 * (1.0 / 16_777_216.0)), (i as f32 + 0.5) / count as f32);
+        if let Some(sample) = closure.sample(to_viewer, pick, u) {
+            sum[0] += f64::from(sample.weight.x);
+            sum[1] += f64::from(sample.weight.y);
+            sum[2] += f64::from(sample.weight.z);
+        }
+    }
+    sum.map(|s| s / f64::from(count))
+}
+
+/// The largest distance from 1 over roughnesses and cosines.
+fn worst(make: impl Fn(f32) -> Closure, count: u32) -> (f64, f32, f32) {
+    let mut worst = (0.0, 0.0, 0.0);
+    for roughness in ROUGHNESSES {
+        for cos in COSINES {
+            let error = (sampled(&make(roughness * roughness), viewer(cos), count)[1] - 1.0).abs();
+            worst = if error > worst.0 { (error, roughness, cos) } else { worst };
+        }
+    }
+    worst
+}
+
+#[test]
+fn metal_and_layers_return_all_light() {
+    for metal in [0.0, 0.5, 1.0] {
+        let (error, roughness, cos) = worst(|alpha| white(metal, 0.04, alpha), 1 << 16);
+        println!("metal {metal}: {error:.5} at roughness {roughness}, cosine {cos}");
+        assert!(error < 0.0005, "metal {metal}: {error} at roughness {roughness}, cosine {cos}");
+    }
+}
+
+#[test]
+fn glass_returns_all_light() {
+    for is_thin in [false, true] {
+        for eta in INDICES {
+            let (error, roughness, cos) = worst(|alpha| glass(eta, is_thin, alpha), 1 << 16);
+            println!("eta {eta} {is_thin}: {error:.5} at roughness {roughness}, cosine {cos}");
+            let bound = match is_thin {
+                true => 0.0005,
+                false if eta > 1.0 => 0.001,
+                // The table is coarser where light leaves glass at grazing angles.
+                false => 0.002,
+            };
+            assert!(
+                error < bound,
+                "index {eta}, thin {is_thin}: {error} at roughness {roughness}, cosine {cos}"
+            );
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! The lobes of a [`Closure`] towards one viewer, each with the probability that a path takes it.
+
+use super::albedo::{Albedo, MeanAlbedo, white_albedo, white_glass_albedo, white_mean_albedo};
+use super::closure::{Closure, ScatterSample, Scattered};
+use super::ggx::Ggx;
+use super::schlick::Schlick;
+use super::{Refracted, reflect, refract};
+use crate::math::{Vec3, fma, max, vec3};
+use crate::sampling::cosine_lobe;
+
+/// Four lobes: the base and what microfacets reflect more than once, both spread widely; mirror; glass.
+pub struct Mixture {
+    closure: Closure,
+    to_viewer: Vec3,
+    ggx: Ggx,
+    layer: Layer,
+    metal: Layer,
+    /// Base, over pi, with the part of the light that the layer lets out to the viewer, and normalised.
+    base: Vec3,
+    /// What layer and metal reflect more than once, over pi, for a light whose [`Albedo::lost`] is 1.
+    multiple: Vec3,
+    /// A share of glass that makes up for light lost between its microfacets.
+    glass: f32,
+    /// What goes in the mirror's single direction, where mirrors are smooth.
+    mirrored: Vec3,
+    /// What goes through smooth glass.
+    through: Vec3,
+    chances: Chances,
+}
+
+/// A layer, and what it reflects more than once.
+struct Layer {
+    schlick: Schlick,
+    multiple: Vec3,
+}
+
+impl Layer {
+    #[inline(always)]
+    fn new(schlick: Schlick, mean: MeanAlbedo) -> Layer {
+        Layer { multiple: schlick.multiple(mean), schlick }
+    }
+
+    #[inline(always)]
+    fn albedo(&self, albedo: Albedo) -> Vec3 {
+        self.schlick.albedo(albedo, self.multiple)
+    }
+
+    /// Per channel, the share that is under the layer less what the layer reflects.
+    #[inline(always)]
+    fn lets_through(&self, albedo: Vec3) -> Vec3 {
+        (Vec3::splat(self.schlick.share) + -albedo).max(Vec3::ZERO)
+    }
+}
+
+/// Probabilities of the lobes, 1 in all.
+struct Chances {
+    base: f32,
+    multiple: f32,
+    mirror: f32,
+    glass: f32,
+}
+
+impl Mixture {
+    #[inline(always)]
+    pub(super) fn new(closure: &Closure, to_viewer: Vec3) -> Mixture {
+        let cos = to_viewer.z;
+        let (is_smooth, is_glass_smooth) = (closure.is_smooth(), closure.is_glass_smooth());
+        let (albedo, mean) = (white_albedo(cos, closure.alpha), white_mean_albedo(closure.alpha));
+        let layer = Layer::new(closure.layer(), mean);
+        let metal = Layer::new(closure.metal_layer(), mean);
+
+        // Kelemen and Szirmay-Kalos 2001, "A microfacet based coupled specular-matte BRDF model": light enters and leaves the base
+        // through the layer. What it holds back on average is made up for, as light that the layer returns to a white base is.
+        let below = layer.lets_through(layer.albedo(albedo));
+        let below_mean = layer.lets_through(layer.schlick.mean_albedo(mean, layer.multiple));
+        let base = closure.diffuse * below * reciprocal(below_mean, layer.schlick.share);
+
+        // Layer and metal apart: the mean of one colour for both would darken what is between metal and not.
+        let multiple =
+            (layer.multiple + metal.multiple) * (if mean.lost > 0.0 { albedo.lost / mean.lost } else { 0.0 });
+
+        let single = layer.schlick.albedo(albedo, Vec3::ZERO) + metal.schlick.albedo(albedo, Vec3::ZERO);
+        let through = if is_glass_smooth { closure.through(cos) } else { Vec3::ZERO };
+        let reflected_by_glass =
+            if is_glass_smooth { closure.glass * closure.glass_reflectance(cos) } else { 0.0 };
+        let mirrored = if is_smooth { single + Vec3::splat(reflected_by_glass) } else { Vec3::ZERO };
+        let glass = if is_glass_smooth {
+            0.0
+        } else if closure.is_thin {
+            closure.glass / (1.0 - albedo.lost)
+        } else {
+            closure.glass / white_glass_albedo(cos, closure.alpha, closure.eta, albedo.lost)
+        };
+
+        let wish = Chances {
+            base: (closure.diffuse * below).max_component() / max(layer.schlick.share, f32::MIN_POSITIVE),
+            multiple: (layer.multiple + metal.multiple).max_component() * albedo.lost,
+            mirror: if is_smooth { mirrored.max_component() } else { single.max_component() },
+            glass: if is_glass_smooth { through.max_component() } else { closure.glass },
+        };
+        let sum = wish.base + wish.multiple + wish.mirror + wish.glass;
+        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        Mixture {
+            closure: *closure,
+            to_viewer,
+            ggx: Ggx { alpha: closure.alpha },
+            layer,
+            metal,
+            base: base * core::f32::consts::FRAC_1_PI,
+            multiple: multiple * core::f32::consts::FRAC_1_PI,
+            glass,
+            mirrored,
+            through,
+            chances: Chances {
+                base: wish.base * scale,
+                multiple: wish.multiple * scale,
+                mirror: wish.mirror * scale,
+                glass: wish.glass * scale,
+            },
+        }
+    }
+
+    /// Whether light from behind the surface may be seen.
+    #[inline(always)]
+    pub fn has_glass(&self) -> bool {
+        self.closure.glass > 0.0
+    }
+
+    /// As [`Closure::straight`], towards the viewer.
+    #[inline(always)]
+    pub fn straight(&self) -> Vec3 {
+        self.closure.straight(self.to_viewer.z)
+    }
+
+    /// Light from `to_light` by all lobes but single directions.
+    #[inline(always)]
+    pub fn eval(&self, to_light: Vec3) -> Scattered {
+        let cos = to_light.z;
+        if cos > 0.0 {
+            return self.reflected(to_light, cos);
+        }
+        if !(cos < 0.0 && self.glass > 0.0) {
+            return Scattered::NOTHING;
+        }
+        let facets = if self.closure.is_thin {
+            // A rough pane spreads what it transmits as it spreads what it reflects.
+            self.ggx.reflection(self.to_viewer, vec3(to_light.x, to_light.y, -cos))
+        } else {
+            self.ggx.refraction(self.to_viewer, to_light, self.closure.eta)
+        };
+        let reflectance = self.closure.glass_reflectance(facets.cos);
+        Scattered {
+            value: self.closure.glass_tint * (self.glass * (1.0 - reflectance) * facets.value),
+            pdf: self.chances.glass * (1.0 - self.reflection_chance(reflectance)) * facets.pdf,
+        }
+    }
+
+    #[inline(always)]
+    fn reflected(&self, to_light: Vec3, cos: f32) -> Scattered {
+        let closure = &self.closure;
+        let albedo = white_albedo(cos, closure.alpha);
+        let base = self.base * self.layer.lets_through(self.layer.albedo(albedo));
+        let wide = base.plus_scaled(self.multiple, albedo.lost) * cos;
+        let wide_pdf =
+            core::f32::consts::FRAC_1_PI * fma(self.chances.base, cos, 0.5 * self.chances.multiple);
+        if closure.is_smooth() {
+            return Scattered { value: wide, pdf: wide_pdf };
+        }
+        let facets = self.ggx.reflection(self.to_viewer, to_light);
+        let mirror = self.layer.schlick.at(facets.cos) + self.metal.schlick.at(facets.cos);
+        let of_glass = if self.glass > 0.0 { closure.glass_reflectance(facets.cos) } else { 0.0 };
+        let chance = fma(self.chances.glass, self.reflection_chance(of_glass), self.chances.mirror);
+        Scattered {
+            value: wide.plus_scaled(mirror + Vec3::splat(self.glass * of_glass), facets.value),
+            pdf: fma(chance, facets.pdf, wide_pdf),
+        }
+    }
+
+    /// Probability that rough glass reflects where its microfacets have this reflectance.
+    #[inline(always)]
+    fn reflection_chance(&self, reflectance: f32) -> f32 {
+        let transmitted = (1.0 - reflectance) * self.closure.glass_tint.max_component();
+        if self.glass > 0.0 && reflectance > 0.0 { reflectance / (reflectance + transmitted) } else { 0.0 }
+    }
+
+    /// A direction in which light may come, as [`Closure::sample`] says.
+    #[inline(always)]
+    pub fn sample(&self, pick: f32, u: [f32; 2]) -> Option<ScatterSample> {
+        let chances = &self.chances;
+        let after_base = chances.base;
+        let after_multiple = after_base + chances.multiple;
+        let after_mirror = after_multiple + chances.mirror;
+        let to_light = if pick < after_base {
+            cosine_lobe(1.0, u)
+        } else if pick < after_multiple {
+            // Evenly: lost light is spread more towards the horizon than the cosine, by which weights would be large there.
+            cosine_lobe(0.0, u)
+        } else if pick < after_mirror {
+            if self.closure.is_smooth() {
+                return single(mirror_image(self.to_viewer), self.mirrored, chances.mirror);
+            }
+            above(reflect(-self.to_viewer, self.ggx.sample_visible_normal(self.to_viewer, u)))
+        } else if self.glass > 0.0 {
+            self.sample_rough_glass(pick - after_mirror, u)
+        } else {
+            return self.sample_smooth_glass();
+        };
+        let scattered = self.eval(to_light);
+        if !(scattered.pdf > 0.0) {
+            return None;
+        }
+        Some(ScatterSample {
+            to_light,
+            weight: scattered.value * (1.0 / scattered.pdf),
+            pdf: scattered.pdf,
+            is_delta: false,
+            is_transmitted: to_light.z < 0.0,
+            is_straight: false,
+        })
+    }
+
+    /// `pick` is below the probability of glass. A direction on the wrong side stands for nothing.
+    #[inline(always)]
+    fn sample_rough_glass(&self, pick: f32, u: [f32; 2]) -> Vec3 {
+        let h = self.ggx.sample_visible_normal(self.to_viewer, u);
+        let chance = self.reflection_chance(self.closure.glass_reflectance(self.to_viewer.dot(h)));
+        let reflected = reflect(-self.to_viewer, h);
+        if pick < self.chances.glass * chance {
+            return above(reflected);
+        }
+        if self.closure.is_thin {
+            let d = above(reflected);
+            return vec3(d.x, d.y, -d.z);
+        }
+        match refract(-self.to_viewer, h, 1.0 / self.closure.eta) {
+            Refracted::Through(d) if d.z < 0.0 => d,
+            _ => Vec3::ZERO,
+        }
+    }
+
+    #[inline(always)]
+    fn sample_smooth_glass(&self) -> Option<ScatterSample> {
+        let to_light = if self.closure.is_thin || self.closure.is_clear() {
+            -self.to_viewer
+        } else {
+            match refract(-self.to_viewer, vec3(0.0, 0.0, 1.0), 1.0 / self.closure.eta) {
+                Refracted::Through(d) => d,
+                Refracted::TotalReflection => return None,
+            }
+        };
+        let sample = single(to_light, self.through, self.chances.glass)?;
+        Some(ScatterSample { is_transmitted: true, is_straight: self.closure.is_straight(), ..sample })
+    }
+}
+
+/// The direction, or nothing where it is not above the surface.
+#[inline(always)]
+fn above(d: Vec3) -> Vec3 {
+    if d.z > 0.0 { d } else { Vec3::ZERO }
+}
+
+/// The viewer's direction, mirrored at the surface.
+#[inline(always)]
+fn mirror_image(to_viewer: Vec3) -> Vec3 {
+    vec3(-to_viewer.x, -to_viewer.y, to_viewer.z)
+}
+
+/// All of a lobe's light from one direction; `chance` is the probability of the lobe.
+#[inline(always)]
+fn single(to_light: Vec3, value: Vec3, chance: f32) -> Option<ScatterSample> {
+    if !(chance > 0.0) {
+        return None;
+    }
+    let weight = value * (1.0 / chance);
+    Some(ScatterSample {
+        to_light,
+        weight,
+        pdf: 0.0,
+        is_delta: true,
+        is_transmitted: false,
+        is_straight: false,
+    })
+}
+
+/// `1 / (share * below)` per channel; 0 where the layer lets next to nothing through.
+#[inline(always)]
+fn reciprocal(below: Vec3, share: f32) -> Vec3 {
+    let of = |below: f32| if below > 1e-5 * share { 1.0 / (below * share) } else { 0.0 };
+    vec3(of(below.x), of(below.y), of(below.z))
+}

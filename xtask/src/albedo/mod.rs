@@ -1,0 +1,220 @@
+//! `cargo xtask albedo`: makes the tables of what rough surfaces lose by single scattering, in double precision.
+//!
+//! Coordinates of the tables are those of `crates/core/src/bsdf/albedo.rs`, which reads them; its tests compute entries again by
+//! another way.
+
+mod microfacets;
+
+use anyhow::Context;
+use microfacets::{Loss, glass_loss, mirror_loss};
+use std::fmt::Write;
+
+/// Nodes over the cosine and the roughness, of mirrors.
+const MIRROR: [usize; 2] = [48, 41];
+/// The same of glass where the index beyond the surface is denser, and over the index.
+const DENSER: [usize; 3] = [24, 21, 17];
+/// Where it is less dense. The number over the cosine is odd, so that the critical angle has a node.
+const THINNER: [usize; 3] = [53, 21, 65];
+/// A cosine is measured against alpha times this: what is lost at grazing angles is a function of their ratio.
+const CORNER: f64 = 4.0;
+/// Tables of glass go to the indices 5/2 and 2/5.
+const LAST_CONTRAST: f64 = 3.0 / 7.0;
+
+pub fn run(_: &[String]) -> anyhow::Result<()> {
+    let folder = crate::root().join("crates/core/src/bsdf");
+    for (name, text) in [("mirror_tables.rs", mirror_tables()), ("glass_tables.rs", glass_tables())] {
+        let path = folder.join(name);
+        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+        println!("wrote {}", path.display());
+    }
+    Ok(())
+}
+
+/// Node `i` of `count`, 0 to 1.
+fn node(i: usize, count: usize) -> f64 {
+    i as f64 / (count - 1) as f64
+}
+
+fn alpha_of(row: usize, count: usize) -> f64 {
+    node(row, count).powi(2)
+}
+
+/// The cosine at a coordinate `sqrt(cos (1 + k) / (cos + k))` with `k` = [`CORNER`] alpha.
+fn cosine_of(coordinate: f64, alpha: f64) -> f64 {
+    let (k, square) = (CORNER * alpha, coordinate * coordinate);
+    (square * k / (1.0 + k - square)).clamp(1e-6, 1.0)
+}
+
+/// The cosine at a coordinate which is 1/2 at the critical angle, and close to which it changes slowly there and at 0.
+fn cosine_about_critical(coordinate: f64, eta: f64) -> f64 {
+    let critical = (1.0 - eta * eta).max(0.0).sqrt();
+    let x = 2.0 * coordinate;
+    let cosine = if x < 0.5 {
+        2.0 * x * x * critical
+    } else if x < 1.0 {
+        (1.0 - 2.0 * (1.0 - x).powi(2)) * critical
+    } else {
+        critical + (x - 1.0).powi(2) * (1.0 - critical)
+    };
+    cosine.clamp(1e-6, 1.0)
+}
+
+fn coordinate_of(cosine: f64, alpha: f64) -> f64 {
+    let k = CORNER * alpha;
+    (cosine * (1.0 + k) / (cosine + k)).sqrt()
+}
+
+/// What a row of a mirror's tables has: at each cosine the loss, and the part of `(1 - cos)^5` that goes beyond a smooth
+/// mirror's.
+fn mirror_row(alpha: f64) -> Vec<Loss> {
+    let smooth = |cosine: f64| (1.0 - cosine).powi(5);
+    let at = |i| {
+        let cosine = cosine_of(node(i, MIRROR[0]), alpha);
+        let exact = mirror_loss(cosine, alpha);
+        // As the file will have it, so that means are those of what is read.
+        let lost = rounded(exact.lost);
+        Loss { lost, grazing: rounded(exact.grazing - (1.0 - lost) * smooth(cosine)) }
+    };
+    (0..MIRROR[0]).map(at).collect()
+}
+
+/// Means over the hemisphere, weighted by the cosine, of what core interpolates from a row.
+fn mean(row: &[Loss], alpha: f64) -> Loss {
+    const STEPS: usize = 20_000;
+    let mut sum = Loss { lost: 0.0, grazing: 0.0 };
+    for i in 0..STEPS {
+        // Steps are short near the horizon, where the row changes fast.
+        let s = (i as f64 + 0.5) / STEPS as f64;
+        let (cosine, weight) = (s * s, 2.0 * s / STEPS as f64);
+        let x = coordinate_of(cosine, alpha) * (row.len() - 1) as f64;
+        let first = (x as usize).min(row.len() - 2);
+        let between = |of: fn(&Loss) -> f64| {
+            of(&row[first]) + (of(&row[first + 1]) - of(&row[first])) * (x - first as f64)
+        };
+        let lost = between(|loss| loss.lost);
+        sum.lost += 2.0 * cosine * weight * lost;
+        sum.grazing +=
+            2.0 * cosine * weight * (between(|loss| loss.grazing) + (1.0 - lost) * (1.0 - cosine).powi(5));
+    }
+    sum
+}
+
+fn number(x: f64) -> String {
+    format!("{:e}", rounded(x))
+}
+
+/// To the digits that a table has.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.6e}").parse().unwrap_or(x)
+}
+
+fn mirror_tables() -> String {
+    let none = Loss { lost: 0.0, grazing: 0.0 };
+    let mut rows = vec![vec![none; MIRROR[0]]];
+    let mut means = vec![Loss { lost: 0.0, grazing: 1.0 / 21.0 }];
+    for i in 1..MIRROR[1] {
+        let alpha = alpha_of(i, MIRROR[1]);
+        rows.push(mirror_row(alpha));
+        means.push(mean(&rows[i], alpha));
+    }
+    let mut text = header("mirrors");
+    let [columns, count] = MIRROR;
+    writeln!(text, "/// Nodes over the cosine.\npub const COSINES: usize = {columns};").unwrap();
+    writeln!(text, "/// Nodes over the roughness.\npub const ROUGHNESSES: usize = {count};").unwrap();
+    type Part = fn(&Loss) -> f64;
+    let parts: [(&str, &str, Part); 2] = [
+        (
+            "LOST",
+            "The part of light that one reflection does not return, for each roughness over the cosine",
+            |loss| loss.lost,
+        ),
+        ("GRAZING", "What is reflected of `(1 - cos)^5` beyond a smooth mirror's part", |loss| loss.grazing),
+    ];
+    for (name, what, part) in parts {
+        let all: String = rows.iter().map(|row| array(row.iter().map(|loss| number(part(loss))))).collect();
+        writeln!(text, "\n/// {what}.\n#[rustfmt::skip]").unwrap();
+        writeln!(text, "pub static {name}: [[f32; COSINES]; ROUGHNESSES] = [\n{}\n];", lines(&all)).unwrap();
+    }
+    let parts: [(&str, &str, Part); 2] = [
+        (
+            "MEAN_LOST",
+            "Mean of the lost part over the hemisphere, weighted by the cosine, for each roughness",
+            |loss| loss.lost,
+        ),
+        ("MEAN_GRAZING", "The same mean of all that is reflected of `(1 - cos)^5`", |loss| loss.grazing),
+    ];
+    for (name, what, part) in parts {
+        writeln!(text, "\n/// {what}.\n#[rustfmt::skip]\npub static {name}: [f32; ROUGHNESSES] = [").unwrap();
+        writeln!(
+            text,
+            "{}\n];",
+            lines(&means.iter().map(|loss| number(part(loss)) + ",").collect::<String>())
+        )
+        .unwrap();
+    }
+    text
+}
+
+/// The index beyond the surface at a node: the contrast `|eta - 1| / (eta + 1)` grows with the square of the coordinate.
+fn index_of(i: usize, count: usize, denser: bool) -> f64 {
+    let contrast = (LAST_CONTRAST * node(i, count).powi(2)).max(1e-4);
+    let eta = (1.0 + contrast) / (1.0 - contrast);
+    if denser { eta } else { 1.0 / eta }
+}
+
+fn glass_tables() -> String {
+    let mut text = header("rough glass");
+    for (name, what, [columns, rows, count], is_denser) in
+        [("DENSER", "denser", DENSER, true), ("THINNER", "less dense", THINNER, false)]
+    {
+        let mut all = String::new();
+        for k in 0..count {
+            let eta = index_of(k, count, is_denser);
+            all += "[";
+            for j in 0..rows {
+                let alpha = alpha_of(j, rows);
+                // Beyond the critical angle glass is a mirror: the difference has no details there.
+                let of = |cosine: f64| glass_loss(cosine, alpha, eta) - mirror_loss(cosine, alpha).lost;
+                let at = |x| match is_denser {
+                    _ if j == 0 => 0.0,
+                    true => glass_loss(cosine_of(x, alpha), alpha, eta),
+                    false => of(cosine_about_critical(x, eta)),
+                };
+                all += &array(
+                    (0..columns).map(|i| ((at(node(i, columns)) * 32768.0).round() as i16).to_string()),
+                );
+            }
+            all += "],";
+        }
+        writeln!(text, "/// The part of light that is lost where the index beyond is {what}, in 32768ths.")
+            .unwrap();
+        writeln!(text, "/// Over the index, the roughness and the cosine.\n#[rustfmt::skip]").unwrap();
+        writeln!(text, "pub static {name}: [[[i16; {columns}]; {rows}]; {count}] = [\n{}\n];\n", lines(&all))
+            .unwrap();
+    }
+    text.truncate(text.trim_end().len());
+    text + "\n"
+}
+
+fn header(what: &str) -> String {
+    format!("//! What {what} of microfacets lose by single scattering. Made by `cargo xtask albedo`.\n\n")
+}
+
+/// An array's elements in lines that are not too long.
+fn lines(elements: &str) -> String {
+    let (mut text, mut width) = (String::new(), 0);
+    for element in elements.split_inclusive(',') {
+        if width + element.len() > 131 {
+            text.push('\n');
+            width = 0;
+        }
+        width += element.len();
+        text += element;
+    }
+    text
+}
+
+/// `[a,b,c],`
+fn array(elements: impl Iterator<Item = String>) -> String {
+    format!("[{}],", elements.map(|element| element + ",").collect::<String>())
+}
