@@ -111,8 +111,8 @@ impl PrimitivesView<'_> {
         hit.t as f64 + rest as f64
     }
 
-    /// What the `t` of a triangle's hit by this ray lacks of that of double precision, by the triangle's name. Looks at all there are:
-    /// hardly ever asked for.
+    /// What the `t` of a triangle's hit by this ray lacks of that of double precision, by the triangle's name. Looks at all there
+    /// are: hardly ever asked for.
     pub(crate) fn rest_by_name(&self, hit: &Hit, world_ray: &Ray) -> f32 {
         let id = hit.id;
         if id.instance as usize >= self.instances.len() {
