@@ -12,6 +12,7 @@
 pub mod bsdf;
 pub mod camera;
 pub mod device;
+pub mod environment;
 pub mod geometry;
 pub mod hierarchy;
 pub mod integrator;

@@ -1,6 +1,7 @@
 //! A whole scene, borrowed: what shading reads. Its arrays are declared once, in [`scene_arrays!`](crate::scene_arrays).
 
 use crate::camera::Camera;
+use crate::environment::Environment;
 use crate::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use crate::light::Light;
 use crate::material::{Material, NONE};
@@ -46,6 +47,10 @@ macro_rules! scene_arrays {
             Textures "textures" textures: counted $crate::texture::Texture,
             /// Lights.
             Lights "lights" lights: counted $crate::light::Light,
+            /// What surrounds the scene.
+            Environment "environment" environment: one $crate::environment::Environment,
+            /// Its cells by how bright they are: running sums.
+            EnvironmentTable "environment table" environment_table: counted u32,
             /// The camera.
             Camera "camera" camera: one $crate::camera::Camera,
             /// Settings that reach a pixel.
@@ -252,6 +257,16 @@ impl SceneItem for Material {
 
 impl SceneItem for Texture {}
 impl SceneItem for Light {}
+
+impl SceneItem for Environment {
+    fn links(&self, link: &mut impl FnMut(SceneArray, u64)) {
+        optional(self.texture, SceneArray::Textures, link);
+        if self.chance > 0.0 {
+            link(SceneArray::EnvironmentTable, self.table_length().saturating_sub(1));
+        }
+    }
+}
+
 impl SceneItem for Camera {}
 impl SceneItem for Settings {}
 

@@ -35,8 +35,8 @@ pub use files::{
     BUILTINS, Builtin, CannotSave, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines,
     CourseOptions, CoursePattern, KeyUse, LoadOptions, LoadedScene, MAX_COURSE_LIGHTS, PicturePixels, Preset,
     READ_FORMATS, SceneRequests, UnknownPreset, WrongCoursePattern, broken_picture, config_keys,
-    course_settings, load, load_from_memory, near_name, read_data, read_hdr, read_jpeg, read_png, read_ppm,
-    scene_over_base, scene_reference, scene_requests, scene_schema,
+    course_settings, load, load_from_memory, load_image, near_name, read_data, read_hdr, read_jpeg, read_png,
+    read_ppm, scene_over_base, scene_reference, scene_requests, scene_schema,
 };
 pub use flatten::{FrameBounds, FrameState, FrameStates, LeftOut, Note, Places, SceneData, View};
 pub use model::*;

@@ -1,11 +1,13 @@
 //! Flags that add lights to the scene's own.
 
-use super::values::{number, place};
+use super::values::{number, place, within};
 use super::{Need, check};
 use crate::failure::Failure;
 use clap::Args;
 use eosphor::math::{Vec3, vec3};
-use eosphor::{Light, Scene};
+use eosphor::settings::Integrator;
+use eosphor::{EnvironmentMap, Light, Scene, load_image};
+use std::path::{Path, PathBuf};
 
 /// Irradiance of a sun that states none.
 const SUN: f32 = 3.0;
@@ -23,6 +25,22 @@ pub(crate) struct LightFlags {
     /// Add a point light: its position, and its radiant intensity in W/sr (0 to 1e6) [default: 10]. May be given several times
     #[arg(long, value_name = "X,Y,Z[,POWER]", value_parser = light, allow_hyphen_values = true)]
     light: Vec<PointLight>,
+    /// Surround the scene with a picture of all directions, from which light comes (.hdr, .exr or another): equirectangular, its
+    /// middle towards +x, and +z right of that, with +y up. Needs --integrator path
+    #[arg(long, value_name = "FILE")]
+    environment: Option<PathBuf>,
+    /// The environment's radiance over what its picture says, 0 to 1e6 [default: 1]
+    #[arg(long, value_name = "X", value_parser = within(0.0..=1e6), allow_hyphen_values = true)]
+    environment_strength: Option<f32>,
+    /// Turn the environment counter-clockwise, seen from above: degrees, -360 to 360 [default: 0]
+    #[arg(long, value_name = "DEGREES", value_parser = within(-360.0..=360.0), allow_hyphen_values = true)]
+    environment_rotation: Option<f32>,
+    /// Where the upper border of the environment's picture is: a direction [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = up, allow_hyphen_values = true)]
+    environment_up: Option<Vec3>,
+    /// Cameras see the background instead of the environment
+    #[arg(long)]
+    hide_environment: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,11 +58,17 @@ struct PointLight {
 
 impl LightFlags {
     pub(crate) fn is_given(&self) -> bool {
-        !self.sun.is_empty() || !self.light.is_empty()
+        !self.sun.is_empty() || !self.light.is_empty() || self.environment.is_some()
     }
 
-    /// Adds them after the scene's own: suns, then points.
-    pub(crate) fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
+    /// The file of the environment.
+    pub(crate) fn environment(&self) -> Option<&Path> {
+        self.environment.as_deref()
+    }
+
+    /// Adds them after the scene's own: suns, then points; puts an environment in place of the scene's. All textures together may
+    /// take so many bytes.
+    pub(crate) fn apply(&self, scene: &mut Scene, memory_bytes: Option<u64>) -> Result<(), Failure> {
         let is_lit = scene.settings.lighting.is_lit();
         let needs = "a --lighting that lights count in: lambert, phong or blinn-phong";
         let need = |flag, is_given| Need { flag, is_given, is_met: is_lit, needs };
@@ -56,8 +80,47 @@ impl LightFlags {
             let position = scene.point_of_file(position);
             scene.lights.push(Light::Point { position, color: Vec3::splat(intensity) });
         }
+        self.surround(scene, memory_bytes)
+    }
+
+    fn surround(&self, scene: &mut Scene, memory_bytes: Option<u64>) -> Result<(), Failure> {
+        let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
+        let is_path = scene.settings.integrator == Integrator::Path;
+        check(&[need("--environment", self.environment.is_some(), is_path, "--integrator path")])?;
+        if let Some(file) = &self.environment {
+            let used: u64 = scene.images.iter().map(|image| image.texels.bytes()).sum();
+            let left = memory_bytes.map(|limit| limit.saturating_sub(used));
+            let image = load_image(file, left).map_err(|error| Failure::Failed(error.to_string()))?;
+            scene.images.push(image);
+            scene.environment = Some(EnvironmentMap::of_image(scene.images.len() as u32 - 1));
+        }
+        let is_there = scene.environment.is_some();
+        let of_environment =
+            |flag, is_given| need(flag, is_given, is_there, "--environment, or a scene that has one");
+        check(&[
+            of_environment("--environment-strength", self.environment_strength.is_some()),
+            of_environment("--environment-rotation", self.environment_rotation.is_some()),
+            of_environment("--environment-up", self.environment_up.is_some()),
+            of_environment("--hide-environment", self.hide_environment),
+        ])?;
+        if let Some(environment) = &mut scene.environment {
+            environment.strength = self.environment_strength.unwrap_or(environment.strength);
+            environment.rotation_degrees = self.environment_rotation.unwrap_or(environment.rotation_degrees);
+            environment.up = self.environment_up.unwrap_or(environment.up);
+            environment.is_seen &= !self.hide_environment;
+        }
         Ok(())
     }
+}
+
+/// `0,0,1`.
+fn up(text: &str) -> Result<Vec3, String> {
+    let [x, y, z] = place(text)?.map(|x| x as f32);
+    let direction = vec3(x, y, z);
+    if direction.normalize_or(Vec3::ZERO) == Vec3::ZERO {
+        return Err("it has no length".into());
+    }
+    Ok(direction)
 }
 
 /// `0,-1,0` or `0,-1,0,2.5`.

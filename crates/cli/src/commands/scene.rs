@@ -1,7 +1,7 @@
 //! The scene of a command, with all that its flags change.
 
 use super::pg1_config;
-use crate::arguments::{CameraFlags, PictureFlags, RenderFlags, SettingsFlags};
+use crate::arguments::{CameraFlags, PictureFlags, RenderFlags, SettingsFlags, TextureFlags};
 use crate::failure::Failure;
 use crate::outputs::is_stdout;
 use crate::streams::Verbosity;
@@ -18,12 +18,14 @@ pub(super) fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result
     let mut scene = loaded.scene;
     let files: Vec<&Path> =
         flags.outputs.iter().map(PathBuf::as_path).filter(|output| !is_stdout(output)).collect();
-    check_sources(&loaded.files_read, &files)?;
-    for path in &loaded.files_read {
+    let mut sources = loaded.files_read;
+    sources.extend(flags.picture.lights.environment().map(Path::to_path_buf));
+    check_sources(&sources, &files)?;
+    for path in &sources {
         flags.report.verbosity().say(Verbosity::Verbose, &format!("read {}", path.display()));
     }
     flags.animation.apply(&mut scene);
-    apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
+    apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
     scene.settle_orbit()?;
     pg1_config::tell(flags, &scene);
     Ok(scene)
@@ -35,6 +37,7 @@ pub(super) fn apply(
     picture: &PictureFlags,
     settings: &SettingsFlags,
     camera: &CameraFlags,
+    textures: &TextureFlags,
 ) -> Result<(), Failure> {
     if let Some(preset) = picture.preset {
         preset.apply(scene);
@@ -44,7 +47,7 @@ pub(super) fn apply(
     if let Some(offset) = picture.translate {
         scene.move_geometry(offset);
     }
-    picture.lights.apply(scene)?;
+    picture.lights.apply(scene, textures.memory_bytes())?;
     camera.apply(scene)?;
     // The file was valid by itself: what is out of range now came with a flag.
     scene.validate().map_err(Failure::usage)

@@ -55,9 +55,11 @@ fn load_scene(flags: &ViewFlags) -> Result<SourceScene, Failure> {
     let loaded = load(&flags.scene, &options)?;
     loaded.warnings.iter().for_each(|warning| streams::message(&format!("eosphor: note: {warning}")));
     let mut scene = loaded.scene;
-    apply(&mut scene, &flags.picture, &flags.settings, &flags.camera)?;
+    apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
     scene.settle_orbit()?;
-    Ok(SourceScene { scene, files: loaded.files_read })
+    let mut files = loaded.files_read;
+    files.extend(flags.picture.lights.environment().map(std::path::Path::to_path_buf));
+    Ok(SourceScene { scene, files })
 }
 
 impl SceneSource for FlaggedScene {

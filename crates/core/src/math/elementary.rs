@@ -10,10 +10,13 @@
 //! available precision", 1971.
 
 use super::float::{clamp, fma, min};
-use core::f32::consts::{FRAC_2_PI, FRAC_PI_2, LN_2, LOG2_E};
+use core::f32::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
 
 /// Adding 1.5 * 2^23 leaves the nearest whole number in the low bits of the sum, two's complement.
 const ROUND: f32 = 12_582_912.0;
+
+/// Tangent of pi/8.
+const TAN_PI_8: f32 = 0.414_213_57;
 
 /// Base-2 logarithm of a positive finite number as an unevaluated sum; the relative error is below 2^-29.
 ///
@@ -148,6 +151,27 @@ pub fn sin(x: f32) -> f32 {
 #[inline(always)]
 pub fn cos(x: f32) -> f32 {
     sin_cos(x).1
+}
+
+/// The angle of the point (x, y) from the x axis in radians, from -pi to pi, within 4 ulp. 0 where both are 0; infinities and NaN
+/// give some number in that range.
+#[inline(always)]
+pub fn atan2(y: f32, x: f32) -> f32 {
+    let (ax, ay) = (x.abs(), y.abs());
+    let (small, large) = if ay < ax { (ay, ax) } else { (ax, ay) };
+    // The tangent of the angle from the nearer axis, 0 to 1; the angle less pi/4, where that is nearer.
+    let is_steep = small > TAN_PI_8 * large;
+    let over = if is_steep { small - large } else { small };
+    let under = if is_steep { small + large } else { large };
+    let t = if under > 0.0 { clamp(over / under, -TAN_PI_8, TAN_PI_8) } else { 0.0 };
+    let z = t * t;
+    let p = fma(fma(fma(-0.060_834_534, z, 0.105_960_02), z, -0.142_438_49), z, 0.199_984_9);
+    let angle = fma(t * z, fma(p, z, -0.333_333_16), t);
+    let angle = if is_steep { FRAC_PI_4 + angle } else { angle };
+    let angle = if ay < ax { angle } else { FRAC_PI_2 - angle };
+    let angle = if x < 0.0 { PI - angle } else { angle };
+    let angle = if ax > 0.0 || ay > 0.0 { angle } else { 0.0 };
+    f32::from_bits(angle.to_bits() | (y.to_bits() & 0x8000_0000))
 }
 
 /// The sRGB code (IEC 61966-2-1) of a linear value, 0 to 1 for 0 to 1; not clamped to that range.
@@ -311,6 +335,30 @@ mod tests {
                 (s as f64 - (x as f64).sin()).abs() < 1e-7 && (c as f64 - (x as f64).cos()).abs() < 1e-7,
                 "{x}"
             );
+        }
+    }
+
+    #[test]
+    fn angles_hold_their_bound() {
+        let parts =
+            [0.0, 1e-30, 1e-3, 0.1, 0.41, 0.4143, 0.5, 0.999_999_9, 1.0, 1.000_000_1, 2.4, 7.0, 1e4, 1e30];
+        let mut worst = 0f64;
+        let mut check = |y: f32, x: f32| {
+            worst = worst.max(ulps(atan2(y, x), f64::from(y).atan2(f64::from(x))));
+        };
+        for x in parts.into_iter().flat_map(|x| [x, -x]) {
+            parts.into_iter().flat_map(|y| [y, -y]).filter(|y| *y != 0.0).for_each(|y| check(y, x));
+        }
+        for i in 1..1_000_000 {
+            let (s, c) = sin_cos(i as f32 * (core::f32::consts::TAU / 1e6));
+            check(s, c);
+        }
+        assert!(worst < 4.0, "{worst}");
+        assert_eq!([atan2(0.0, 0.0), atan2(0.0, 1.0), atan2(0.0, -1.0)], [0.0, 0.0, PI]);
+        for y in [f32::NAN, f32::INFINITY, 0.0, -1.0, f32::MAX] {
+            for x in [f32::NAN, f32::NEG_INFINITY, 1.0, f32::MAX] {
+                assert!(atan2(y, x).abs() <= PI, "{y} {x}");
+            }
         }
     }
 

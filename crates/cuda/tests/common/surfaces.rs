@@ -133,6 +133,7 @@ pub(crate) fn scene() -> Scene {
     settings.background = vec3(0.2, 0.3, 0.4);
     settings.ambient = 0.1;
     Scene {
+        environment: None,
         origin: [0.0; 3],
         // 288 triangles: too many to be baked.
         meshes: vec![sheet(12)],

@@ -1,6 +1,7 @@
 //! Pictures whose values are known in closed form: scene model → `SceneData` → `CpuBackend` → film.
 
 mod camera;
+mod environment;
 mod glass;
 mod glossy;
 mod lights;

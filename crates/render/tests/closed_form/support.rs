@@ -69,9 +69,15 @@ pub(crate) fn looking(from: Vec3, to: Vec3, fov_x_degrees: f32) -> Camera {
 
 /// The picture.
 pub(crate) fn render(scene: &Scene) -> Film {
+    render_changed(scene, |_| {})
+}
+
+/// The same where flattening is not all that makes its arrays.
+fn render_changed(scene: &Scene, change: impl Fn(&mut SceneData)) -> Film {
     static BACKEND: OnceLock<CpuBackend> = OnceLock::new();
     let backend = BACKEND.get_or_init(|| CpuBackend::new(CpuOptions::default()).unwrap());
-    let (data, _) = SceneData::flatten(scene).unwrap();
+    let (mut data, _) = SceneData::flatten(scene).unwrap();
+    change(&mut data);
     let prepared = backend.prepare(Arc::new(data)).unwrap();
     let control = RenderControl {
         on_progress: &|_| {},
@@ -86,10 +92,15 @@ pub(crate) fn render(scene: &Scene) -> Film {
 
 /// What comes back along the ray from `from` towards `to`.
 pub(crate) fn probe(scene: &Scene, from: Vec3, to: Vec3) -> Vec3 {
+    probe_data(scene, from, to, |_| {})
+}
+
+/// The same where the scene's arrays are changed.
+pub(crate) fn probe_data(scene: &Scene, from: Vec3, to: Vec3, change: impl Fn(&mut SceneData)) -> Vec3 {
     let mut scene = scene.clone();
     scene.camera = Some(looking(from, to, 10.0));
     scene.settings.size = [1, 1];
-    render(&scene).pixels[0]
+    render_changed(&scene, change).pixels[0]
 }
 
 pub(crate) fn pixel(film: &Film, x: u32, y: u32) -> Vec3 {

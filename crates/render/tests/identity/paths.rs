@@ -3,7 +3,7 @@
 use super::{assert_identical, cornell, instances, moved, spheres};
 use eosphor_core::math::vec3;
 use eosphor_core::settings::Integrator;
-use eosphor_scene::{Lens, Scene};
+use eosphor_scene::{EnvironmentMap, Lens, Scene};
 
 /// The scene by path tracing.
 fn by_paths(mut scene: Scene) -> Scene {
@@ -19,6 +19,13 @@ fn paths() {
     assert_identical("spheres by paths", &by_paths(spheres()));
     assert_identical("instances by paths", &by_paths(instances()));
     assert_identical("surfaces by paths", &by_paths(crate::surfaces::scene()));
+    let mut sky = by_paths(crate::surfaces::scene());
+    sky.environment = Some(EnvironmentMap {
+        rotation_degrees: 40.0,
+        up: vec3(0.3, 1.0, -0.2),
+        ..EnvironmentMap::of_image(0)
+    });
+    assert_identical("an environment by paths", &sky);
     let far = moved(instances(), vec3(10_000.0, -10_000.0, 20_000.0));
     assert_identical("far away by paths", &by_paths(far));
     let mut bright = by_paths(spheres());

@@ -178,6 +178,13 @@ impl Loader {
         Ok(self.add_image(Some(path), name, picture))
     }
 
+    /// Reads one picture, and nothing else.
+    pub(super) fn only_image(mut self, path: &Path) -> Result<Image, SceneError> {
+        let number = self.image(path)?;
+        self.budget.check()?;
+        Ok(self.scene.images.swap_remove(number as usize))
+    }
+
     /// The number of a picture that was read before.
     pub(super) fn known_image(&self, path: &Path) -> Option<u32> {
         self.images.get(path).copied()

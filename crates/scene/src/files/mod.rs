@@ -25,7 +25,7 @@ mod fuzz_tests;
 mod winding_tests;
 
 use crate::error::{SceneError, Warning};
-use crate::model::{Instance, Scene};
+use crate::model::{Image, Instance, Scene};
 use loader::Loader;
 use reference_systems::pg1;
 use source::Source;
@@ -105,6 +105,15 @@ pub fn load_from_memory(
 ) -> Result<LoadedScene, SceneError> {
     let files = files.into_iter().map(|(path, bytes)| (path, bytes.into())).collect();
     load_from(Source::Memory(files), path.as_ref(), options)
+}
+
+/// Reads a picture, of any kind that textures may have. `memory_bytes` is as [`LoadOptions::texture_memory_bytes`].
+///
+/// # Errors
+/// A message that names the file and says what is wrong with it.
+pub fn load_image(path: impl AsRef<Path>, memory_bytes: Option<u64>) -> Result<Image, SceneError> {
+    let options = LoadOptions { texture_memory_bytes: memory_bytes, ..LoadOptions::default() };
+    Loader::new(Source::Disk, &options).only_image(path.as_ref())
 }
 
 fn load_from(source: Source, path: &Path, options: &LoadOptions) -> Result<LoadedScene, SceneError> {

@@ -5,6 +5,7 @@
 
 mod camera;
 mod check;
+mod environment;
 mod frame_state;
 mod framing;
 mod geometry;
@@ -23,8 +24,9 @@ mod path_tests;
 #[cfg(test)]
 mod tests;
 
-use crate::error::SceneError;
+use crate::error::{Problem, SceneError};
 use crate::model::Scene;
+use eosphor_core::environment::Environment;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::settings::{Integrator, Settings};
 use eosphor_core::texture::Texture;
@@ -68,6 +70,10 @@ pub struct SceneData {
     pub srgb_decode: [f32; 256],
     /// Lights, the emissive triangles last.
     pub lights: Vec<Light>,
+    /// What surrounds the scene.
+    pub environment: Environment,
+    /// Its cells by how bright they are.
+    pub environment_table: Vec<u32>,
     /// The camera.
     pub camera: Camera,
     /// The settings that pixels depend on.
@@ -100,6 +106,12 @@ impl SceneData {
             &mut geometry.triangle_extras,
         );
         let textures = textures::build(scene)?;
+        let srgb_decode = textures::srgb_decode();
+        if scene.environment.is_some() && scene.settings.integrator != Integrator::Path {
+            let message = "the integrator whitted has none; use the integrator path, or leave it out";
+            return Err(Problem::new("environment", message).into());
+        }
+        let (environment, environment_table) = environment::build(scene, &textures, &srgb_decode);
 
         let world = places::world_bounds(&geometry.bounds, &geometry.instances);
         let surfaces = framing::Surfaces {
@@ -123,8 +135,10 @@ impl SceneData {
             materials,
             textures: textures.headers,
             texture_words: textures.words,
-            srgb_decode: textures::srgb_decode(),
+            srgb_decode,
             lights: lights::explicit(scene, 0),
+            environment,
+            environment_table,
             camera,
             settings,
         };
@@ -138,11 +152,15 @@ impl SceneData {
         let may_shine = data.instances_move && !emitters.is_empty();
         let is_dark = data.lights.is_empty() && !may_shine && settings::needs_light(&scene.settings);
         if scene.settings.integrator == Integrator::Path {
+            if data.environment.chance > 0.0 {
+                data.environment.chance = environment::chance(!data.lights.is_empty() || may_shine);
+            }
             data.settings.shadow_mode = settings::shadows_of_paths(&data.materials);
             // What shines without being a light is found all the same.
             let shines = data.materials.iter().any(|m| m.emission.max_component() > 0.0);
             let added = settings::surroundings(&scene.settings);
-            if let Some(radiance) = added.filter(|_| is_dark && !shines && scene.settings.headlight) {
+            let is_dark = is_dark && !shines && scene.environment.is_none();
+            if let Some(radiance) = added.filter(|_| is_dark && scene.settings.headlight) {
                 notes.push(Note::Surroundings { radiance: radiance.x });
                 data.settings.background = radiance;
             }

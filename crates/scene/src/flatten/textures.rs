@@ -3,7 +3,7 @@
 use crate::error::{Problem, SceneError};
 use crate::model::{Image, Scene, TexelLayout, TextureContent};
 use eosphor_core::math::elementary64;
-use eosphor_core::texture::{TexelFormat, Texture};
+use eosphor_core::texture::{TexelFormat, Texture, TextureWrap};
 use std::sync::Arc;
 
 /// All textures of a scene.
@@ -42,7 +42,12 @@ pub(super) fn build(scene: &Scene) -> Result<Textures, SceneError> {
             picture_from_mesh_uv: t.picture_from_mesh_uv,
         }
     };
-    Ok(Textures { headers: scene.textures.iter().map(header).collect(), words })
+    // The environment's comes last.
+    let environment = scene.environment.map(|map| crate::model::Texture {
+        wrap_v: TextureWrap::Clamp,
+        ..crate::model::Texture::of_image(map.image)
+    });
+    Ok(Textures { headers: scene.textures.iter().chain(&environment).map(header).collect(), words })
 }
 
 /// The words of all images, and where each begins. Those of a loaded scene are one array, which is shared; only images

@@ -23,6 +23,8 @@ impl SceneData {
             texture_words: &self.texture_words,
             srgb_decode: &self.srgb_decode,
             lights: &self.lights,
+            environment: &self.environment,
+            environment_table: &self.environment_table,
             camera: &self.camera,
             settings: &self.settings,
         }

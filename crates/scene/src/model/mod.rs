@@ -5,6 +5,7 @@ use eosphor_core::math::Vec3;
 mod animation;
 mod camera;
 mod device;
+mod environment;
 mod interpolation;
 mod ior;
 mod light;
@@ -25,6 +26,7 @@ mod validate;
 pub use animation::{Animation, CameraKey, CameraMotion, Law, LightKey, LightMotion, MAX_FRAMES};
 pub use camera::{Camera, Lens};
 pub use device::{DeviceKind, DeviceSettings, Structure, TreeBuilder};
+pub use environment::EnvironmentMap;
 pub use interpolation::Interpolation;
 pub use ior::{INDICES_OF_REFRACTION, index_of_refraction};
 pub use light::Light;
@@ -65,6 +67,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights besides the emissive triangles.
     pub lights: Vec<Light>,
+    /// What surrounds everything, if it is a picture.
+    pub environment: Option<EnvironmentMap>,
     /// Where the picture is taken from; where there is none, flattening chooses a camera that shows what is there.
     pub camera: Option<Camera>,
     /// Settings of the render.

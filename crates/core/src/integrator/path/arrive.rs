@@ -6,7 +6,6 @@ use crate::integrator::coverage::MAX_HOLES;
 use crate::integrator::{PathRay, RayKind};
 use crate::math::{Vec3, max, min};
 use crate::ray::PrimitiveId;
-use crate::shading::PathMaterial;
 use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
 
@@ -111,7 +110,8 @@ fn lamp_share(view: &SceneView, point: &PathPoint, ray: &PathRay, distance: f32)
     if !(facing > 0.0) {
         return 1.0;
     }
-    let density = distance * distance / (facing * view.lights.len() as f32);
+    let chances = view.lights.len() as f32 / (1.0 - view.environment.chance);
+    let density = distance * distance / (facing * chances);
     power_share(ray.lobe_density, density)
 }
 
@@ -125,5 +125,3 @@ fn facing_area(corners: &[Vec3; 3], instance: &Instance, id: PrimitiveId, direct
     }
     ((b - a).cross(c - a).dot(direction) * 0.5).abs()
 }
-
-const _: () = assert!(size_of::<PathMaterial>() <= 160);

@@ -2,9 +2,9 @@
 
 use super::{Numbers, PathPoint, ScatterPoint, limited, power_share};
 use crate::integrator::PathRay;
-use crate::light::LightSampleLanes;
+use crate::light::{Light, LightSampleLanes};
 use crate::math::Vec3;
-use crate::ray::{Ray, RayFilter};
+use crate::ray::{PrimitiveId, Ray, RayFilter};
 use crate::view::SceneView;
 
 /// A shadow ray, and what the path gets where nothing is in its way.
@@ -18,7 +18,53 @@ pub struct LightRequest {
     pub contribution: Vec3,
 }
 
-/// Samples one light, each with the same chance, from a point that `ray` found; `None` where it brings nothing.
+/// A sample of a light, as seen from a point.
+struct LightDraw {
+    to_light: Vec3,
+    /// Radiance over density, for all that lights and their choice say; times pi for lamps.
+    radiance: Vec3,
+    /// Density per steradian; 0 where rays of lobes do not meet the light.
+    density: f32,
+    t_max: f32,
+    target: PrimitiveId,
+}
+
+/// From the environment.
+#[inline(always)]
+fn draw_environment(view: &SceneView, numbers: &Numbers) -> LightDraw {
+    let environment = view.environment;
+    let [u, jitter] = numbers.on_environment();
+    let sample = environment.sample(view.environment_table, u, jitter);
+    let density = environment.chance * sample.density;
+    let radiance = environment.radiance(&view.textures(), sample.to_light);
+    LightDraw {
+        to_light: sample.to_light,
+        radiance: if density > 0.0 { radiance * (1.0 / density) } else { Vec3::ZERO },
+        density,
+        t_max: f32::INFINITY,
+        target: PrimitiveId::NONE,
+    }
+}
+
+/// From one of the lights, which is chosen with a chance of one in `chances`.
+#[inline(always)]
+fn draw_light(view: &SceneView, light: &Light, chances: f32, origin: Vec3, numbers: &Numbers) -> LightDraw {
+    let falloff = view.settings.light_falloff;
+    let sample = LightSampleLanes::<1>::new(light, falloff, |_| origin, |_| numbers.on_light());
+    let weight = sample.weight[0] * chances;
+    // The weight of a lamp's sample is one over its density.
+    let density = if light.is_lamp() & (weight > 0.0) { 1.0 / weight } else { 0.0 };
+    LightDraw {
+        to_light: sample.direction(0),
+        radiance: light.le() * (view.settings.lamp_radiance * weight),
+        density,
+        t_max: sample.t_max[0],
+        target: light.primitive(),
+    }
+}
+
+/// Samples the environment or one light, each of these with the same chance, from a point that `ray` found; `None` where it brings
+/// nothing.
 #[inline(always)]
 pub fn sample_light(
     view: &SceneView,
@@ -29,23 +75,29 @@ pub fn sample_light(
     choice: f32,
 ) -> Option<LightRequest> {
     let settings = view.settings;
+    let to_environment = view.environment.chance;
+    let is_environment = choice < to_environment;
     let count = view.lights.len();
-    let chosen = (choice * count as f32) as usize;
+    let share = 1.0 - to_environment;
+    let chosen = ((choice - to_environment) / share * count as f32) as usize;
     // By `get`, which has no panic for GPUs; where there is no light, there is none of this number.
-    let light = view.lights.get(if chosen < count { chosen } else { count.wrapping_sub(1) })?;
-    let chances = count as f32;
+    let light = view.lights.get(if chosen < count { chosen } else { count.wrapping_sub(1) });
+    if !is_environment & light.is_none() {
+        return None;
+    }
     // The side that the sample lies on is known when there is one: then it is taken from there.
     let mut above = point.geometric_normal;
     let mut side = 0;
     loop {
         let origin = point.position.plus_scaled(above, point.offset);
-        let sample =
-            LightSampleLanes::<1>::new(light, settings.light_falloff, |_| origin, |_| numbers.on_light());
-        let to_light = sample.direction(0);
-        if !(sample.weight[0] > 0.0) {
+        let draw = match light {
+            Some(light) if !is_environment => draw_light(view, light, count as f32 / share, origin, numbers),
+            _ => draw_environment(view, numbers),
+        };
+        if !(draw.radiance.max_component() > 0.0) {
             return None;
         }
-        if to_light.dot(above) <= 0.0 {
+        if draw.to_light.dot(above) <= 0.0 {
             // Glass is lit from the other side, too.
             if (side == 1) | !at.mixture.has_glass() {
                 return None;
@@ -54,28 +106,21 @@ pub fn sample_light(
             above = -above;
             continue;
         }
-        let direction = at.to_frame(to_light);
+        let direction = at.to_frame(draw.to_light);
         // A shading normal may put light on another side than the surface does.
         if (direction.z > 0.0) != (side == 0) {
             return None;
         }
         let scattered = at.mixture.eval(direction);
-        let mut share = 1.0;
-        let radiance = light.le() * settings.lamp_radiance;
-        if light.is_lamp() {
-            // The weight of a sample is one over its density.
-            let density = 1.0 / (sample.weight[0] * chances);
-            share = power_share(density, scattered.pdf);
-        }
-        let strength = sample.weight[0] * chances * share;
-        let contribution = ray.weight * scattered.value * radiance * strength;
+        let share = if draw.density > 0.0 { power_share(draw.density, scattered.pdf) } else { 1.0 };
+        let contribution = ray.weight * scattered.value * draw.radiance * share;
         let contribution = limited(settings, ray.depth > 0, contribution);
         if !(contribution.max_component() > 0.0) {
             return None;
         }
         return Some(LightRequest {
-            ray: Ray { origin, t_min: 0.0, direction: to_light, t_max: sample.t_max[0] },
-            filter: RayFilter { start: point.id, target: light.primitive(), cull_back_faces: false },
+            ray: Ray { origin, t_min: 0.0, direction: draw.to_light, t_max: draw.t_max },
+            filter: RayFilter { start: point.id, target: draw.target, cull_back_faces: false },
             contribution,
         });
     }

@@ -12,6 +12,7 @@ const ARRIVAL: u32 = 0;
 const CHOICE: u32 = 1;
 const LIGHT: u32 = 2;
 const DIRECTION: u32 = 3;
+const ENVIRONMENT: u32 = 4;
 
 /// The random numbers of a path where its ray has met a surface. They belong to the pixel, the bounces so far and the surfaces
 /// passed since the last one, whatever else has happened: all samples of a pixel use the points of one well-spread sequence for one
@@ -51,6 +52,12 @@ impl Numbers {
     #[inline(always)]
     pub fn on_light(&self) -> (u32, u32) {
         (self.sample, hash_pair(self.key, LIGHT))
+    }
+
+    /// Where the environment is sampled, and between the digits of that.
+    #[inline(always)]
+    pub fn on_environment(&self) -> [[f32; 2]; 2] {
+        [self.pair(LIGHT), self.pair(ENVIRONMENT)]
     }
 
     /// The direction in the lobe.

@@ -16,8 +16,18 @@ use serde_json::{Map, Value};
 use std::path::Path;
 
 /// What may stand beside the base.
-const BESIDE: [&str; 9] =
-    ["eosphor", "$schema", "description", "base", "camera", "lights", "settings", "device", "output"];
+const BESIDE: [&str; 10] = [
+    "eosphor",
+    "$schema",
+    "description",
+    "base",
+    "camera",
+    "lights",
+    "environment",
+    "settings",
+    "device",
+    "output",
+];
 
 /// The objects whose keys go over those of the base one by one, as far as they are given.
 #[derive(Default, Deserialize)]
@@ -29,12 +39,15 @@ struct Given {
 
 impl Builder<'_> {
     /// Reads the base of the file, and overrides it by what the file says.
-    pub(super) fn build_over(&mut self, base: &Path, file: SceneFile) -> Result<(), SceneError> {
+    pub(super) fn build_over(&mut self, base: &Path, mut file: SceneFile) -> Result<(), SceneError> {
         self.check_keys(&file)?;
         let base = if builtin::name_of(base).is_some() { base.to_path_buf() } else { self.beside(base) };
         let headlight = self.loader.scene.settings.headlight;
         self.loader.scene.settings.headlight = headlight && !self.is_darkened(&file);
         self.read_base(&base)?;
+        if let Some(environment) = self.environment(file.environment.take())? {
+            self.loader.scene.environment = Some(environment);
+        }
         let mut scene = std::mem::take(&mut self.loader.scene);
         self.put_over(&mut scene, file, headlight)?;
         self.loader.scene = scene;

@@ -2,6 +2,7 @@
 
 use super::OLD_VERSION;
 use super::document::Document;
+use super::environment::EnvironmentEntry;
 use super::fault::quoted;
 use super::format::{ParallelogramEntry, SceneFile, SphereEntry};
 use super::material::{Entries, MaterialEntry, TextureSlots};
@@ -12,8 +13,8 @@ use super::tree::{Step, way};
 use crate::error::{Problem, SceneError};
 use crate::files::loader::Loader;
 use crate::model::{
-    CameraMotion, Channel, LightUnits, Material, MaterialTextures, Parallelogram, RenderSettings, Sphere,
-    TextureChannel, TextureContent,
+    CameraMotion, Channel, EnvironmentMap, LightUnits, Material, MaterialTextures, Parallelogram,
+    RenderSettings, Sphere, TextureChannel, TextureContent,
 };
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -51,6 +52,7 @@ impl Builder<'_> {
         self.loader.scene.settings.headlight &=
             headlight && file.lights.as_ref().is_none_or(|lights| !lights.is_empty());
         self.loader.scene.lights = file.lights.unwrap_or_default();
+        self.loader.scene.environment = self.environment(file.environment)?;
         let keeps_units = self.keep_old_units(file.version);
         self.loader.scene.animation = file.animation;
         (self.loader.scene.device, self.loader.scene.output) = (file.device, file.output);
@@ -165,6 +167,22 @@ impl Builder<'_> {
             self.document.error_in(&file, format!("texture: {error}"))
         })?;
         Ok(Some(self.loader.texture(entry.of_image(image, content))))
+    }
+
+    /// The environment, if there is one.
+    pub(super) fn environment(
+        &mut self,
+        entry: Option<EnvironmentEntry>,
+    ) -> Result<Option<EnvironmentMap>, SceneError> {
+        let Some(entry) = entry else { return Ok(None) };
+        let folder = self.document.path.parent().unwrap_or(Path::new(""));
+        let image = self.loader.image_beside(folder, entry.file()).map_err(|error| {
+            let is_short = matches!(entry, EnvironmentEntry::File(_));
+            let way =
+                if is_short { way!["environment"].to_vec() } else { way!["environment", "file"].to_vec() };
+            self.document.error_in(&way, format!("environment: {error}"))
+        })?;
+        Ok(Some(entry.of_image(image)))
     }
 
     fn channel(

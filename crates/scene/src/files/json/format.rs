@@ -1,6 +1,7 @@
 //! The keys of a JSON scene. The comments of the keys are their documentation, in the schema and in
 //! scenes/REFERENCE.md.
 
+use super::environment::EnvironmentEntry;
 use super::material::{Entries, MaterialEntry};
 use crate::model::{Animation, Camera, DeviceSettings, Light, Move, RenderSettings, Transform, Vector};
 use crate::solids::{BodyLighting, Solid};
@@ -33,8 +34,8 @@ pub(super) struct SceneFile {
     #[schemars(with = "String")]
     pub(super) _description: Option<String>,
     /// The scene to start from: a file of any kind that can be rendered, relative to this file or absolute, or `builtin:NAME`. Keys
-    /// of `settings` and `device` given here override those of the base one by one; `camera` (which then does not move), `lights`
-    /// and `output` replace the base's. No other keys may stand beside it.
+    /// of `settings` and `device` given here override those of the base one by one; `camera` (which then does not move), `lights`,
+    /// `environment` and `output` replace the base's. No other keys may stand beside it.
     #[serde(default)]
     #[schemars(extend("examples" = ["builtin:glass"]))]
     pub(super) base: Option<PathBuf>,
@@ -46,6 +47,11 @@ pub(super) struct SceneFile {
     #[serde(default)]
     #[schemars(with = "Vec<Light>")]
     pub(super) lights: Option<Vec<Light>>,
+    /// What surrounds everything and lights it: a picture of all directions. Needs `"integrator": "path"`; cameras see it instead of
+    /// `background`.
+    #[serde(default)]
+    #[schemars(with = "EnvironmentEntry")]
+    pub(super) environment: Option<EnvironmentEntry>,
     /// Materials by name.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, MaterialEntry>")]

@@ -9,6 +9,7 @@ mod base_tests;
 mod build;
 mod check;
 mod document;
+mod environment;
 mod far;
 mod fault;
 mod format;

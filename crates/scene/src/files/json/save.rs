@@ -101,6 +101,7 @@ fn check_contents(before: &Scene, after: &Scene) -> Result<(), CannotSave> {
     let differing = [
         (!is_placed_alike, "the geometry was moved or changed"),
         (before.materials != after.materials, "materials were changed"),
+        (before.environment != after.environment, "the environment was changed"),
         (before.textures != after.textures, "textures were changed"),
         (without_camera(before) != without_camera(after), "the animation was changed"),
         (takes_output, "the name of the picture was taken away"),

@@ -3,8 +3,9 @@
 mod animation;
 
 use super::{
-    AlphaMode, Camera, CameraMotion, Composition, Image, Light, LightParts, LightUnits, Material,
-    MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene, TexelLayout, Texture,
+    AlphaMode, Camera, CameraMotion, Composition, EnvironmentMap, Image, Light, LightParts, LightUnits,
+    Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene, TexelLayout,
+    Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -95,6 +96,9 @@ impl Scene {
         for (i, texture) in self.textures.iter().enumerate() {
             check_texture(texture, i, self.images.len())?;
         }
+        if let Some(environment) = &self.environment {
+            check_environment(environment, self.images.len())?;
+        }
         for material in &self.materials {
             check_material(material, self.textures.len())?;
         }
@@ -171,6 +175,17 @@ fn check_light(light: &Light, name: &str) -> Check {
     color(&format!("{name}.color"), *c)?;
     own.into_iter()
         .try_for_each(|(key, value, least, most)| number(&format!("{name}.{key}"), value, least, most))
+}
+
+fn check_environment(environment: &EnvironmentMap, images: usize) -> Check {
+    let name = "environment";
+    index(|| name.into(), "image", environment.image, images)?;
+    number("environment.strength", environment.strength, 0.0, 1e6)?;
+    number("environment.rotation-degrees", environment.rotation_degrees, -1e6, 1e6)?;
+    if environment.up.is_finite() && environment.up.normalize_or(Vec3::ZERO) != Vec3::ZERO {
+        return Ok(());
+    }
+    Err(Problem::new("environment.up", "it has no length; give the way to the top of the picture"))
 }
 
 fn check_material(material: &Material, textures: usize) -> Check {

@@ -1,0 +1,100 @@
+//! Light from infinitely far, in all directions: a picture of them, and a table by which bright ones are chosen.
+//!
+//! The picture is equirectangular. Its upper border is one direction, up, and its lower border the opposite one. With +y up, the
+//! middle of the picture lies towards +x, and +z a fourth of its width right of that, as in Blender and three.js.
+
+mod table;
+
+pub use table::{DirectionSample, TABLE_UNIT};
+
+use crate::material::NONE;
+use crate::math::{Vec3, elementary, floor, fma, max, sqrt, vec3};
+use crate::texture::Textures;
+
+/// What surrounds the scene, besides the constant background. Its table stands in the scene's arrays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Environment {
+    /// Number of the texture, repeated along `u` and clamped along `v`; [`NONE`]: there is no picture.
+    pub texture: u32,
+    /// Radiance over what the picture says.
+    pub strength: f32,
+    /// Takes directions of the world into the picture's frame, whose y is up; rows of a rotation.
+    pub picture_from_world: [Vec3; 3],
+    /// Whether camera rays see it; where not, they see the background.
+    pub is_seen: bool,
+    /// The probability with which a light sample goes to the environment; 0 where it has no light.
+    pub chance: f32,
+    /// Cells of the table a row.
+    pub columns: u32,
+    /// Rows of the table.
+    pub rows: u32,
+    /// The solid angle of a cell over the sine of its middle's angle from up.
+    pub cell_angle: f32,
+}
+
+impl Environment {
+    /// There is no picture.
+    pub const NOWHERE: Environment = Environment {
+        texture: NONE,
+        strength: 0.0,
+        picture_from_world: [vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0)],
+        is_seen: false,
+        chance: 0.0,
+        columns: 0,
+        rows: 0,
+        cell_angle: 0.0,
+    };
+
+    /// The number of sums in its table.
+    pub fn table_length(&self) -> u64 {
+        let (columns, rows) = (u64::from(self.columns), u64::from(self.rows));
+        rows + 1 + rows * (columns + 1)
+    }
+
+    /// Whether there is a picture.
+    #[inline(always)]
+    pub fn is_there(&self) -> bool {
+        self.texture != NONE
+    }
+
+    /// The radiance that comes from a direction, a unit vector of the world.
+    #[inline(always)]
+    pub fn radiance(&self, textures: &Textures, direction: Vec3) -> Vec3 {
+        let [x, y] = picture_place(self.to_picture(direction));
+        let uv = [x, 1.0 - y];
+        textures.sample(self.texture, &[uv, uv]).color * self.strength
+    }
+
+    #[inline(always)]
+    fn to_picture(&self, d: Vec3) -> Vec3 {
+        let [x, y, z] = self.picture_from_world;
+        vec3(x.dot(d), y.dot(d), z.dot(d))
+    }
+
+    #[inline(always)]
+    fn to_world(&self, d: Vec3) -> Vec3 {
+        let [x, y, z] = self.picture_from_world;
+        (x * d.x).plus_scaled(y, d.y).plus_scaled(z, d.z).normalize_or(y)
+    }
+}
+
+/// Where a direction of the picture's frame lies in the picture, right and down, 0 to 1 each.
+#[inline(always)]
+pub fn picture_place(d: Vec3) -> [f32; 2] {
+    let around = elementary::atan2(d.z, d.x) * (0.5 * core::f32::consts::FRAC_1_PI);
+    let from_up = elementary::atan2(sqrt(fma(d.x, d.x, d.z * d.z)), d.y) * core::f32::consts::FRAC_1_PI;
+    let x = around + 0.5;
+    [x - floor(x), from_up]
+}
+
+/// The direction, in the picture's frame, at this place from the left, where `share`, 0 to 1, is the square of the sine of half
+/// the angle from the nearer pole.
+#[inline(always)]
+fn direction_at(x: f32, share: f32, is_lower: bool) -> Vec3 {
+    let (sine, cosine) = elementary::sin_cos((x - 0.5) * core::f32::consts::TAU);
+    let radius = 2.0 * sqrt(max(share * (1.0 - share), 0.0));
+    let y = fma(-2.0, share, 1.0);
+    vec3(radius * cosine, if is_lower { -y } else { y }, radius * sine)
+}

@@ -1,0 +1,206 @@
+//! Directions by how bright they are.
+//!
+//! The table divides the picture into cells of equal width and height. It begins with running sums of the weights of its rows, from
+//! 0 to [`TABLE_UNIT`]; then, row by row, there are those of the cells of a row. Sums are whole numbers, as random numbers have
+//! digits: so the probability of a cell is exactly what is said of it. Within a cell all directions are equally likely.
+
+use super::{Environment, direction_at, picture_place};
+use crate::math::{Vec3, elementary, fma};
+
+/// The last sum of a row.
+pub const TABLE_UNIT: u32 = 1 << 24;
+
+/// A direction from which light may come.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionSample {
+    /// A unit vector of the world.
+    pub to_light: Vec3,
+    /// Density per steradian.
+    pub density: f32,
+}
+
+/// A place among running sums.
+struct Pick {
+    /// Number of the part.
+    number: u32,
+    /// Place in the part, 0 to 1.
+    rest: f32,
+    /// Its weight.
+    weight: u32,
+}
+
+/// The part of `count` whose sums, from number `first` of the table on, hold `u`; `jitter` is its place between two of the whole
+/// numbers. Both are in [0, 1).
+#[inline(always)]
+fn pick(table: &[u32], first: usize, count: u32, u: f32, jitter: f32) -> Pick {
+    // By `get`, which has no panic for GPUs.
+    let sum = |number: u32| table.get(first + number as usize).copied().unwrap_or(TABLE_UNIT);
+    let target = (u * TABLE_UNIT as f32) as u32;
+    // The last sum that is no larger: the part after it has a weight.
+    let (mut low, mut high) = (0, count);
+    while high - low > 1 {
+        let middle = (low + high) / 2;
+        (low, high) = if sum(middle) <= target { (middle, high) } else { (low, middle) };
+    }
+    let (from, to) = (sum(low), sum(low + 1));
+    let weight = to.wrapping_sub(from);
+    Pick { number: low, rest: ((target.wrapping_sub(from)) as f32 + jitter) / weight as f32, weight }
+}
+
+impl Environment {
+    /// A direction by its brightness, from two numbers and two more for its place between the digits of these, all in [0, 1).
+    /// There must be light: [`Environment::chance`] is above 0.
+    #[inline(always)]
+    pub fn sample(&self, table: &[u32], u: [f32; 2], jitter: [f32; 2]) -> DirectionSample {
+        let row = pick(table, 0, self.rows, u[1], jitter[1]);
+        let column = pick(table, self.first_of_row(row.number), self.columns, u[0], jitter[0]);
+        // From the nearer pole, where shares are small: they have all their digits there.
+        let is_lower = 2 * row.number >= self.rows;
+        let from_pole = if is_lower { self.rows - 1 - row.number } else { row.number };
+        let share = |border: u32| {
+            let sine = elementary::sin(border as f32 * self.half_row());
+            sine * sine
+        };
+        let rest = if is_lower { 1.0 - row.rest } else { row.rest };
+        let (near, far) = (share(from_pole), share(from_pole + 1));
+        let x = (column.number as f32 + column.rest) / self.columns as f32;
+        let direction = direction_at(x, fma(far - near, rest, near), is_lower);
+        DirectionSample {
+            to_light: self.to_world(direction),
+            density: self.density_of([row.weight, column.weight], row.number),
+        }
+    }
+
+    /// How densely [`Environment::sample`] gives a direction, a unit vector of the world, per steradian.
+    #[inline(always)]
+    pub fn density(&self, table: &[u32], direction: Vec3) -> f32 {
+        let [x, y] = picture_place(self.to_picture(direction));
+        let cell = |place: f32, count: u32| {
+            let number = (place * count as f32) as u32;
+            if number < count { number } else { count.wrapping_sub(1) }
+        };
+        let (row, column) = (cell(y, self.rows), cell(x, self.columns));
+        let weight = |first: usize, number: u32| {
+            let sum = |at: usize| table.get(at).copied().unwrap_or(0);
+            let at = first + number as usize;
+            sum(at + 1).wrapping_sub(sum(at))
+        };
+        self.density_of([weight(0, row), weight(self.first_of_row(row), column)], row)
+    }
+
+    #[inline(always)]
+    fn first_of_row(&self, row: u32) -> usize {
+        self.rows as usize + 1 + row as usize * (self.columns as usize + 1)
+    }
+
+    /// Half the angle between two borders of rows, in radians.
+    #[inline(always)]
+    fn half_row(&self) -> f32 {
+        core::f32::consts::FRAC_PI_2 / self.rows as f32
+    }
+
+    /// Of a cell with these weights of its row and in it.
+    #[inline(always)]
+    fn density_of(&self, [row_weight, weight]: [u32; 2], row: u32) -> f32 {
+        const PART: f32 = 1.0 / TABLE_UNIT as f32;
+        let probability = (row_weight as f32 * PART) * (weight as f32 * PART);
+        probability / (self.cell_angle * elementary::sin((2 * row + 1) as f32 * self.half_row()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{sqrt, vec3};
+    use crate::sampling::{mix, point_2d};
+
+    /// Sums of these weights, of a table of their rows.
+    fn table(weights: &[&[u32]]) -> (Environment, Vec<u32>) {
+        let sums = |weights: &[u32]| {
+            let total: u32 = weights.iter().sum();
+            let mut sum = 0u64;
+            let mut sums = vec![0];
+            for weight in weights {
+                sum += u64::from(*weight);
+                sums.push((sum * u64::from(TABLE_UNIT) / u64::from(total.max(1))) as u32);
+            }
+            sums
+        };
+        let rows: Vec<u32> = weights.iter().map(|row| row.iter().sum()).collect();
+        let mut all = sums(&rows);
+        weights.iter().for_each(|row| all.extend(sums(row)));
+        let (columns, rows) = (weights[0].len() as u32, weights.len() as u32);
+        let half_row = core::f32::consts::FRAC_PI_2 / rows as f32;
+        let cell_angle = core::f32::consts::TAU / columns as f32 * 2.0 * elementary::sin(half_row);
+        let [a, b] = [0.6, 0.8];
+        // Turned about two axes.
+        let picture_from_world = [vec3(a, b, 0.0), vec3(-b * b, a * b, a), vec3(a * b, -a * a, b)];
+        let environment = Environment {
+            chance: 1.0,
+            columns,
+            rows,
+            cell_angle,
+            picture_from_world,
+            ..Environment::NOWHERE
+        };
+        (environment, all)
+    }
+
+    /// Uniform over the sphere.
+    fn direction(i: u32) -> Vec3 {
+        let [a, b] = point_2d(i, 77);
+        let z = 2.0 * a - 1.0;
+        let (s, c) = elementary::sin_cos(core::f32::consts::TAU * b);
+        let radius = sqrt(1.0 - z * z);
+        vec3(radius * c, radius * s, z)
+    }
+
+    #[test]
+    fn directions_are_as_dense_as_is_said() {
+        const COUNT: u32 = 1 << 18;
+        let tables: [&[&[u32]]; 4] = [
+            &[&[1]],
+            &[&[1, 1, 1, 1], &[1, 1, 1, 1]],
+            &[&[0, 1, 0], &[7, 0, 300], &[0, 0, 0], &[1, 2, 3], &[50, 0, 1]],
+            &[&[1, 0, 0, 0, 0, 0, 0, 0], &[0, 0, 0, 0, 0, 0, 0, 1_000]],
+        ];
+        for weights in tables {
+            let (environment, table) = table(weights);
+            // Boxes of the sphere: 8 of z by 8 around.
+            let part = |d: Vec3| {
+                let around = (elementary::atan2(d.y, d.x) * (4.0 / core::f32::consts::PI) + 4.0) as usize;
+                ((d.z * 4.0 + 4.0) as usize).min(7) * 8 + around.min(7)
+            };
+            let (mut sampled, mut said) = ([0f64; 64], [0f64; 64]);
+            for i in 0..COUNT {
+                let sample = environment.sample(&table, point_2d(i, 3), point_2d(i, 4));
+                assert!((sample.to_light.length() - 1.0).abs() < 1e-6);
+                assert!(sample.density > 0.0 && sample.density.is_finite());
+                sampled[part(sample.to_light)] += 1.0 / f64::from(COUNT);
+                let d = direction(i);
+                said[part(d)] +=
+                    f64::from(environment.density(&table, d)) * 4.0 * std::f64::consts::PI / f64::from(COUNT);
+            }
+            assert!((said.iter().sum::<f64>() - 1.0).abs() < 3e-3, "{weights:?}");
+            for (k, (a, b)) in sampled.iter().zip(&said).enumerate() {
+                assert!((a - b).abs() < 4e-3, "{weights:?}, part {k}: {a} {b}");
+            }
+        }
+    }
+
+    /// The density that a sample states is that of its direction, but for rounding at the borders of cells.
+    #[test]
+    fn samples_state_the_density_of_their_direction() {
+        let weights: Vec<Vec<u32>> =
+            (0..64u32).map(|row| (0..128).map(|column| mix(row * 128 + column) >> 20).collect()).collect();
+        let weights: Vec<&[u32]> = weights.iter().map(Vec::as_slice).collect();
+        let (environment, table) = table(&weights);
+        let mut others = 0;
+        for i in 0..100_000 {
+            let sample = environment.sample(&table, point_2d(i, 3), point_2d(i, 4));
+            let said = environment.density(&table, sample.to_light);
+            others += u32::from((sample.density / said - 1.0).abs() > 1e-5);
+        }
+        assert!(others < 20, "{others}");
+    }
+}

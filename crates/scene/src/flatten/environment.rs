@@ -1,0 +1,165 @@
+//! The environment: its header, and the table by which bright directions are chosen.
+
+use super::textures::Textures;
+use crate::model::Scene;
+use eosphor_core::environment::{Environment, TABLE_UNIT};
+use eosphor_core::math::elementary64;
+use eosphor_core::texture::{Texture, TextureFilter, Textures as TextureView};
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// The most cells of a table, across and down. Larger pictures have several texels a cell.
+const MOST_CELLS: [u32; 2] = [2048, 1024];
+
+/// The environment of a scene and its table. Its texture comes after all others.
+pub(super) fn build(scene: &Scene, textures: &Textures, srgb_decode: &[f32; 256]) -> (Environment, Vec<u32>) {
+    let Some(map) = &scene.environment else { return (Environment::NOWHERE, Vec::new()) };
+    let number = scene.textures.len() as u32;
+    let header = Texture { filter: TextureFilter::Nearest, ..textures.headers[number as usize] };
+    let view = TextureView { textures: &[header], words: &textures.words, srgb_decode };
+    let environment = Environment {
+        texture: number,
+        strength: map.strength,
+        picture_from_world: map.picture_from_world(),
+        is_seen: map.is_seen,
+        ..Environment::NOWHERE
+    };
+    match table(&view).filter(|_| map.strength > 0.0) {
+        Some((columns, rows, table)) => {
+            let cell_angle = TAU / f64::from(columns) * 2.0 * elementary64::sin(PI / 2.0 / f64::from(rows));
+            // Who adds lights shares.
+            (Environment { chance: 1.0, columns, rows, cell_angle: cell_angle as f32, ..environment }, table)
+        }
+        None => (environment, Vec::new()),
+    }
+}
+
+/// The share of light samples that go to an environment with light, beside other lights.
+pub(super) fn chance(has_lights: bool) -> f32 {
+    if has_lights { 0.5 } else { 1.0 }
+}
+
+/// The running sums of a picture's cells, and how many cells there are across and down; `None` where it is black.
+fn table(view: &TextureView) -> Option<(u32, u32, Vec<u32>)> {
+    let header = &view.textures[0];
+    let columns = header.width.min(MOST_CELLS[0]);
+    let rows = header.height.min(MOST_CELLS[1]);
+    let across: Vec<Reads> = (0..columns).map(|cell| Reads::of_cell(cell, columns, header.width)).collect();
+    // Every cell's brightness, times the sine of its angle from up.
+    let weights: Vec<Vec<f64>> = (0..rows)
+        .into_par_iter()
+        .map(|row| {
+            let mut sums = vec![0.0; columns as usize];
+            let down = Reads::of_cell(row, rows, header.height);
+            for (y, share_y) in down.texels() {
+                let y = y.clamp(0, i64::from(header.height) - 1) as u32;
+                let texels: Vec<f64> = (0..header.width).map(|x| brightness(view, x, y)).collect();
+                for (sum, reads) in sums.iter_mut().zip(&across) {
+                    let own = |(x, share): (i64, f64)| {
+                        texels[x.rem_euclid(i64::from(header.width)) as usize] * share
+                    };
+                    *sum += share_y * reads.texels().map(own).sum::<f64>();
+                }
+            }
+            let sine = elementary64::sin((f64::from(row) + 0.5) * PI / f64::from(rows));
+            sums.iter_mut().for_each(|sum| *sum *= sine);
+            sums
+        })
+        .collect();
+    let row_weights: Vec<f64> = weights.iter().map(|row| row.iter().sum()).collect();
+    let mut sums = running_sums(&row_weights)?;
+    for row in &weights {
+        // A row without light is never chosen.
+        match running_sums(row) {
+            Some(own) => sums.extend(own),
+            None => sums.extend(std::iter::repeat_n(0, row.len() + 1)),
+        }
+    }
+    Some((columns, rows, sums))
+}
+
+/// The sum of a texel's channels.
+fn brightness(view: &TextureView, x: u32, y: u32) -> f64 {
+    let header = &view.textures[0];
+    let middle = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count);
+    let uv = [middle(x, header.width) as f32, (1.0 - middle(y, header.height)) as f32];
+    let color = view.sample(0, &[uv, uv]).color;
+    f64::from(color.x) + f64::from(color.y) + f64::from(color.z)
+}
+
+/// The texels that a cell shows between its borders along one axis, and how much of each: colours are interpolated, so a texel
+/// reaches as far as the middles of its neighbours.
+struct Reads {
+    first: i64,
+    shares: Vec<f64>,
+}
+
+impl Reads {
+    fn of_cell(cell: u32, cells: u32, texels: u32) -> Reads {
+        // The borders, in texels.
+        let border = |k: u32| f64::from(k) * f64::from(texels) / f64::from(cells);
+        let (from, to) = (border(cell), border(cell + 1));
+        let first = (from - 0.5).floor() as i64;
+        let last = (to + 0.5).floor() as i64;
+        // Of a texel, up to a place: the integral of its tent.
+        let up_to = |texel: i64, place: f64| {
+            let x = (place - (texel as f64 + 0.5)).clamp(-1.0, 1.0);
+            if x < 0.0 { 0.5 * (1.0 + x) * (1.0 + x) } else { 1.0 - 0.5 * (1.0 - x) * (1.0 - x) }
+        };
+        let share = |texel: i64| (up_to(texel, to) - up_to(texel, from)) / (to - from);
+        Reads { first, shares: (first..=last).map(share).collect() }
+    }
+
+    fn texels(&self) -> impl Iterator<Item = (i64, f64)> {
+        self.shares.iter().enumerate().map(|(k, &share)| (self.first + k as i64, share))
+    }
+}
+
+/// Running sums of weights, from 0 to [`TABLE_UNIT`]; every weight over 0 has at least 1. `None` where all are 0.
+fn running_sums(weights: &[f64]) -> Option<Vec<u32>> {
+    let total: f64 = weights.iter().sum();
+    if !(total > 0.0) {
+        return None;
+    }
+    let count = weights.iter().filter(|weight| **weight > 0.0).count() as u32;
+    let left = f64::from(TABLE_UNIT - count);
+    let (mut sum, mut seen) = (0.0, 0);
+    let mut sums = vec![0];
+    for weight in weights {
+        sum += weight;
+        seen += u32::from(*weight > 0.0);
+        sums.push((left * (sum / total)).min(left) as u32 + seen);
+    }
+    // Rounding may leave the last one below.
+    let last = *sums.last().expect("it begins with 0");
+    let first_full = sums.iter().position(|sum| *sum == last).expect("the last one");
+    sums[first_full..].fill(TABLE_UNIT);
+    Some(sums)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_keep_every_weight() {
+        let sums = running_sums(&[0.0, 1e-30, 3.0, 0.0, 1.0, 0.0]).unwrap();
+        assert_eq!((sums[0], sums[1], sums[2]), (0, 0, 1));
+        assert!((f64::from(sums[3] - sums[2]) / f64::from(TABLE_UNIT) - 0.75).abs() < 1e-6);
+        assert_eq!((sums[4], sums[5], sums[6]), (sums[3], TABLE_UNIT, TABLE_UNIT));
+        assert!(running_sums(&[0.0, 0.0]).is_none());
+    }
+
+    #[test]
+    fn cells_read_the_texels_around_them() {
+        let shares = |cell, cells, texels| {
+            Reads::of_cell(cell, cells, texels).texels().filter(|(_, share)| *share > 0.0).collect::<Vec<_>>()
+        };
+        assert_eq!(shares(0, 4, 4), [(-1, 0.125), (0, 0.75), (1, 0.125)]);
+        assert_eq!(shares(1, 2, 4), [(1, 0.0625), (2, 0.4375), (3, 0.4375), (4, 0.0625)]);
+        for (cells, texels) in [(7, 16), (5, 5), (1, 1), (3, 100)] {
+            let all: f64 = (0..cells).flat_map(|c| shares(c, cells, texels)).map(|(_, share)| share).sum();
+            assert!((all - f64::from(cells)).abs() < 1e-12);
+        }
+    }
+}
