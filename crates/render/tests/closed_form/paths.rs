@@ -244,7 +244,8 @@ fn what_bounces_can_be_cut() {
     assert!(more > 0.0 && more < 0.021, "{more}");
 }
 
-/// Light that bounces up to 8 times in a room with a matte ball, and with a glass ball, is Mitsuba's (mitsuba/measure.py).
+/// Light that bounces up to 8 times in a room with a matte ball, and with a glass ball, and below a sky, is Mitsuba's
+/// (mitsuba/measure.py).
 #[test]
 fn rooms_are_mitsubas() {
     let mut total = [0.0f64; 2];

@@ -5,6 +5,7 @@ measured-paths.txt.
     python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 numpy
     venv/bin/python measure.py > measured.txt      # some minutes
     venv/bin/python measure.py path > measured-paths.txt
+    venv/bin/python measure.py sky                 # makes sky.exr
 
 It reads as much of the scene format as these scenes use. A probe is what comes back along one ray: the mean of a picture
 that is 0.01 degrees wide. It has many pixels, since Mitsuba adds up the samples of one in single precision.
@@ -54,10 +55,23 @@ PROBES = {
 
 # The last two: through the ball, and the caustic behind it.
 PROBES["glass-room"] = PROBES["room"] + [([0, 1.2, 0.9], [-0.4, 0.35, -0.3]), ([0.3, 1.5, 0.5], [-0.45, 0, -0.42])]
+PROBES["sky"] = [
+    # The plane in the sun and in shadows, both balls, the screen, and the sky with its sun.
+    ([1.5, 1.2, 2.5], [0.1, 0, 0.9]),
+    ([1.5, 1.2, 2.5], [-1.2, 0, 0.3]),
+    ([1.5, 1.2, 2.5], [0.2, 0, -0.9]),
+    ([1.5, 1.2, 2.5], [0.3, 0, 0.2]),
+    ([1.5, 1.2, 2.5], [-0.5, 0.8, 0.3]),
+    ([1.5, 1.2, 2.5], [-0.3, 0.2, 0.2]),
+    ([1.5, 1.2, 2.5], [0.65, 0.5, 0.4]),
+    ([0.0, 1.0, 2.5], [0.1, 0.9, -1.2]),
+    ([0.0, 3.0, 0.0], [-1.0, 4.0, 0.5]),
+    ([0.0, 3.0, 0.0], [0.2, 3.5, -1.0]),
+]
 if PATHS:
-    PROBES = {name: PROBES[name] for name in ("room", "glass-room")}
+    PROBES = {name: PROBES[name] for name in ("room", "glass-room", "sky")}
 else:
-    del PROBES["glass-room"]
+    del PROBES["glass-room"], PROBES["sky"]
 
 
 def rgb(color):
@@ -100,6 +114,36 @@ def light(entry):
     }
 
 
+def sky(path):
+    """Makes the picture of the scene `sky`: 32 x 16 texels, brighter towards the horizon, with a sun that is one texel."""
+    down, across = np.meshgrid(np.arange(16), np.arange(32), indexing="ij")
+    height = np.clip(1.0 - (down + 0.5) / 8.0, 0.0, 1.0)[..., None]
+    blue = np.array([0.3, 0.5, 1.0]) * height + np.array([1.2, 1.0, 0.8]) * (1.0 - height)
+    ground = np.array([0.2, 0.15, 0.1])
+    picture = np.where((down < 8)[..., None], blue * (1.0 + 0.3 * np.cos(across * np.pi / 16))[..., None], ground)
+    picture[5, 27] = [120.0, 100.0, 60.0]
+    mi.Bitmap(picture.astype(np.float32)).write(str(path))
+
+
+def environment(entry):
+    """The picture as Mitsuba has it: its middle lies towards +z, and its first and last rows are single directions. It is enlarged,
+    so that both interpolate the same colours."""
+    picture = np.array(mi.Bitmap(str(HERE / entry["file"])), dtype=np.float64)
+    rows, columns = picture.shape[:2]
+    width, height = 64 * columns, 64 * rows + 1
+    turn = 2 * np.pi * (np.arange(width) + 0.5) / width
+    x, z = np.sin(turn), -np.cos(turn)
+    u = (0.5 + np.arctan2(z, x) / (2 * np.pi)) * columns - 0.5
+    v = np.arange(height) / (height - 1) * rows - 0.5
+    left, top = np.floor(u).astype(int), np.floor(v).astype(int)
+    right_share, low_share = (u - left)[None, :, None], (v - top)[:, None, None]
+    row = lambda k: picture[np.clip(k, 0, rows - 1)]
+    mix = lambda rows: rows[:, left % columns] * (1 - right_share) + rows[:, (left + 1) % columns] * right_share
+    large = mix(row(top)) * (1 - low_share) + mix(row(top + 1)) * low_share
+    bitmap = mi.Bitmap(large.astype(np.float32))
+    return {"type": "envmap", "bitmap": bitmap, "scale": entry["strength"]}
+
+
 def scene_of(file):
     materials = file["materials"]
     shapes = [light(entry) for entry in file.get("lights", [])]
@@ -119,6 +163,8 @@ def scene_of(file):
         mesh = {"type": "obj", "filename": str(path), "face_normals": True, "to_world": place}
         lamp = {"emissive": {"radiance": emission(path.with_suffix(".mtl"))}}
         shapes.append(mesh | appearance(lamp))
+    if "environment" in file:
+        shapes.append(environment(file["environment"]))
     return {"type": "scene", "integrator": INTEGRATOR} | {f"shape{i}": s for i, s in enumerate(shapes)}
 
 
@@ -136,6 +182,9 @@ def probe(scene, start, end):
     return pixels.mean(axis=0), pixels.std(axis=0, ddof=1) / SIDE
 
 
+if sys.argv[1:] == ["sky"]:
+    sky(HERE / "sky.exr")
+    sys.exit()
 print(f"# Mitsuba {mi.__version__} ({mi.variant()}), integrator {INTEGRATOR['type']}, {SIDE * SIDE * SAMPLES} samples; printed by measure.py")
 print("# scene, ray from, ray towards, radiance, largest relative standard error")
 for name, probes in PROBES.items():

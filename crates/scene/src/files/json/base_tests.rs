@@ -1,8 +1,8 @@
 //! Scenes with a base.
 
 use crate::files::{LoadOptions, LoadedScene, load, load_from_memory};
-use crate::model::{Camera, CameraMotion, Light, PixelSampling, Scene};
-use crate::{SceneError, scene_requests};
+use crate::model::{Camera, CameraMotion, EnvironmentMap, Light, PixelSampling, RenderSettings, Scene};
+use crate::{SceneData, SceneError, scene_requests};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::Integrator;
 use std::path::PathBuf;
@@ -336,4 +336,45 @@ fn settings_are_those_of_the_integrator() {
     // What the base asks for, and path tracing cannot do.
     let message = error(&[("a.json", &with(r#""integrator": "path""#)), ("ball.json", BALL)]);
     assert!(message.contains("shows surfaces without light"), "{message}");
+}
+
+/// An environment is a file name, or a file and how it surrounds the scene; it takes the place of the base's.
+#[test]
+fn environments_are_read_and_replaced() {
+    let ppm = ("t.ppm", "P3\n2 1\n255\n1 2 3 4 5 6\n");
+    let ball = BALL.replace(r#""output""#, r#""environment": "t.ppm", "output""#);
+    let environment = scene(&[("ball.json", &ball), ppm]).environment.unwrap();
+    assert_eq!(environment, EnvironmentMap::of_image(0));
+    let more = r#", "environment": { "file": "t.ppm", "strength": 3, "rotation-degrees": -40, "up": [0, 0, 2], "seen": false }"#;
+    let other = scene(&[("a.json", &over("ball.json", more)), ("ball.json", &ball), ppm]);
+    assert_eq!((other.images.len(), other.images[0].width), (1, 2));
+    let expected = EnvironmentMap {
+        image: 0,
+        strength: 3.0,
+        rotation_degrees: -40.0,
+        up: vec3(0.0, 0.0, 2.0),
+        is_seen: false,
+    };
+    assert_eq!(other.environment, Some(expected));
+    for (entry, message) in [
+        (r#""no.ppm""#, "a.json:1:57: environment: no.ppm: "),
+        (r#"{ "file": "no.ppm" }"#, "environment: no.ppm: "),
+        (r#"{ "file": "t.ppm", "up": [0, 0, 0] }"#, "environment.up: it has no length"),
+        (r#"{ "file": "t.ppm", "strength": -1 }"#, "strength"),
+        (r#"{ "file": "t.ppm", "turn": 1 }"#, "turn"),
+        (r#"{ "strength": 1 }"#, "environment"),
+    ] {
+        let text = over("ball.json", &format!(r#", "environment": {entry}"#));
+        let error = error(&[("a.json", &text), ("ball.json", BALL), ppm]);
+        assert!(error.contains(message), "{entry}: {error}");
+    }
+    // It lights what path tracing shows.
+    let mut lit = scene(&[("ball.json", &ball), ppm]);
+    let refused = SceneData::flatten(&lit).unwrap_err().to_string();
+    assert!(refused.contains("environment: the integrator whitted has none"), "{refused}");
+    lit.settings = RenderSettings { integrator: Integrator::Path, ..RenderSettings::default() };
+    let (data, notes) = SceneData::flatten(&lit).unwrap();
+    assert_eq!((data.environment.chance, data.environment.columns, data.environment.rows), (0.5, 2, 1));
+    assert_eq!((data.environment_table.len(), data.textures.len()), (5, 1));
+    assert!(notes.is_empty() && data.check().is_ok(), "{notes:?}");
 }
