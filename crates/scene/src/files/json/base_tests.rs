@@ -357,7 +357,7 @@ fn environments_are_read_and_replaced() {
     };
     assert_eq!(other.environment, Some(expected));
     for (entry, message) in [
-        (r#""no.ppm""#, "a.json:1:57: environment: no.ppm: "),
+        (r#""no.ppm""#, "a.json:1:53: environment: no.ppm: "),
         (r#"{ "file": "no.ppm" }"#, "environment: no.ppm: "),
         (r#"{ "file": "t.ppm", "up": [0, 0, 0] }"#, "environment.up: it has no length"),
         (r#"{ "file": "t.ppm", "strength": -1 }"#, "strength"),

@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// A file name, or a file and how it surrounds the scene. The picture is equirectangular: with +y up its middle lies towards +x, and
-/// +z right of that, as in Blender and three.js.
+/// A file name, or a file and how it surrounds the scene. The picture is equirectangular: with +y up its middle lies towards +x,
+/// and +z right of that, as in Blender and three.js.
 #[derive(Deserialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(rename = "Environment", extend("examples" = [

@@ -34,7 +34,10 @@ fn load(whole: &Value) -> Result<(), String> {
     const PPM: &[u8] = b"P3\n1 1\n255\n1 2 3\n";
     let mut files = vec![(PathBuf::from("s.json"), Cow::Owned(whole.to_string().into_bytes()))];
     files.push((PathBuf::from("chair.obj"), Cow::Borrowed(OBJ)));
-    files.extend(["wood.png", "leaf.png", "bumps.png"].map(|name| (PathBuf::from(name), Cow::Borrowed(PPM))));
+    files.extend(
+        ["wood.png", "leaf.png", "bumps.png", "sky.hdr"]
+            .map(|name| (PathBuf::from(name), Cow::Borrowed(PPM))),
+    );
     let loaded = load_from(Source::Memory(files), Path::new("s.json"), &LoadOptions::default());
     loaded.map(|_| ()).map_err(|error| format!("{error}\n{whole:#}"))
 }
