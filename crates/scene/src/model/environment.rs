@@ -30,11 +30,14 @@ impl EnvironmentMap {
     /// Takes directions of the world into the picture's frame, whose y is up: rows of a rotation. Of an `up` that is not +y, the
     /// picture is turned the shortest way there, from -y about x.
     pub fn picture_from_world(&self) -> [Vec3; 3] {
-        let up = self.up.normalize_or(Vec3 { x: 0.0, y: 1.0, z: 0.0 });
-        let [a, b, c] = [up.x, up.y, up.z].map(f64::from);
-        // Where +x and +z come to lie.
-        let (x, z) = if b > -0.999_999 {
-            let k = 1.0 / (1.0 + b);
+        let [a, b, c] = [self.up.x, self.up.y, self.up.z].map(f64::from);
+        let length = (a * a + b * b + c * c).sqrt();
+        let [a, b, c] = if length > 0.0 { [a, b, c].map(|x| x / length) } else { [0.0, 1.0, 0.0] };
+        let up = Vec3 { x: a as f32, y: b as f32, z: c as f32 };
+        // Where +x and +z come to lie. 1 / (1 + b), with all digits where b is next to -1.
+        let level = a * a + c * c;
+        let k = if b > 0.0 { 1.0 / (1.0 + b) } else { (1.0 - b) / level };
+        let (x, z) = if k.is_finite() {
             ([1.0 - a * a * k, -a, -a * c * k], [-a * c * k, -c, 1.0 - c * c * k])
         } else {
             ([1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
