@@ -150,7 +150,7 @@ pub fn build(bytes: &[u8]) {
         let statistics = bvh.statistics();
         assert!((statistics.max_leaf_depth as usize) < eosphor_core::hierarchy::MAX_BVH_DEPTH);
     }
-    structures.bvh8s.iter().for_each(|b| drop(b.statistics()));
+    assert!(structures.bvh8s.iter().all(|bvh8| !bvh8.statistics().structure.is_empty()));
     let others =
         [structures.octree.statistics(), structures.grid.statistics(), structures.kdtree.statistics()];
     let count = world.triangles.len() + world.spheres.len();

@@ -62,19 +62,19 @@ impl Environment {
     /// The radiance that comes from a direction, a unit vector of the world.
     #[inline(always)]
     pub fn radiance(&self, textures: &Textures, direction: Vec3) -> Vec3 {
-        let [x, y] = picture_place(self.to_picture(direction));
+        let [x, y] = picture_place(self.in_picture(direction));
         let uv = [x, 1.0 - y];
         textures.sample(self.texture, &[uv, uv]).color * self.strength
     }
 
     #[inline(always)]
-    fn to_picture(&self, d: Vec3) -> Vec3 {
+    fn in_picture(&self, d: Vec3) -> Vec3 {
         let [x, y, z] = self.picture_from_world;
         vec3(x.dot(d), y.dot(d), z.dot(d))
     }
 
     #[inline(always)]
-    fn to_world(&self, d: Vec3) -> Vec3 {
+    fn in_world(&self, d: Vec3) -> Vec3 {
         let [x, y, z] = self.picture_from_world;
         (x * d.x).plus_scaled(y, d.y).plus_scaled(z, d.z).normalize_or(y)
     }

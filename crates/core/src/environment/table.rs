@@ -66,7 +66,7 @@ impl Environment {
         let x = (column.number as f32 + column.rest) / self.columns as f32;
         let direction = direction_at(x, fma(far - near, rest, near), is_lower);
         DirectionSample {
-            to_light: self.to_world(direction),
+            to_light: self.in_world(direction),
             density: self.density_of([row.weight, column.weight], row.number),
         }
     }
@@ -74,7 +74,7 @@ impl Environment {
     /// How densely [`Environment::sample`] gives a direction, a unit vector of the world, per steradian.
     #[inline(always)]
     pub fn density(&self, table: &[u32], direction: Vec3) -> f32 {
-        let [x, y] = picture_place(self.to_picture(direction));
+        let [x, y] = picture_place(self.in_picture(direction));
         let cell = |place: f32, count: u32| {
             let number = (place * count as f32) as u32;
             if number < count { number } else { count.wrapping_sub(1) }
