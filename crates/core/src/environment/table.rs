@@ -57,12 +57,10 @@ impl Environment {
         // From the nearer pole, where shares are small: they have all their digits there.
         let is_lower = 2 * row.number >= self.rows;
         let from_pole = if is_lower { self.rows - 1 - row.number } else { row.number };
-        let share = |border: u32| {
-            let sine = elementary::sin(border as f32 * self.half_row());
-            sine * sine
-        };
+        let near = elementary::sin(from_pole as f32 * self.half_row());
+        let far = elementary::sin((from_pole + 1) as f32 * self.half_row());
+        let (near, far) = (near * near, far * far);
         let rest = if is_lower { 1.0 - row.rest } else { row.rest };
-        let (near, far) = (share(from_pole), share(from_pole + 1));
         let x = (column.number as f32 + column.rest) / self.columns as f32;
         let direction = direction_at(x, fma(far - near, rest, near), is_lower);
         DirectionSample {

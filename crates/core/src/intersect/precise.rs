@@ -45,6 +45,13 @@ pub(crate) fn sum64(v: Double3) -> f64 {
     v[0].abs() + v[1].abs() + v[2].abs()
 }
 
+/// On which side of the edge from one corner to the next a point of their plane lies: the weight of the third corner there, but
+/// for a factor that all three have in common. (No closure, which may stay a function without the instructions of its caller.)
+#[inline(always)]
+fn weight64(from: Double3, to: Double3, point: Double3, normal: Double3) -> f64 {
+    dot64(cross64(minus64(to, from), minus64(point, from)), normal)
+}
+
 /// A ray in double precision: exact in the world, mapped in double precision into other spaces.
 #[derive(Clone, Copy, Debug)]
 pub struct PreciseRay {
@@ -144,11 +151,8 @@ impl Passage {
     fn hit_in_plane(&self, ray: &PreciseRay) -> Option<PreciseHit> {
         let rest = self.rest(1.0 / self.determinant);
         let point = along64([0.0; 3], ray.direction, rest);
-        let [a, b, c] = self.corners;
-        // Of the edge between two corners: the weight of the third, but for a common factor.
-        let weight =
-            |from: Double3, to: Double3| dot64(cross64(minus64(to, from), minus64(point, from)), self.normal);
-        let weights = [weight(b, c), weight(c, a), weight(a, b)];
+        let ([a, b, c], n) = (self.corners, self.normal);
+        let weights = [weight64(b, c, point, n), weight64(c, a, point, n), weight64(a, b, point, n)];
         let total = weights[0] + weights[1] + weights[2];
         // At the tip of a sliver a point far outside has weights that are rounding errors.
         let tolerance = EDGE_TOLERANCE * self.magnitude();
