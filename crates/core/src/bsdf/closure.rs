@@ -44,7 +44,7 @@ pub struct Closure {
 pub struct Scattered {
     /// The scattering function times the cosine to the light, per steradian.
     pub value: Vec3,
-    /// Density of [`Closure::sample`] at the direction, per steradian, with its choice of a lobe.
+    /// Density of [`Mixture::sample`] at the direction, per steradian, with its choice of a lobe.
     pub pdf: f32,
 }
 
@@ -75,19 +75,6 @@ impl Closure {
     #[inline(always)]
     pub fn towards(&self, to_viewer: Vec3) -> Mixture {
         Mixture::new(self, to_viewer)
-    }
-
-    /// Light from `to_light` that goes to `to_viewer`; `to_viewer.z` is above 0.
-    #[inline(always)]
-    pub fn eval(&self, to_viewer: Vec3, to_light: Vec3) -> Scattered {
-        Mixture::new(self, to_viewer).eval(to_light)
-    }
-
-    /// A direction in which light may come to `to_viewer`, whose z is above 0. `pick` chooses a lobe; all three numbers are in
-    /// [0, 1). None where the chosen microfacet would send light through the surface that it is part of, or nothing is scattered.
-    #[inline(always)]
-    pub fn sample(&self, to_viewer: Vec3, pick: f32, u: [f32; 2]) -> Option<ScatterSample> {
-        Mixture::new(self, to_viewer).sample(pick, u)
     }
 
     /// Share of light that goes straight on through thin smooth glass at a cosine of incidence.

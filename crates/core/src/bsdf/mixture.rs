@@ -183,7 +183,8 @@ impl Mixture {
         if self.glass > 0.0 && reflectance > 0.0 { reflectance / (reflectance + transmitted) } else { 0.0 }
     }
 
-    /// A direction in which light may come, as [`Closure::sample`] says.
+    /// A direction in which light may come. `pick` chooses a lobe; all three numbers are in [0, 1). `None` where the chosen
+    /// microfacet would send light through the surface that it is part of, or nothing is scattered.
     #[inline(always)]
     pub fn sample(&self, pick: f32, u: [f32; 2]) -> Option<ScatterSample> {
         let chances = &self.chances;

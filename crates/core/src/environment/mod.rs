@@ -82,7 +82,7 @@ impl Environment {
 
 /// Where a direction of the picture's frame lies in the picture, right and down, 0 to 1 each.
 #[inline(always)]
-pub fn picture_place(d: Vec3) -> [f32; 2] {
+fn picture_place(d: Vec3) -> [f32; 2] {
     let around = elementary::atan2(d.z, d.x) * (0.5 * core::f32::consts::FRAC_1_PI);
     let from_up = elementary::atan2(sqrt(fma(d.x, d.x, d.z * d.z)), d.y) * core::f32::consts::FRAC_1_PI;
     let x = around + 0.5;

@@ -156,13 +156,13 @@ impl Passage {
         let total = weights[0] + weights[1] + weights[2];
         // At the tip of a sliver a point far outside has weights that are rounding errors.
         let tolerance = EDGE_TOLERANCE * self.magnitude();
-        let mut is_within = total > 0.0;
-        let mut k = 0;
-        while k < 3 {
-            let low = a[k].min(b[k].min(c[k])) - tolerance;
-            let high = a[k].max(b[k].max(c[k])) + tolerance;
-            is_within &= (weights[k] >= 0.0) & (point[k] >= low) & (point[k] <= high);
-            k += 1;
+        let mut is_within = (total > 0.0) & (weights[0] >= 0.0) & (weights[1] >= 0.0) & (weights[2] >= 0.0);
+        let mut axis = 0;
+        while axis < 3 {
+            let low = a[axis].min(b[axis].min(c[axis])) - tolerance;
+            let high = a[axis].max(b[axis].max(c[axis])) + tolerance;
+            is_within &= (point[axis] >= low) & (point[axis] <= high);
+            axis += 1;
         }
         if !is_within {
             return None;

@@ -27,7 +27,7 @@ pub(super) fn build(scene: &Scene, textures: &Textures, srgb_decode: &[f32; 256]
     match table(&view).filter(|_| map.strength > 0.0) {
         Some((columns, rows, table)) => {
             let cell_angle = TAU / f64::from(columns) * 2.0 * elementary64::sin(PI / 2.0 / f64::from(rows));
-            // Who adds lights shares.
+            // Alone; lights take their share ([`chance`]).
             (Environment { chance: 1.0, columns, rows, cell_angle: cell_angle as f32, ..environment }, table)
         }
         None => (environment, Vec::new()),

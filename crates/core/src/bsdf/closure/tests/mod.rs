@@ -9,6 +9,16 @@ mod smooth;
 use super::*;
 use crate::math::{sqrt, vec3};
 
+impl Closure {
+    fn eval(&self, to_viewer: Vec3, to_light: Vec3) -> Scattered {
+        self.towards(to_viewer).eval(to_light)
+    }
+
+    fn sample(&self, to_viewer: Vec3, pick: f32, u: [f32; 2]) -> Option<ScatterSample> {
+        self.towards(to_viewer).sample(pick, u)
+    }
+}
+
 /// Nothing at all, to be filled in.
 fn nothing() -> Closure {
     Closure {
