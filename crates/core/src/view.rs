@@ -3,7 +3,7 @@
 use crate::camera::Camera;
 use crate::environment::Environment;
 use crate::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
-use crate::light::Light;
+use crate::light::{Light, LightNode, LightTree};
 use crate::material::{Material, NONE};
 use crate::math::Vec3;
 use crate::settings::Settings;
@@ -47,6 +47,10 @@ macro_rules! scene_arrays {
             Textures "textures" textures: counted $crate::texture::Texture,
             /// Lights.
             Lights "lights" lights: counted $crate::light::Light,
+            /// The tree by which lights are chosen.
+            LightNodes "light nodes" light_nodes: counted $crate::light::LightNode,
+            /// Of each light, its place among the leaves of that.
+            LightPlaces "light places" light_places: counted u32,
             /// What surrounds the scene.
             Environment "environment" environment: one $crate::environment::Environment,
             /// Its cells by how bright they are: running sums.
@@ -148,6 +152,12 @@ impl<'a> SceneView<'a> {
     #[inline(always)]
     pub fn textures(&self) -> Textures<'a> {
         Textures { textures: self.textures, words: self.texture_words, srgb_decode: self.srgb_decode }
+    }
+
+    /// The tree by which lights are chosen.
+    #[inline(always)]
+    pub fn light_tree(&self) -> LightTree<'a> {
+        LightTree { nodes: self.light_nodes, places: self.light_places }
     }
 }
 
@@ -257,6 +267,25 @@ impl SceneItem for Material {
 
 impl SceneItem for Texture {}
 impl SceneItem for Light {}
+
+impl SceneItem for LightNode {
+    fn links(&self, link: &mut impl FnMut(SceneArray, u64)) {
+        if self.is_leaf() {
+            link(SceneArray::Lights, self.number.into());
+        } else {
+            link(SceneArray::LightNodes, u64::from(self.children) + 1);
+        }
+    }
+
+    const HAS_WORDS: bool = true;
+
+    fn words(&self, word: &mut impl FnMut(u32)) {
+        let LightNode { center, radius, normal, variance, power, first_chance, children, number } = self;
+        [center, normal].into_iter().for_each(|v| vector(v, word));
+        numbers(&[*radius, *variance, *power, *first_chance], word);
+        [*children, *number].into_iter().for_each(word);
+    }
+}
 
 impl SceneItem for Environment {
     fn links(&self, link: &mut impl FnMut(SceneArray, u64)) {

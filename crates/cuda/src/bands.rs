@@ -1,6 +1,7 @@
 //! Bands of rows: which device takes which, in launches short enough to watch and stop.
 
 use crate::launch::{Pixel, WARP_ROWS};
+use eosphor_core::settings::Integrator;
 use eosphor_core::view::SceneView;
 use eosphor_render::Accel;
 use std::ops::Range;
@@ -106,10 +107,24 @@ pub(crate) fn sharing(samples: u32) -> u32 {
 /// A guess at the rays that a sample takes: its own, and to the lights from what it meets first. Without a hierarchy a ray is
 /// as much work as many.
 pub(crate) fn rays_per_sample(view: &SceneView, accel: Accel) -> f64 {
-    let lights: f64 = view.lights.iter().map(|light| light.samples() as f64).sum();
+    let lights = shadow_rays(view);
     let primitives = (view.triangles.len() + view.spheres.len()) as f64;
     let work = if accel == Accel::None { (primitives / TESTED_IN_PASSING).max(1.0) } else { 1.0 };
     (1.0 + lights) * work
+}
+
+/// Shadow rays from a point.
+fn shadow_rays(view: &SceneView) -> f64 {
+    if view.light_nodes.is_empty() {
+        return view.lights.iter().map(|light| f64::from(light.samples())).sum();
+    }
+    match view.settings.integrator {
+        Integrator::Path => 1.0,
+        Integrator::Whitted => {
+            let alone = view.lights.iter().filter(|light| !light.is_lamp()).count();
+            alone as f64 + f64::from(view.settings.lamp_samples)
+        }
+    }
 }
 
 /// A number of rows that is a multiple of a warp's, rounded down, but not 0.

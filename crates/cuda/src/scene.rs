@@ -82,7 +82,7 @@ impl DeviceScene {
     ) -> Result<FrameParameters<'_>, DriverError> {
         let (mut values, mut counts) = (self.parameters.clone(), self.counts);
         // Without `..`, so that a new field does not compile before frames have their own of it.
-        let Some(FrameState { camera, lights, settings, places }) = state else {
+        let Some(FrameState { camera, lights, light_nodes, light_places, settings, places }) = state else {
             return Ok(FrameParameters { values, counts, _memory: None, _room: None });
         };
         let top = places.as_ref().map(|places| self.top_level.build(&places.instances));
@@ -90,7 +90,11 @@ impl DeviceScene {
         own.array(SceneArray::Camera.label(), std::slice::from_ref(camera));
         own.array(SceneArray::Settings.label(), std::slice::from_ref(settings));
         own.array(SceneArray::Lights.label(), lights);
+        own.array(SceneArray::LightNodes.label(), light_nodes);
+        own.array(SceneArray::LightPlaces.label(), light_places);
         counts.lights = lights.len() as u64;
+        counts.light_nodes = light_nodes.len() as u64;
+        counts.light_places = light_places.len() as u64;
         let mut room = None;
         if let (Some(places), Some(top)) = (places, &top) {
             own.array(SceneArray::Instances.label(), &places.instances);

@@ -2,13 +2,13 @@
 //! lights there are.
 
 use eosphor_core::math::{Vec3, vec3};
-use eosphor_core::settings::{LightingModel, ShadowMode};
+use eosphor_core::settings::{Integrator, LightingModel, ShadowMode};
 use eosphor_render::{
     Accel, Backend, CpuBackend, CpuOptions, RayStatistics, RenderControl, SampleSums, Scheduler, SimdLevel,
 };
 use eosphor_scene::{
-    AlphaMode, Camera, Light, LoadOptions, Material, MaterialKind, Mtl, Parallelogram, Pbr, PixelSampling,
-    Preset, RenderSettings, Scene, SceneData, Sphere, load,
+    AlphaMode, Camera, Light, LightSelection, LoadOptions, Material, MaterialKind, Mtl, Parallelogram, Pbr,
+    PixelSampling, Preset, RenderSettings, Scene, SceneData, Sphere, load,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -265,6 +265,27 @@ fn culling_presets_and_no_lights() {
     data.lights.clear();
     let rays = assert_identical_data("no lights", data);
     assert_eq!(rays.shadow, 0);
+}
+
+#[test]
+fn lamps_that_are_drawn() {
+    for (shadows, from_behind) in
+        [(ShadowMode::Opaque, false), (ShadowMode::Coloured, true), (ShadowMode::None, false)]
+    {
+        for selection in [LightSelection::Tree, LightSelection::Power, LightSelection::Uniform] {
+            let mut scene = everything();
+            scene.settings.lights = Some(selection);
+            (scene.settings.shadows, scene.settings.light_from_behind) = (shadows, from_behind);
+            let rays = assert_identical(&format!("{selection:?}, {shadows:?}"), &scene);
+            assert!((rays.shadow > 0) == (shadows != ShadowMode::None));
+        }
+    }
+    let mut rooms = crate::closed_form::many_lights::rooms(3, 40);
+    rooms.settings.integrator = Integrator::Whitted;
+    (rooms.settings.samples, rooms.settings.light_samples, rooms.settings.lights) = (2, 3, None);
+    let rays = assert_identical("many lamps", &rooms);
+    // Of 720 lamps three are drawn at a point.
+    assert!(rays.shadow <= 3 * rays.camera, "{rays:?}");
 }
 
 #[test]

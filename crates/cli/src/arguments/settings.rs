@@ -7,7 +7,9 @@ use clap::Args;
 use clap::builder::TypedValueParser;
 use eosphor::math::Vec3;
 use eosphor::settings::{FresnelMode, Integrator, LightingModel, ShadowMode};
-use eosphor::{Composition, LightUnits, LoadOptions, NormalMode, PixelSampling, RenderSettings, Transfer};
+use eosphor::{
+    Composition, LightSelection, LightUnits, LoadOptions, NormalMode, PixelSampling, RenderSettings, Transfer,
+};
 
 /// Each wins over the preset, which wins over the scene.
 #[derive(Clone, Debug, Args)]
@@ -36,7 +38,13 @@ pub(crate) struct SettingsFlags {
     /// bright dots, and less light [default: no cut]
     #[arg(long, value_name = "X", value_parser = within(OVER_0), allow_hyphen_values = true)]
     clamp_indirect: Option<f32>,
-    /// Points to sample on each triangle that is a light, per shaded point, 1 to 65536 [default: 16]
+    /// Which lights are sampled at a point. all: each of them (not with --integrator path); or one at a time: tree, by how much it
+    /// may give to the point; power, by how much it sends out; uniform, any [default: tree, but all for whitted up to 64
+    /// triangles that are lights]
+    #[arg(long, value_name = "WHICH", value_parser = light_selections())]
+    lights: Option<LightSelection>,
+    /// Points to sample on each triangle that is a light, per shaded point, 1 to 65536; where one of these is chosen at a time, on
+    /// all of them together [default: 16]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_536), allow_hyphen_values = true)]
     light_samples: Option<u32>,
     /// Largest number of bounces after the camera ray, 0 to 64 [default: 8]
@@ -133,6 +141,7 @@ impl SettingsFlags {
         check(&[
             of(path, "--roulette", self.roulette.is_some()),
             of(path, "--clamp-indirect", self.clamp_indirect.is_some()),
+            of(whitted, "--lights all", self.lights == Some(LightSelection::All)),
             of(whitted, "--light-samples", self.light_samples.is_some()),
             of(whitted, "--energy-threshold", self.energy_threshold.is_some()),
             of(whitted, "--lighting", self.lighting.is_some()),
@@ -202,6 +211,7 @@ impl SettingsFlags {
         set(&mut settings.integrator, self.integrator);
         set(&mut settings.roulette, self.roulette);
         set(&mut settings.clamp_indirect, self.clamp_indirect.map(Some));
+        set(&mut settings.lights, self.lights.map(Some));
         set(&mut settings.light_samples, self.light_samples);
         set(&mut settings.depth, self.depth);
         set(&mut settings.energy_threshold, self.energy_threshold);
@@ -245,6 +255,15 @@ fn pixel_samplings() -> impl TypedValueParser<Value = PixelSampling> {
 
 fn integrators() -> impl TypedValueParser<Value = Integrator> {
     named([("whitted", Integrator::Whitted), ("path", Integrator::Path)])
+}
+
+fn light_selections() -> impl TypedValueParser<Value = LightSelection> {
+    named([
+        ("all", LightSelection::All),
+        ("tree", LightSelection::Tree),
+        ("power", LightSelection::Power),
+        ("uniform", LightSelection::Uniform),
+    ])
 }
 
 fn lighting_models() -> impl TypedValueParser<Value = LightingModel> {

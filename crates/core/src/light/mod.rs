@@ -1,8 +1,10 @@
 //! Lights, in the form that shading reads.
 
 mod sample;
+mod tree;
 
 pub use sample::{LightSample, LightSampleLanes, triangle_sample};
+pub use tree::{ChosenLight, LEAST_CHANCE, LightNode, LightReceiver, LightTree, light_of_triangle};
 
 use crate::math::Vec3;
 use crate::ray::PrimitiveId;

@@ -6,5 +6,5 @@ mod sobol;
 mod warp;
 
 pub use hash::{hash_pair, mix};
-pub use sobol::{owen_scramble, point_2d, sobol_2d};
+pub use sobol::{owen_scramble, point_2d, sobol_2d, with_digits};
 pub use warp::{cosine_lobe, disk_point, onto_axis, orthonormal_basis, triangle_point};

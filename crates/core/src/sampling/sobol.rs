@@ -68,9 +68,24 @@ fn unit_float(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
+/// A number in [0, 1) of 24 bits with 29 more behind them, the upper ones of `digits`: as many as double precision has.
+#[inline(always)]
+pub fn with_digits(x: f32, digits: u32) -> f64 {
+    const LAST_BIT: f64 = 1.0 / (1u64 << 53) as f64;
+    x as f64 + (digits >> 3) as f64 * LAST_BIT
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn digits_fill_what_is_between_two_numbers() {
+        let last = 1.0 - 1.0 / 16_777_216.0;
+        assert_eq!(with_digits(0.0, 0), 0.0);
+        assert_eq!(with_digits(last, u32::MAX), 1.0 - f64::EPSILON / 2.0);
+        assert_eq!(with_digits(0.5, 1 << 31), 0.5 + 1.0 / 33_554_432.0);
+    }
     use crate::sampling::hash_pair;
 
     /// Sobol's second dimension with primitive polynomial x + 1, direction number by direction number.

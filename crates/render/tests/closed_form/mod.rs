@@ -5,6 +5,7 @@ mod environment;
 mod glass;
 mod glossy;
 mod lights;
+pub(crate) mod many_lights;
 mod mirrors;
 mod models;
 mod paths;

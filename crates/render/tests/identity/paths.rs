@@ -26,6 +26,9 @@ fn paths() {
         ..EnvironmentMap::of_image(0)
     });
     assert_identical("an environment by paths", &sky);
+    let mut rooms = crate::closed_form::many_lights::rooms(3, 40);
+    rooms.settings.samples = 2;
+    assert_identical("many lamps by paths", &by_paths(rooms));
     let far = moved(instances(), vec3(10_000.0, -10_000.0, 20_000.0));
     assert_identical("far away by paths", &by_paths(far));
     let mut bright = by_paths(spheres());

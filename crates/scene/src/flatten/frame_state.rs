@@ -1,13 +1,13 @@
 //! What differs from frame to frame: the camera and what follows from it, lights, and where instances are. No triangle is
 //! touched for it.
 
-use super::lights::Emitters;
+use super::lights::{Emitters, LightArrays};
 use super::{SceneData, camera, lights, places, settings};
 use crate::error::SceneError;
 use crate::model::{Camera as ModelCamera, RenderSettings, Scene};
 use eosphor_core::camera::Camera;
 use eosphor_core::geometry::{Bounds, Geometry, Instance};
-use eosphor_core::light::Light;
+use eosphor_core::light::{Light, LightNode};
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::{Integrator, Settings};
 use eosphor_core::view::SceneView;
@@ -21,6 +21,10 @@ pub struct FrameState {
     pub camera: Camera,
     /// Lights, in the order of [`SceneData::lights`].
     pub lights: Vec<Light>,
+    /// The tree by which they are chosen, as [`SceneData::light_nodes`].
+    pub light_nodes: Vec<LightNode>,
+    /// The place of each light in that, as [`SceneData::light_places`].
+    pub light_places: Vec<u32>,
     /// Settings that reach a pixel; the size is the scene's.
     pub settings: Settings,
     /// Where instances are; `None` where they stand still.
@@ -122,7 +126,10 @@ impl<'a> FrameStates<'a> {
             Some(camera) => camera::from_model(camera, width, height)?,
             None => self.data.camera,
         };
-        let light_samples = lights::samples(settings);
+        let LightArrays { lights, tree } = match self.bounds.has_headlight {
+            true => LightArrays::new(vec![camera::headlight(&camera)], Vec::new(), settings, None),
+            false => self.lights(frame, places.as_ref(), settings),
+        };
         let is_dark = settings::surroundings(settings).is_some();
         let mut settings = settings::build(settings, &camera, &world);
         settings.light_falloff = self.data.settings.light_falloff;
@@ -132,27 +139,21 @@ impl<'a> FrameStates<'a> {
                 settings.background = self.data.settings.background;
             }
         }
-        let lights = match self.bounds.has_headlight {
-            true => vec![camera::headlight(&camera)],
-            false => self.lights(frame, places.as_ref(), light_samples),
-        };
-        Ok(FrameState { camera, lights, settings, places })
+        let (light_nodes, light_places) = (tree.nodes, tree.places);
+        Ok(FrameState { camera, lights, light_nodes, light_places, settings, places })
     }
 
-    fn lights(&self, frame: u32, places: Option<&Places>, light_samples: u32) -> Vec<Light> {
-        let mut all = lights::explicit(self.scene, frame);
-        match (&self.bounds.emitters, places) {
+    fn lights(&self, frame: u32, places: Option<&Places>, settings: &RenderSettings) -> LightArrays {
+        let own = lights::explicit(self.scene, frame);
+        let shining = match (&self.bounds.emitters, places) {
             (Some(emitters), Some(Places { instances, .. })) => {
-                all.extend(emitters.lights(&self.scene.settings, self.data, instances));
+                emitters.lights(&self.scene.settings, self.data, instances)
             }
-            _ => all.extend_from_slice(&self.data.lights[all.len()..]),
-        }
-        for light in &mut all {
-            if let Light::Triangle { samples, .. } = light {
-                *samples = light_samples;
-            }
-        }
-        all
+            _ => self.data.lights[own.len()..].to_vec(),
+        };
+        let way = |s: &RenderSettings| (s.integrator, s.lights);
+        let known = (way(settings) == way(&self.scene.settings)).then_some(self.data);
+        LightArrays::new(own, shining, settings, known)
     }
 
     fn places(&self, frame: u32) -> Result<Places, SceneError> {
@@ -176,8 +177,10 @@ impl SceneData {
     /// The arrays that shading a frame reads, borrowed; without a state those of the scene as it was flattened.
     pub fn view_at<'a>(&'a self, state: Option<&'a FrameState>) -> SceneView<'a> {
         let view = self.view();
-        let Some(FrameState { camera, lights, settings, places }) = state else { return view };
-        let view = SceneView { camera, lights, settings, ..view };
+        let Some(FrameState { camera, lights, light_nodes, light_places, settings, places }) = state else {
+            return view;
+        };
+        let view = SceneView { camera, lights, light_nodes, light_places, settings, ..view };
         match places {
             Some(Places { instances }) => SceneView { instances, ..view },
             None => view,
@@ -192,6 +195,11 @@ mod tests {
     use crate::{LoadOptions, load};
     use eosphor_core::math::vec3;
     use std::sync::Arc;
+
+    fn state_of(data: SceneData, places: Option<Places>) -> FrameState {
+        let SceneData { camera, lights, light_nodes, light_places, settings, .. } = data;
+        FrameState { camera, lights, light_nodes, light_places, settings, places }
+    }
 
     /// A frame's state is what flattening the scene with the frame's camera makes.
     #[test]
@@ -214,8 +222,7 @@ mod tests {
                 still.camera = scene.camera_at(frame);
                 still.animation = None;
                 let (expected, _) = SceneData::flatten(&still).unwrap();
-                let SceneData { camera, lights, settings, .. } = expected;
-                let expected = FrameState { camera, lights, settings, places: None };
+                let expected = state_of(expected, None);
                 assert_eq!(states.at(frame).unwrap(), expected, "{frame}");
             }
         }
@@ -255,8 +262,7 @@ mod tests {
         assert_ne!(expected.settings, data.settings);
         let state =
             FrameStates::new(&scene, &data).seen_by(0, other.camera.as_ref(), &other.settings).unwrap();
-        let SceneData { camera, lights, settings, .. } = expected;
-        assert_eq!(state, FrameState { camera, lights, settings, places: None });
+        assert_eq!(state, state_of(expected, None));
     }
 
     /// The same where an object moves: here to places that single precision can name.
@@ -286,9 +292,8 @@ mod tests {
                 instance.moves = motion(vec![MoveKey { seconds: 0.0, ..key(frame as f32) }]);
             }
             let (expected, _) = SceneData::flatten(&still).unwrap();
-            let SceneData { camera, lights, settings, instances, .. } = expected;
-            let places = Some(Places { instances });
-            assert_eq!(states.at(frame).unwrap(), FrameState { camera, lights, settings, places }, "{frame}");
+            let places = Some(Places { instances: expected.instances.clone() });
+            assert_eq!(states.at(frame).unwrap(), state_of(expected, places), "{frame}");
         }
         assert!(states.at(1).unwrap().lights != states.at(2).unwrap().lights);
     }

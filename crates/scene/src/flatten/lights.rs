@@ -1,9 +1,10 @@
 //! Lights: those of the scene, then every triangle that shines. Here light becomes what surfaces answer: [`answered`].
 
 use super::SceneData;
+use super::light_tree::{self, LightTreeArrays, Plan};
 use super::normals;
 use super::note::Note;
-use crate::model::{Light as ModelLight, LightUnits, RenderSettings, Scene};
+use crate::model::{Light as ModelLight, LightSelection, LightUnits, RenderSettings, Scene};
 use eosphor_core::geometry::{Geometry, Instance, TriangleShading};
 use eosphor_core::light::Light;
 use eosphor_core::material::{Material, NONE};
@@ -67,11 +68,55 @@ fn shines(material: &Material, integrator: Integrator) -> bool {
     }
 }
 
-/// Points that are sampled on a lamp at a time.
-pub(super) fn samples(settings: &RenderSettings) -> u32 {
-    match settings.integrator {
-        Integrator::Whitted => settings.light_samples,
-        Integrator::Path => 1,
+/// More lamps than so many are not all sampled by Whitted's integrator, unless the scene says so.
+const MAX_LAMPS_OF_ALL: usize = 64;
+
+/// How lights are chosen where so many lamps shine.
+pub(super) fn selection(settings: &RenderSettings, lamps: usize) -> LightSelection {
+    settings.lights.unwrap_or(match settings.integrator {
+        Integrator::Whitted if lamps <= MAX_LAMPS_OF_ALL => LightSelection::All,
+        Integrator::Whitted | Integrator::Path => LightSelection::Tree,
+    })
+}
+
+/// Points that are sampled on a lamp where it is sampled.
+pub(super) fn samples(settings: &RenderSettings, selection: LightSelection) -> u32 {
+    if selection == LightSelection::All { settings.light_samples } else { 1 }
+}
+
+/// All lights of a frame, and the tree over them.
+#[derive(Clone, Debug)]
+pub(super) struct LightArrays {
+    pub(super) lights: Vec<Light>,
+    pub(super) tree: LightTreeArrays,
+}
+
+impl LightArrays {
+    /// Of the scene's own lights and those that shine by themselves, each of which has got one sample. `known` has the tree of
+    /// such settings, if its lights are the same.
+    pub(super) fn new(
+        mut lights: Vec<Light>,
+        shining: Vec<Light>,
+        settings: &RenderSettings,
+        known: Option<&SceneData>,
+    ) -> LightArrays {
+        let selection = selection(settings, shining.len());
+        lights.extend(shining);
+        let count = samples(settings, selection);
+        for light in &mut lights {
+            if let Light::Triangle { samples, .. } = light {
+                *samples = count;
+            }
+        }
+        let plan = Plan { selection, lamps_only: settings.integrator == Integrator::Whitted };
+        let tree = match known {
+            Some(data) if data.lights == lights => {
+                LightTreeArrays { nodes: data.light_nodes.clone(), places: data.light_places.clone() }
+            }
+            _ if selection == LightSelection::All => LightTreeArrays::default(),
+            _ => light_tree::build(&lights, &plan),
+        };
+        LightArrays { lights, tree }
     }
 }
 
@@ -148,7 +193,7 @@ impl Emitters {
             };
             let [v0, v1, v2] = vertices;
             let color = answered(data.materials[material as usize].emission, settings.light_units);
-            let (samples, instance) = (samples(settings), number);
+            let (samples, instance) = (1, number);
             lights.push(Light::Triangle {
                 v0,
                 e1: v1 - v0,
@@ -165,9 +210,15 @@ impl Emitters {
 }
 
 /// What is worth saying of the lights that shine by themselves, to Whitted's integrator.
-pub(super) fn notes(shining: &[Light], samples: u32, data: &SceneData, notes: &mut Vec<Note>) {
+pub(super) fn notes(
+    shining: &[Light],
+    selection: LightSelection,
+    samples: u32,
+    data: &SceneData,
+    notes: &mut Vec<Note>,
+) {
     let count = shining.len() as u32;
-    if count > MAX_LIGHTS_WITHOUT_NOTE {
+    if count > MAX_LIGHTS_WITHOUT_NOTE && selection == LightSelection::All {
         notes.push(Note::ManyLights { count, rays: u64::from(count) * u64::from(samples) });
     }
     let is_emitter = |m: &&u32| shines(&data.materials[**m as usize], Integrator::Whitted);

@@ -9,6 +9,7 @@ mod environment;
 mod frame_state;
 mod framing;
 mod geometry;
+mod light_tree;
 mod lights;
 mod materials;
 mod normals;
@@ -28,9 +29,11 @@ use crate::error::{Problem, SceneError};
 use crate::model::Scene;
 use eosphor_core::environment::Environment;
 use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
+use eosphor_core::light::{Light, LightNode};
 use eosphor_core::settings::{Integrator, Settings};
 use eosphor_core::texture::Texture;
-use eosphor_core::{camera::Camera, light::Light, material::Material, math::Vec3};
+use eosphor_core::{camera::Camera, material::Material, math::Vec3};
+use lights::LightArrays;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -70,6 +73,10 @@ pub struct SceneData {
     pub srgb_decode: [f32; 256],
     /// Lights, the emissive triangles last.
     pub lights: Vec<Light>,
+    /// The tree by which lights are chosen; empty where all of them are sampled.
+    pub light_nodes: Vec<LightNode>,
+    /// Of each light, its place among the leaves of that; as many as lights, or none.
+    pub light_places: Vec<u32>,
     /// What surrounds the scene.
     pub environment: Environment,
     /// Its cells by how bright they are.
@@ -137,6 +144,8 @@ impl SceneData {
             texture_words: textures.words,
             srgb_decode,
             lights: lights::explicit(scene, 0),
+            light_nodes: Vec::new(),
+            light_places: Vec::new(),
             environment,
             environment_table,
             camera,
@@ -145,9 +154,12 @@ impl SceneData {
         let emitters = data.emitters();
         let shining = emitters.lights(&scene.settings, &data, &data.instances);
         if scene.settings.integrator == Integrator::Whitted {
-            lights::notes(&shining, scene.settings.light_samples, &data, &mut notes);
+            let selection = lights::selection(&scene.settings, shining.len());
+            lights::notes(&shining, selection, scene.settings.light_samples, &data, &mut notes);
         }
-        data.lights.extend(shining);
+        let own = std::mem::take(&mut data.lights);
+        let LightArrays { lights, tree } = LightArrays::new(own, shining, &scene.settings, None);
+        (data.lights, data.light_nodes, data.light_places) = (lights, tree.nodes, tree.places);
         // What moves may shine in another frame, though it has no area in this one.
         let may_shine = data.instances_move && !emitters.is_empty();
         let is_dark = data.lights.is_empty() && !may_shine && settings::needs_light(&scene.settings);

@@ -23,6 +23,8 @@ impl SceneData {
             texture_words: &self.texture_words,
             srgb_decode: &self.srgb_decode,
             lights: &self.lights,
+            light_nodes: &self.light_nodes,
+            light_places: &self.light_places,
             environment: &self.environment,
             environment_table: &self.environment_table,
             camera: &self.camera,

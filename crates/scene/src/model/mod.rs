@@ -38,7 +38,9 @@ pub use moves::{Move, MoveKey};
 pub use pbr::Pbr;
 pub(crate) use quadrilateral::Quadrilateral;
 pub(crate) use schema_types::Vector;
-pub use settings::{Composition, LightUnits, NormalMode, PixelSampling, RenderSettings, Transfer};
+pub use settings::{
+    Composition, LightSelection, LightUnits, NormalMode, PixelSampling, RenderSettings, Transfer,
+};
 pub(crate) use texture::share_words;
 pub use texture::{Image, TexelLayout, Texels, Texture, TextureContent};
 pub use transform::Transform;

@@ -27,7 +27,11 @@ pub struct RenderSettings {
     /// bright dots away, and some light with them; where not given, nothing is cut.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub clamp_indirect: Option<f32>,
-    /// Points a shading point samples on each triangle that is a light.
+    /// How lights are chosen for a point. Where not given, path tracing takes the tree, and Whitted's ray tracing all of them up to
+    /// 64 triangles that are lights, for more the tree.
+    pub lights: Option<LightSelection>,
+    /// Points a shading point samples on each triangle that is a light; where one of these is chosen at a time, on all of them
+    /// together.
     #[schemars(range(min = 1, max = 65_536))]
     pub light_samples: u32,
     /// Bounces after the camera ray, at most 64.
@@ -92,6 +96,20 @@ pub enum PixelSampling {
     Random,
     /// A regular grid of this many by this many samples (SSAA).
     Grid(#[schemars(range(min = 1, max = 256))] u32),
+}
+
+/// How lights are chosen for a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightSelection {
+    /// None is: all are sampled. Not for path tracing.
+    All,
+    /// One at a time, by how much it may give to the point, as a tree over lights estimates it.
+    Tree,
+    /// One at a time, by how much light it sends out.
+    Power,
+    /// One at a time, all with the same chance.
+    Uniform,
 }
 
 /// How normals vary over a triangle.
@@ -171,6 +189,7 @@ impl Default for RenderSettings {
             integrator: Integrator::Whitted,
             roulette: 4,
             clamp_indirect: None,
+            lights: None,
             light_samples: 16,
             depth: 8,
             energy_threshold: 0.002,

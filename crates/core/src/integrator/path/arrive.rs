@@ -1,11 +1,10 @@
 //! What a ray does at the surface that it found.
 
-use super::{Numbers, PathPoint, limited, power_share};
-use crate::geometry::Instance;
+use super::{Numbers, PathPoint, PathState, limited, power_share};
 use crate::integrator::coverage::MAX_HOLES;
 use crate::integrator::{PathRay, RayKind};
+use crate::light::light_of_triangle;
 use crate::math::{Vec3, max, min};
-use crate::ray::PrimitiveId;
 use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
 
@@ -15,9 +14,9 @@ pub enum Arrival {
     /// Nothing more.
     Ended,
     /// It goes on behind the surface, as if that were not there.
-    Passed(PathRay),
+    Passed(PathState),
     /// It is scattered: this is it, with the weight that what follows is multiplied by.
-    Met(PathRay),
+    Met(PathState),
 }
 
 /// The least chance of going on that paths are given by roulette.
@@ -28,11 +27,11 @@ const LEAST_CHANCE: f32 = 0.05;
 pub fn arrive(
     view: &SceneView,
     point: &PathPoint,
-    ray: &PathRay,
+    path: &PathState,
     t: f32,
     numbers: &Numbers,
 ) -> (Vec3, Arrival) {
-    let settings = view.settings;
+    let (settings, ray) = (view.settings, &path.ray);
     let material = &point.material_values;
     // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
     let weight = if point.front { ray.weight } else { ray.weight * point.left_by_body(view, t) };
@@ -45,12 +44,13 @@ pub fn arrive(
             return (Vec3::ZERO, Arrival::Ended);
         }
         let weight = weight * behind * (1.0 / chance);
-        return (Vec3::ZERO, Arrival::Passed(ray_behind(point, ray, weight, t)));
+        let ray = ray_behind(point, ray, weight, t);
+        return (Vec3::ZERO, Arrival::Passed(PathState { ray, ..*path }));
     }
     let weight = if chance > 0.0 { weight * (point.coverage / (1.0 - chance)) } else { weight };
     let mut found = Vec3::ZERO;
     if material.emission.max_component() > 0.0 {
-        let share = lamp_share(view, point, ray, ray.travelled + t);
+        let share = lamp_share(view, point, path, ray.travelled + t);
         found = limited(settings, ray.depth > 1, weight * material.emission * share);
     }
     let mut weight = weight;
@@ -62,7 +62,7 @@ pub fn arrive(
         weight = weight * (1.0 / chance);
     }
     if weight.max_component() > 0.0 {
-        (found, Arrival::Met(PathRay { weight, ..*ray }))
+        (found, Arrival::Met(PathState { ray: PathRay { weight, ..*ray }, ..*path }))
     } else {
         (found, Arrival::Ended)
     }
@@ -92,7 +92,7 @@ pub(super) fn ray_behind(point: &PathPoint, ray: &PathRay, weight: Vec3, t: f32)
 /// to their front. All counts of what no light sample finds: spheres, what is textured or has holes, and what was met straight from
 /// the camera, a mirror or glass.
 #[inline(always)]
-fn lamp_share(view: &SceneView, point: &PathPoint, ray: &PathRay, distance: f32) -> f32 {
+fn lamp_share(view: &SceneView, point: &PathPoint, path: &PathState, distance: f32) -> f32 {
     let instance = item(view.instances, point.id.instance);
     let geometry = item(view.geometries, instance.geometry);
     let is_lamp = item(view.materials, point.material).is_lamp_of_paths();
@@ -102,26 +102,12 @@ fn lamp_share(view: &SceneView, point: &PathPoint, ray: &PathRay, distance: f32)
     if !point.front {
         return 0.0;
     }
-    if !(ray.lobe_density > 0.0) | view.lights.is_empty() {
+    let ray = &path.ray;
+    if !(ray.lobe_density > 0.0) {
         return 1.0;
     }
-    let corners = item(view.triangles, geometry.first_triangle + point.id.primitive);
-    let facing = facing_area(corners, instance, point.id, ray.direction);
-    if !(facing > 0.0) {
-        return 1.0;
-    }
-    let chances = view.lights.len() as f32 / (1.0 - view.environment.chance);
-    let density = distance * distance / (facing * chances);
-    power_share(ray.lobe_density, density)
-}
-
-/// The area of a triangle as a direction sees it.
-#[inline(always)]
-fn facing_area(corners: &[Vec3; 3], instance: &Instance, id: PrimitiveId, direction: Vec3) -> f32 {
-    let [mut a, mut b, mut c] = *corners;
-    if id.instance != 0 {
-        let map = &instance.world_from_object;
-        (a, b, c) = (map.point(a), map.point(b), map.point(c));
-    }
-    ((b - a).cross(c - a).dot(direction) * 0.5).abs()
+    let Some(number) = light_of_triangle(view.lights, point.id) else { return 1.0 };
+    let Some(light) = view.lights.get(number as usize) else { return 1.0 };
+    let chance = view.light_tree().chance(&path.left, number) * (1.0 - view.environment.chance);
+    power_share(ray.lobe_density, light.pdf_li(ray.direction, distance) * chance)
 }

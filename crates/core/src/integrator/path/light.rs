@@ -1,4 +1,4 @@
-//! Light from one of the lights, chosen by chance.
+//! Light from one of the lights, chosen by how much it may give, or from the environment.
 
 use super::{Numbers, PathPoint, ScatterPoint, limited, power_share};
 use crate::integrator::PathRay;
@@ -46,12 +46,12 @@ fn draw_environment(view: &SceneView, numbers: &Numbers) -> LightDraw {
     }
 }
 
-/// From one of the lights, which is chosen with a chance of one in `chances`.
+/// From one of the lights, which is chosen with this chance.
 #[inline(always)]
-fn draw_light(view: &SceneView, light: &Light, chances: f32, origin: Vec3, numbers: &Numbers) -> LightDraw {
+fn draw_light(view: &SceneView, light: &Light, chance: f32, origin: Vec3, numbers: &Numbers) -> LightDraw {
     let falloff = view.settings.light_falloff;
     let sample = LightSampleLanes::<1>::new(light, falloff, |_| origin, |_| numbers.on_light());
-    let weight = sample.weight[0] * chances;
+    let weight = sample.weight[0] / chance;
     // The weight of a lamp's sample is one over its density.
     let density = if light.is_lamp() & (weight > 0.0) { 1.0 / weight } else { 0.0 };
     LightDraw {
@@ -63,8 +63,7 @@ fn draw_light(view: &SceneView, light: &Light, chances: f32, origin: Vec3, numbe
     }
 }
 
-/// Samples the environment or one light, each of these with the same chance, from a point that `ray` found; `None` where it brings
-/// nothing.
+/// Samples the environment or one light from a point that `ray` found, by `choice` in [0, 1); `None` where that brings nothing.
 #[inline(always)]
 pub fn sample_light(
     view: &SceneView,
@@ -72,18 +71,19 @@ pub fn sample_light(
     at: &ScatterPoint,
     ray: &PathRay,
     numbers: &Numbers,
-    choice: f32,
+    choice: f64,
 ) -> Option<LightRequest> {
     let settings = view.settings;
-    let to_environment = view.environment.chance;
+    let to_environment = view.environment.chance as f64;
     let is_environment = choice < to_environment;
-    let count = view.lights.len();
-    let share = 1.0 - to_environment;
-    let chosen = ((choice - to_environment) / share * count as f32) as usize;
-    // By `get`, which has no panic for GPUs; where there is no light, there is none of this number.
-    let light = view.lights.get(if chosen < count { chosen } else { count.wrapping_sub(1) });
-    if !is_environment & light.is_none() {
-        return None;
+    let mut light = None;
+    let mut chance = 1.0;
+    if !is_environment {
+        let share = 1.0 - to_environment;
+        let chosen = view.light_tree().choose(&at.receiver(point), (choice - to_environment) / share)?;
+        chance = chosen.chance * share as f32;
+        // By `get`, which has no panic for GPUs.
+        light = Some(view.lights.get(chosen.number as usize)?);
     }
     // The side that the sample lies on is known when there is one: then it is taken from there.
     let mut above = point.geometric_normal;
@@ -91,8 +91,8 @@ pub fn sample_light(
     loop {
         let origin = point.position.plus_scaled(above, point.offset);
         let draw = match light {
-            Some(light) if !is_environment => draw_light(view, light, count as f32 / share, origin, numbers),
-            _ => draw_environment(view, numbers),
+            Some(light) => draw_light(view, light, chance, origin, numbers),
+            None => draw_environment(view, numbers),
         };
         if !(draw.radiance.max_component() > 0.0) {
             return None;

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | what a ray brings that leaves the scene | `surroundings.rs` | a contribution |
 //! | what a ray does at the surface that it found | `arrive.rs` | emission; whether it goes on, and with which weight |
-//! | a light, chosen by chance and sampled | `light.rs` | a shadow ray and what it brings |
+//! | a light, chosen by what it may give and sampled | `light.rs` | a shadow ray and what it brings |
 //! | where the path goes on | `scatter.rs` | the next ray |
 //!
 //! [`radiance`] is the reference scheduler: these in one loop, without a stack. Each contribution is added by itself to the exact
@@ -32,6 +32,8 @@ pub use surroundings::surroundings;
 pub use visibility::visibility;
 
 use crate::bsdf::Mixture;
+use crate::integrator::PathRay;
+use crate::light::LightReceiver;
 use crate::math::{Vec3, vec3};
 use crate::sampling::orthonormal_basis;
 use crate::settings::Settings;
@@ -39,6 +41,24 @@ use crate::shading::{PathMaterial, SurfacePoint};
 
 /// A surface point, as path tracing sees it.
 pub type PathPoint = SurfacePoint<PathMaterial>;
+
+/// A path on its way: all that its next surface must know.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct PathState {
+    /// The ray.
+    pub ray: PathRay,
+    /// The surface that a lobe sent it from, which lights were chosen for.
+    pub left: LightReceiver,
+}
+
+impl PathState {
+    /// From a camera.
+    #[inline(always)]
+    pub fn new(ray: PathRay) -> PathState {
+        PathState { ray, left: LightReceiver { position: ray.origin, normal: Vec3::ZERO } }
+    }
+}
 
 /// Lobes of a point and the frame that their directions are in: z is the shading normal, on the viewer's side.
 pub struct ScatterPoint {
@@ -66,6 +86,13 @@ impl ScatterPoint {
         // Where the geometric normal is as level as that.
         to_viewer.z = if to_viewer.z > 0.0 { to_viewer.z } else { LEAST_COSINE };
         ScatterPoint { mixture: point.material_values.closure(point.front).towards(to_viewer), axes }
+    }
+
+    /// The point as lights see it: from both sides where light gets through.
+    #[inline(always)]
+    pub fn receiver(&self, point: &PathPoint) -> LightReceiver {
+        let normal = if self.mixture.has_glass() { Vec3::ZERO } else { self.axes[2] };
+        LightReceiver { position: point.position, normal }
     }
 
     /// A direction of the world, in the frame.

@@ -1,7 +1,7 @@
 //! Random numbers of a path.
 
 use crate::integrator::{PathRay, camera_ray::pixel_key};
-use crate::sampling::{hash_pair, point_2d};
+use crate::sampling::{hash_pair, point_2d, with_digits};
 use crate::settings::Settings;
 
 /// Keys of the numbers of vertices, which follow those of the camera ray.
@@ -13,6 +13,7 @@ const CHOICE: u32 = 1;
 const LIGHT: u32 = 2;
 const DIRECTION: u32 = 3;
 const ENVIRONMENT: u32 = 4;
+const DIGITS: u32 = 5;
 
 /// The random numbers of a path where its ray has met a surface. They belong to the pixel, the bounces so far and the surfaces
 /// passed since the last one, whatever else has happened: all samples of a pixel use the points of one well-spread sequence for one
@@ -44,8 +45,11 @@ impl Numbers {
 
     /// Which light is sampled, and which lobe.
     #[inline(always)]
-    pub fn choice(&self) -> [f32; 2] {
-        self.pair(CHOICE)
+    pub fn choice(&self) -> (f64, f32) {
+        let [light, lobe] = self.pair(CHOICE);
+        // Further digits, at random, for trees of many lights.
+        let digits = hash_pair(hash_pair(self.key, DIGITS), self.sample);
+        (with_digits(light, digits), lobe)
     }
 
     /// Index and key of the point on the light.

@@ -1,7 +1,8 @@
 //! The reference scheduler: one loop.
 
 use super::{
-    Arrival, Numbers, PathPoint, ScatterPoint, arrive, sample_light, scatter, surroundings, visibility,
+    Arrival, Numbers, PathPoint, PathState, ScatterPoint, arrive, sample_light, scatter, surroundings,
+    visibility,
 };
 use crate::hierarchy::Tracer;
 use crate::integrator::{MAX_DEPTH, PathRay, RayCounts};
@@ -20,8 +21,9 @@ pub fn radiance<T: Tracer>(
 ) {
     let settings = view.settings;
     let most = if settings.max_depth < MAX_DEPTH { settings.max_depth } else { MAX_DEPTH };
-    let mut ray = first;
+    let mut path = PathState::new(first);
     loop {
+        let ray = path.ray;
         counts.count(ray.kind);
         let hit = tracer.closest_hit(&ray.ray(), &ray.filter(settings));
         if hit.is_miss() {
@@ -30,24 +32,24 @@ pub fn radiance<T: Tracer>(
         }
         let point = PathPoint::new(view, &ray.ray(), &hit);
         let numbers = Numbers::new(settings, &ray, place);
-        let (found, arrival) = arrive(view, &point, &ray, hit.t, &numbers);
+        let (found, arrival) = arrive(view, &point, &path, hit.t, &numbers);
         sum.add(found);
         let met = match arrival {
             Arrival::Ended => return,
             Arrival::Passed(behind) => {
-                ray = behind;
+                path = behind;
                 continue;
             }
             Arrival::Met(met) => met,
         };
         let at = ScatterPoint::new(&point);
-        let is_last = met.depth >= most;
-        let [light, lobe] = numbers.choice();
-        if !is_last && let Some(request) = sample_light(view, &point, &at, &met, &numbers, light) {
+        let is_last = met.ray.depth >= most;
+        let (light, lobe) = numbers.choice();
+        if !is_last && let Some(request) = sample_light(view, &point, &at, &met.ray, &numbers, light) {
             counts.shadow += 1;
             sum.add(request.contribution * visibility(view, tracer, &request));
         }
-        ray = match scatter(&point, &at, &met, hit.t, &numbers, (lobe, is_last)) {
+        path = match scatter(&point, &at, &met, hit.t, &numbers, (lobe, is_last)) {
             Some(next) => next,
             None => return,
         };

@@ -1,7 +1,7 @@
 //! Stage 3: light that reaches a surface point.
 
 use super::light_lanes::LightLanes;
-use super::{LampLobe, Receiver, takes_light};
+use super::{LampLobe, Receiver, are_lamps_drawn, draw_lamp, lights_alone, takes_light};
 use crate::hierarchy::Tracer;
 use crate::integrator::camera_ray::pixel_key;
 use crate::integrator::transmittance;
@@ -16,11 +16,12 @@ use crate::view::SceneView;
 /// Key of the random numbers of the first light; the others follow.
 const FIRST_LIGHT_DIMENSION: u32 = 0x100;
 
-/// Light from all lights, shadowed, times the surface's colours. `path` keys the random numbers of the point within
+/// Light from all lights, or from all but lamps and some lamps that are drawn, shadowed, times the surface's colours. `path` keys the random numbers of the point within
 /// sample `sample` of pixel (x, y); `shadow_rays` counts.
 ///
 /// This is one point at a time. Schedulers that take many points call the parts: [`light_key`], then [`LightLanes`] or
-/// [`gather`], then [`shade_direct`], for the lights and the sides of the point in the same order.
+/// [`gather`], then [`shade_direct`], for the lights and the sides of the point in the same order, and [`draw_lamp`] before them for
+/// lamps that are drawn, which follow the lights that are sampled each.
 #[inline(always)]
 pub fn direct_light<T: Tracer, const W: usize>(
     view: &SceneView,
@@ -37,20 +38,34 @@ pub fn direct_light<T: Tracer, const W: usize>(
     if !takes_light(point, lobe) {
         return sum;
     }
-    let mut number = 0;
-    while (number as usize) < view.lights.len() {
+    let alone = lights_alone(view);
+    let draws = if are_lamps_drawn(view) { view.settings.lamp_samples } else { 0 };
+    let mut turn = 0;
+    while turn < alone + draws {
+        // A lamp that is drawn is known at the side; all of them answer alike.
+        let is_drawn = turn >= alone;
+        let mut number = if is_drawn { alone } else { turn };
         let light = &view.lights[number as usize];
-        let color = light.le();
         let (specular, highlights) =
             highlight(light, material_values.specular, material_values.lamp_highlights, lobe);
         let mut side = 0;
         while side < sides {
             let samples = light.samples();
-            let receiver = Receiver {
+            let mut receiver = Receiver {
                 key: light_key(key, number, side),
-                first: sample.wrapping_mul(samples),
+                first: if is_drawn { sample } else { sample.wrapping_mul(samples) },
                 ..Receiver::new(point, side, highlights, lobe)
             };
+            if is_drawn {
+                match draw_lamp(view, &receiver, turn - alone) {
+                    Some(drawn) => (number, receiver) = drawn,
+                    None => {
+                        side += 1;
+                        continue;
+                    }
+                }
+            }
+            let light = &view.lights[number as usize];
             let filter = shadow_filter(light, point.id);
             let got = if W > 1 && samples > 1 {
                 gather::<T, W>(view, tracer, light, &receiver, &filter, shadow_rays)
@@ -58,7 +73,7 @@ pub fn direct_light<T: Tracer, const W: usize>(
                 gather::<T, 1>(view, tracer, light, &receiver, &filter, shadow_rays)
             };
             sum += shade_direct(
-                color,
+                light.le(),
                 material_values.diffuse,
                 specular,
                 material_values.transmission,
@@ -66,8 +81,9 @@ pub fn direct_light<T: Tracer, const W: usize>(
                 &got,
             );
             side += 1;
+            number = if is_drawn { alone } else { turn };
         }
-        number += 1;
+        turn += 1;
     }
     sum
 }

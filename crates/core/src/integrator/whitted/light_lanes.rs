@@ -25,6 +25,20 @@ pub struct LightLanes<const W: usize> {
 }
 
 impl<const W: usize> LightLanes<W> {
+    /// Of no light.
+    pub const NONE: LightLanes<W> =
+        LightLanes { direction: [[0.0; W]; 3], t_max: [0.0; W], diffuse: [0.0; W], specular: [0.0; W] };
+
+    /// Puts the only sample of another here, in a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, sample: &LightLanes<1>) {
+        for axis in 0..3 {
+            self.direction[axis][lane] = sample.direction[axis][0];
+        }
+        self.t_max[lane] = sample.t_max[0];
+        (self.diffuse[lane], self.specular[lane]) = (sample.diffuse[0], sample.specular[0]);
+    }
+
     /// One sample of the light in each lane.
     #[inline(always)]
     pub fn new<R: Receivers>(settings: &Settings, light: &Light, receivers: &R) -> LightLanes<W> {
@@ -32,7 +46,10 @@ impl<const W: usize> LightLanes<W> {
         let sample =
             LightSampleLanes::new(light, settings.light_falloff, |lane| receivers.origin(lane), random);
         let none = [0.0; W];
-        let LightSampleLanes { to_light: direction, t_max, weight } = sample;
+        let LightSampleLanes { to_light: direction, t_max, mut weight } = sample;
+        for weight in &mut weight {
+            *weight *= receivers.scale();
+        }
         let mut lanes = LightLanes { direction, t_max, diffuse: none, specular: none };
         lanes.weigh(settings.lighting_model, receivers, &weight);
         if light.is_lamp() & receivers.any_lobes() {

@@ -4,11 +4,13 @@
 //! Shares are those of the balance heuristic (Veach and Guibas 1995, "Optimally combining sampling techniques for Monte Carlo
 //! rendering", section 3): each way's by how densely it samples the direction. They add up to one.
 
+use super::are_lamps_drawn;
 use super::children::{Mirror, glossy_lobe, reflected_share};
 use super::direct_light::answers_light;
 use crate::bsdf::{Delta, Lobe};
 use crate::geometry::Instance;
 use crate::integrator::PathRay;
+use crate::light::{LightReceiver, light_of_triangle};
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::settings::{Settings, ShadowMode};
@@ -92,7 +94,14 @@ pub(super) fn lamp_share(view: &SceneView, point: &SurfacePoint, ray: &PathRay, 
     }
     let corners = item(view.triangles, geometry.first_triangle + point.id.primitive);
     let area = facing_area(corners, instance, point.id.instance == 0, ray.direction);
-    let density = ray.lobe_density * (area / (view.settings.lamp_samples as f32 * (distance * distance)));
+    let mut draws = view.settings.lamp_samples as f32;
+    if are_lamps_drawn(view) {
+        let Some(light) = light_of_triangle(view.lights, point.id) else { return 1.0 };
+        let position = point.position.plus_scaled(ray.direction, -distance);
+        let from = LightReceiver { position, normal: Vec3::ZERO };
+        draws *= view.light_tree().chance(&from, light);
+    }
+    let density = ray.lobe_density * (area / (draws * (distance * distance)));
     // Density over density plus 1; infinite ones, too. What is no number brings nothing.
     if density <= 1.0 {
         density / (1.0 + density)

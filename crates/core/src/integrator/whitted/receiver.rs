@@ -28,6 +28,8 @@ pub trait Receivers {
     fn key(&self, lane: usize) -> u32;
     /// Number of the sample.
     fn index(&self, lane: usize) -> u32;
+    /// What weights are multiplied by.
+    fn scale(&self) -> f32;
 }
 
 /// One side of a surface point, in all lanes; they take samples that follow each other.
@@ -51,10 +53,12 @@ pub struct Receiver {
     pub key: u32,
     /// Number of the first lane's sample.
     pub first: u32,
+    /// What weights are multiplied by: one over the chance of the light, where it was drawn.
+    pub scale: f32,
 }
 
 impl Receiver {
-    /// The side of a point that its viewer sees (0) or the other (1), with key and first sample 0.
+    /// The side of a point that its viewer sees (0) or the other (1), with key and first sample 0 and scale 1.
     #[inline(always)]
     pub fn new(point: &SurfacePoint, side: u32, highlights: bool, lobe: &LampLobe) -> Receiver {
         let sign = side_sign(side);
@@ -69,6 +73,7 @@ impl Receiver {
             lobe: *lobe,
             key: 0,
             first: 0,
+            scale: 1.0,
         }
     }
 }
@@ -129,5 +134,9 @@ impl Receivers for Receiver {
     #[inline(always)]
     fn index(&self, lane: usize) -> u32 {
         self.first.wrapping_add(lane as u32)
+    }
+    #[inline(always)]
+    fn scale(&self) -> f32 {
+        self.scale
     }
 }

@@ -163,6 +163,7 @@ impl<'a> Side<'a> {
             lobe: *self.block.lobe(lane),
             key: self.key[lane],
             first: self.index[lane],
+            scale: self.scale(),
         }
     }
 }
@@ -211,6 +212,10 @@ impl Receivers for Side<'_> {
     #[inline(always)]
     fn index(&self, lane: usize) -> u32 {
         self.index[lane]
+    }
+    #[inline(always)]
+    fn scale(&self) -> f32 {
+        1.0
     }
 }
 

@@ -4,7 +4,7 @@ use super::lit::{Block, LANES, LitPoints, Side};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::transmittance;
 use eosphor_core::integrator::whitted::{
-    LightLanes, LightSums, gather, is_lit_from_behind, light_key, shade_direct,
+    LightLanes, LightSums, draw_lamp, gather, is_lit_from_behind, light_key, lights_alone, shade_direct,
 };
 use eosphor_core::integrator::whitted::{highlight, shadow_filter};
 use eosphor_core::light::Light;
@@ -37,6 +37,8 @@ pub(super) struct Shadows {
     filters: Vec<RayFilter>,
     hidden: Vec<bool>,
     offered: Vec<Offered>,
+    /// Of each ray to a lamp that was drawn, the number of that.
+    drawn: Vec<u32>,
 }
 
 /// A light, and which side of the points it shines on.
@@ -54,16 +56,38 @@ impl Lamp<'_> {
         // Only lights with a size are sampled at random places.
         if self.light.is_lamp() {
             let samples = self.light.samples();
+            self.set_keys(view, block, &mut side);
             for lane in 0..LANES {
-                side.key[lane] = light_key(block.key(view.settings, lane), self.number, self.side);
                 side.index[lane] = block.sample[lane].wrapping_mul(samples).wrapping_add(sample);
             }
         }
+        self.set_highlights(block, &mut side);
+        side
+    }
+
+    /// The points of a block that lamps are drawn for.
+    #[inline(always)]
+    fn drawing_receivers<'b>(&self, view: &SceneView, block: &'b Block) -> Side<'b> {
+        let mut side = Side::new(block, self.side);
+        self.set_keys(view, block, &mut side);
+        side.index = block.sample;
+        self.set_highlights(block, &mut side);
+        side
+    }
+
+    #[inline(always)]
+    fn set_keys(&self, view: &SceneView, block: &Block, side: &mut Side) {
+        for lane in 0..LANES {
+            side.key[lane] = light_key(block.key(view.settings, lane), self.number, self.side);
+        }
+    }
+
+    #[inline(always)]
+    fn set_highlights(&self, block: &Block, side: &mut Side) {
         for lane in 0..LANES {
             side.highlights[lane] = self.highlight(block, lane).1;
             side.any_highlights |= side.highlights[lane];
         }
-        side
     }
 
     /// Its highlight on a point: the colour, and whether there is one.
@@ -84,12 +108,17 @@ impl Lamp<'_> {
         let color = self.light.le();
         for lane in 0..count {
             if self.shines_on(view, block, lane) {
-                let (diffuse, (specular, _)) = (block.diffuse(lane), self.highlight(block, lane));
-                let transmission = block.transmission(lane);
-                let light = shade_direct(color, diffuse, specular, transmission, self.side, &got[lane]);
-                block.add_light(lane, light);
+                self.add_to_lane(color, block, lane, &got[lane]);
             }
         }
+    }
+
+    /// Adds what a point makes of light of this colour that it got.
+    #[inline(always)]
+    fn add_to_lane(&self, color: Vec3, block: &mut Block, lane: usize, got: &LightSums) {
+        let (diffuse, (specular, _)) = (block.diffuse(lane), self.highlight(block, lane));
+        let transmission = block.transmission(lane);
+        block.add_light(lane, shade_direct(color, diffuse, specular, transmission, self.side, got));
     }
 }
 
@@ -106,7 +135,8 @@ impl Shadows {
         cancel: &AtomicBool,
     ) -> Option<()> {
         let sides = 1 + view.settings.light_from_behind as u32;
-        for (number, light) in view.lights.iter().enumerate() {
+        let alone = lights_alone(view);
+        for (number, light) in view.lights[..alone as usize].iter().enumerate() {
             for side in 0..sides {
                 let lamp = Lamp { light, number: number as u32, side };
                 if light.samples() >= MIN_SAMPLES_FOR_OWN_PACKETS {
@@ -119,7 +149,89 @@ impl Shadows {
                 return None;
             }
         }
+        let Some(light) = view.lights.get(alone as usize) else { return Some(()) };
+        for draw in 0..view.settings.lamp_samples {
+            for side in 0..sides {
+                // The first lamp stands for all.
+                let lamp = Lamp { light, number: alone, side };
+                self.add_drawn(view, tracer, &lamp, draw, points, shadow_rays);
+            }
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+        }
         Some(())
+    }
+
+    /// The light of a lamp that is drawn for each point.
+    #[inline(always)]
+    fn add_drawn<T: BatchTracer>(
+        &mut self,
+        view: &SceneView,
+        tracer: &T,
+        lamp: &Lamp,
+        draw: u32,
+        points: &mut LitPoints,
+        shadow_rays: &mut u64,
+    ) {
+        self.ask_drawn(view, lamp, points, draw);
+        self.trace(view, tracer, Coherence::Incoherent, shadow_rays);
+        self.take(view, tracer);
+        let mut drawn = self.drawn.iter();
+        for (block, offered) in points.blocks.iter_mut().zip(&self.offered) {
+            for lane in (0..LANES).filter(|&lane| offered.active[lane]) {
+                // As many as there are active lanes.
+                let Some(&number) = drawn.next() else { return };
+                let light = &view.lights[number as usize];
+                lamp.add_to_lane(light.le(), block, lane, &offered.got[lane]);
+            }
+        }
+    }
+
+    /// Traces the rays.
+    #[inline(always)]
+    fn trace<T: BatchTracer>(
+        &mut self,
+        view: &SceneView,
+        tracer: &T,
+        coherence: Coherence,
+        shadow_rays: &mut u64,
+    ) {
+        if view.settings.shadow_mode != ShadowMode::None {
+            *shadow_rays += self.rays.len() as u64;
+            self.hidden.resize(self.rays.len(), false);
+            tracer.occluded_rays(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hidden);
+        }
+    }
+
+    /// Rays to the lamps that are drawn for the points.
+    #[inline(always)]
+    fn ask_drawn(&mut self, view: &SceneView, lamp: &Lamp, points: &LitPoints, draw: u32) {
+        self.rays.clear();
+        self.filters.clear();
+        self.offered.clear();
+        self.drawn.clear();
+        for (number, block) in points.blocks.iter().enumerate() {
+            let side = lamp.drawing_receivers(view, block);
+            let mut offered = Offered {
+                lanes: LightLanes::NONE,
+                got: [LightSums::default(); LANES],
+                active: [false; LANES],
+            };
+            for lane in (0..points.points_in(number)).filter(|&lane| lamp.shines_on(view, block, lane)) {
+                let Some((number, receiver)) = draw_lamp(view, &side.receiver(lane), draw) else { continue };
+                let light = &view.lights[number as usize];
+                let sample = LightLanes::<1>::new(view.settings, light, &receiver);
+                if sample.brings(0) {
+                    offered.active[lane] = true;
+                    offered.lanes.set(lane, &sample);
+                    self.rays.push(sample.ray(0, receiver.origin));
+                    self.filters.push(shadow_filter(light, block.id[lane]));
+                    self.drawn.push(number);
+                }
+            }
+            self.offered.push(offered);
+        }
     }
 
     /// One sample of all points after the other.
@@ -135,12 +247,7 @@ impl Shadows {
         let samples = lamp.light.samples();
         for sample in 0..samples {
             self.ask(view, lamp, points, sample);
-            if view.settings.shadow_mode != ShadowMode::None {
-                *shadow_rays += self.rays.len() as u64;
-                self.hidden.resize(self.rays.len(), false);
-                let filters = Filters::Each(&self.filters);
-                tracer.occluded_rays(&self.rays, filters, Coherence::Coherent, &mut self.hidden);
-            }
+            self.trace(view, tracer, Coherence::Coherent, shadow_rays);
             self.take(view, tracer);
         }
         for number in 0..points.blocks.len() {

@@ -1,6 +1,8 @@
 //! Presets: render as the reference systems do.
 
-use crate::model::{Camera, Composition, Light, LightUnits, Material, MaterialKind, Mtl, NormalMode};
+use crate::model::{
+    Camera, Composition, Light, LightSelection, LightUnits, Material, MaterialKind, Mtl, NormalMode,
+};
 use crate::model::{PixelSampling, RenderSettings, Scene, Transfer, double};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
@@ -63,6 +65,7 @@ impl Preset {
             shadows: ShadowMode::Opaque,
             fresnel: FresnelMode::Exact,
             normals: NormalMode::Smooth,
+            lights: Some(LightSelection::All),
             light_units: LightUnits::Plain,
             light_falloff: false,
             srgb_textures: false,

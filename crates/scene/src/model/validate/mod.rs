@@ -3,9 +3,9 @@
 mod animation;
 
 use super::{
-    AlphaMode, Camera, CameraMotion, Composition, EnvironmentMap, Image, Light, LightParts, LightUnits,
-    Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene, TexelLayout,
-    Texture,
+    AlphaMode, Camera, CameraMotion, Composition, EnvironmentMap, Image, Light, LightParts, LightSelection,
+    LightUnits, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene,
+    TexelLayout, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -56,6 +56,9 @@ impl RenderSettings {
         };
         if !self.lighting.is_lit() {
             return refused("lighting", "this model shows surfaces without light");
+        }
+        if self.lights == Some(LightSelection::All) {
+            return refused("lights", "\"all\" asks for a shadow ray to each light");
         }
         if self.light_units != LightUnits::Physical {
             return refused("light-units", "plain units are those of the reference systems");

@@ -2,7 +2,7 @@
 
 use super::{LocalPacket, MaskOf};
 use crate::simd::{Float, Mask, Simd, Vec3V, cross, each};
-use eosphor_core::intersect::{EXTENT_SLACK, ORIGIN_SLACK};
+use eosphor_core::intersect::{EXTENT_SLACK, LARGEST_NUMBER, ORIGIN_SLACK, SHORT};
 use std::mem::MaybeUninit;
 
 /// Bounds of the rays of a group, for boxes: `plane * scale + offset` is no later than any ray enters, no earlier than
@@ -45,6 +45,20 @@ macro_rules! extreme {
         $k = 0;
         best.$better($of.or_else($groups[$k], none)).$whole(MaskOf::<S>::from_bits(0xffff))
     }};
+}
+
+/// Whether some rays meet every box ([`SHORT`]).
+#[inline(always)]
+fn has_short_rays<S: Simd, const N: usize>(legs: &[LocalPacket<S>; N], groups: &[MaskOf<S>; N]) -> bool {
+    let mut any = false;
+    let mut member = 0;
+    while member < N {
+        let [x, y, z] = &legs[member].own.direction;
+        let is_long = S::F16::splat(SHORT).le(x.abs().max(y.abs()).max(z.abs()));
+        any |= groups[member].without(is_long).any();
+        member += 1;
+    }
+    any
 }
 
 impl<S: Simd, const N: usize> Interval<S, N> {
@@ -100,7 +114,10 @@ impl<S: Simd, const N: usize> Interval<S, N> {
             }
         }
         let reach = each!(k => low[k].abs().max(high[k].abs()));
-        let everywhere = EXTENT_SLACK * (extent + reach[0].max(reach[1]).max(reach[2]));
+        let mut everywhere = EXTENT_SLACK * (extent + reach[0].max(reach[1]).max(reach[2]));
+        if !is_usual && has_short_rays(legs, groups) {
+            everywhere = LARGEST_NUMBER;
+        }
         k = 0;
         while k < 3 {
             let i0 = extreme!(groups, min, smallest, f32::INFINITY, m => legs[m].local.slab.inverse[k]);
