@@ -140,13 +140,19 @@ pub struct Material {
 }
 
 impl Material {
-    /// Whether triangles of it are lights to path tracing: they shine alike everywhere, and nothing passes them straight. Other
-    /// emitters are found by rays that meet them.
+    /// Whether what is made of it is a light to path tracing: it shines, and nothing passes it straight. Other emitters are found by
+    /// rays that meet them.
     #[inline(always)]
     pub fn is_lamp_of_paths(&self) -> bool {
         let is_closed = (self.alpha == AlphaUse::Ignore)
             & ((self.refraction != Refraction::Straight) | !(self.transmission.max_component() > 0.0));
-        is_closed & (self.emission_texture == NONE) & (self.emission.max_component() > 0.0)
+        is_closed & (self.emission.max_component() > 0.0)
+    }
+
+    /// Whether triangles of it that are lights to path tracing shine to both sides, as glTF's double-sided materials do.
+    #[inline(always)]
+    pub fn shines_to_both_sides(&self) -> bool {
+        (self.model == SurfaceModel::MetallicRoughness) & !self.single_sided
     }
 
     /// Whether light passes it straight on in path tracing, with what it takes: holes, panes, and backs that are not there.

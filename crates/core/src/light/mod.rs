@@ -1,10 +1,11 @@
 //! Lights, in the form that shading reads.
 
 mod sample;
+mod sphere;
 mod tree;
 
 pub use sample::{LightSample, LightSampleLanes, triangle_sample};
-pub use tree::{ChosenLight, LEAST_CHANCE, LightNode, LightReceiver, LightTree, light_of_triangle};
+pub use tree::{ChosenLight, LEAST_CHANCE, LightNode, LightReceiver, LightTree, light_of_primitive};
 
 use crate::math::Vec3;
 use crate::ray::PrimitiveId;
@@ -45,7 +46,7 @@ pub enum Light {
         /// Cosine of the half angle outside which there is none; not above `cos_inner`.
         cos_outer: f32,
     },
-    /// An emissive triangle, one-sided: it shines to the side from which its vertices run counter-clockwise.
+    /// An emissive triangle, which shines to the side that its normal points to, or to both.
     Triangle {
         /// First vertex, world space.
         v0: Vec3,
@@ -59,11 +60,28 @@ pub enum Light {
         area: f32,
         /// Of the radiance, `Ke`.
         color: Vec3,
+        /// Number of the texture that multiplies the colour, or [`crate::material::NONE`]: of path tracing.
+        texture: u32,
+        /// It shines to the other side, too: in path tracing.
+        is_two_sided: bool,
         /// Points a shading point samples on it.
         samples: u32,
         /// Number of the instance that holds it (0 = world).
         instance: u32,
         /// Number of the triangle in its geometry.
+        primitive: u32,
+    },
+    /// An emissive sphere, which shines outwards: of path tracing.
+    Sphere {
+        /// World space.
+        center: Vec3,
+        /// World units.
+        radius: f32,
+        /// Of the radiance, `Ke`.
+        color: Vec3,
+        /// Number of the instance that holds it (0 = world).
+        instance: u32,
+        /// Number of the sphere in its geometry, where triangles come first.
         primitive: u32,
     },
 }
@@ -89,7 +107,7 @@ impl Light {
         match self {
             Light::Point { .. } | Light::Spot { .. } => LightKind::DeltaPosition,
             Light::Directional { .. } => LightKind::DeltaDirection,
-            Light::Triangle { .. } => LightKind::Area,
+            Light::Triangle { .. } | Light::Sphere { .. } => LightKind::Area,
         }
     }
 
@@ -102,11 +120,13 @@ impl Light {
         }
     }
 
-    /// The triangle that it is, which shadow rays towards it leave out.
+    /// The primitive that it is. Shadow rays towards a triangle leave it out.
     #[inline(always)]
     pub fn primitive(&self) -> PrimitiveId {
         match *self {
-            Light::Triangle { instance, primitive, .. } => PrimitiveId { instance, primitive },
+            Light::Triangle { instance, primitive, .. } | Light::Sphere { instance, primitive, .. } => {
+                PrimitiveId { instance, primitive }
+            }
             Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } => PrimitiveId::NONE,
         }
     }
@@ -116,7 +136,7 @@ impl Light {
     pub fn samples(&self) -> u32 {
         match self {
             Light::Triangle { samples, .. } => *samples,
-            Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } => 1,
+            Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } | Light::Sphere { .. } => 1,
         }
     }
 }

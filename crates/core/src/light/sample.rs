@@ -1,6 +1,6 @@
 //! What lights send to a point: one sample, and one in each of several lanes.
 
-use super::Light;
+use super::{Light, sphere};
 use crate::intersect::precise::{dot64, double, minus64};
 use crate::math::{Vec3, fma, max, sqrt};
 use crate::sampling::{point_2d, triangle_point};
@@ -24,7 +24,8 @@ impl Light {
             Light::Point { color, .. }
             | Light::Directional { color, .. }
             | Light::Spot { color, .. }
-            | Light::Triangle { color, .. } => color,
+            | Light::Triangle { color, .. }
+            | Light::Sphere { color, .. } => color,
         }
     }
 
@@ -51,22 +52,26 @@ impl Light {
                 };
                 LightSample { weight: sample.weight * cone, ..sample }
             }
-            Light::Triangle { v0, e1, e2, normal, area, samples, .. } => {
+            Light::Triangle { v0, e1, e2, normal, area, samples, is_two_sided, .. } => {
                 let [b1, b2] = triangle_point(u);
                 let offset = v0.plus_scaled(e1, b1).plus_scaled(e2, b2) - from;
-                triangle_sample(offset, normal, area / samples as f32)
+                let sample = towards(offset, area / samples as f32, true);
+                let cos = facing(-normal.dot(sample.to_light), is_two_sided);
+                LightSample { weight: sample.weight * cos, ..sample }
             }
+            Light::Sphere { center, radius, .. } => sphere::sample(from, center, radius, u),
         }
     }
 
-    /// How densely [`Light::sample_li`] gives the unit direction `to_light`, per steradian, where that meets the light at this
-    /// distance; 0 for lights that shine from one point or direction.
+    /// How densely [`Light::sample_li`] gives the unit direction `to_light` from a point, per steradian, where that meets the light
+    /// at this distance; 0 for lights that shine from one point or direction.
     #[inline(always)]
-    pub fn pdf_li(&self, to_light: Vec3, distance: f32) -> f32 {
+    pub fn pdf_li(&self, from: Vec3, to_light: Vec3, distance: f32) -> f32 {
         match *self {
             Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } => 0.0,
-            Light::Triangle { normal, area, .. } => {
-                let facing = max(-normal.dot(to_light), 0.0) * area;
+            Light::Sphere { center, radius, .. } => sphere::density(from, center, radius),
+            Light::Triangle { normal, area, is_two_sided, .. } => {
+                let facing = facing(-normal.dot(to_light), is_two_sided) * area;
                 if facing > 0.0 { distance * distance / facing } else { 0.0 }
             }
         }
@@ -79,6 +84,12 @@ impl Light {
 pub fn triangle_sample(offset: Vec3, light_normal: Vec3, power: f32) -> LightSample {
     let sample = towards(offset, power, true);
     LightSample { weight: sample.weight * max(-light_normal.dot(sample.to_light), 0.0), ..sample }
+}
+
+/// The cosine by which a side that shines faces, of that for the front.
+#[inline(always)]
+fn facing(cos: f32, is_two_sided: bool) -> f32 {
+    max(cos, if is_two_sided { -cos } else { 0.0 })
 }
 
 #[inline(always)]
@@ -136,6 +147,14 @@ impl<const W: usize> LightSampleLanes<W> {
             light @ Light::Point { position, .. } => {
                 lanes.sample(&light, falloff, &origin, &[none; 2]);
                 lanes.end_at(position, &origin);
+            }
+            light @ Light::Sphere { .. } => {
+                let mut u = [none; 2];
+                for lane in 0..W {
+                    let (index, key) = random(lane);
+                    [u[0][lane], u[1][lane]] = point_2d(index, key);
+                }
+                lanes.sample(&light, falloff, &origin, &u);
             }
             light @ Light::Directional { .. } => lanes.sample(&light, falloff, &origin, &[none; 2]),
             light @ Light::Spot { position, .. } => {
@@ -213,6 +232,8 @@ mod tests {
             normal: across.normalize(),
             area,
             color: Vec3::ONE,
+            texture: crate::material::NONE,
+            is_two_sided: false,
             samples: 1,
             instance: 0,
             primitive: 0,
@@ -221,7 +242,7 @@ mod tests {
             let sample = |i| light.sample_li(Vec3::ZERO, point_2d(i, 9), true);
             (0..1 << 16).map(|i| f64::from(f(&sample(i)))).sum::<f64>() / f64::from(1 << 16)
         };
-        let by_density = mean(&|s| 1.0 / light.pdf_li(s.to_light, s.distance));
+        let by_density = mean(&|s| 1.0 / light.pdf_li(Vec3::ZERO, s.to_light, s.distance));
         let by_weight = mean(&|s| s.weight);
         let [a, b, c] = [v0, v0 + e1, v0 + e2];
         let triple = a.dot(b.cross(c));
@@ -234,6 +255,47 @@ mod tests {
         assert!((by_density - solid_angle).abs() < 1e-4 * solid_angle, "{by_density} {solid_angle}");
         assert!((by_weight - solid_angle).abs() < 1e-4 * solid_angle, "{by_weight} {solid_angle}");
         // Nothing to the other side.
-        assert_eq!(light.pdf_li(vec3(0.0, 0.0, -1.0), 1.0), 0.0);
+        assert_eq!(light.pdf_li(Vec3::ZERO, vec3(0.0, 0.0, -1.0), 1.0), 0.0);
+    }
+
+    /// Directions to a sphere meet it, from near and far, and no other direction does: the mean of one over the density is the solid
+    /// angle, and their mean direction is the axis times the mean cosine.
+    #[test]
+    fn spheres_are_as_dense_as_is_said() {
+        for (distance, radius) in [(1.001f32, 1.0f32), (1.5, 1.0), (20.0, 1.0), (1e4, 1.0), (1e6, 1e-3)] {
+            let light = Light::Sphere {
+                center: vec3(0.0, 0.0, distance),
+                radius,
+                color: Vec3::ONE,
+                instance: 0,
+                primitive: 0,
+            };
+            let sine_squared = (f64::from(radius) / f64::from(distance)).powi(2);
+            let cos = (1.0 - sine_squared).sqrt();
+            let angle = 2.0 * std::f64::consts::PI * sine_squared / (1.0 + cos);
+            let (mut sum, count) = ([0.0f64; 3], 1 << 14);
+            for i in 0..count {
+                let sample = light.sample_li(Vec3::ZERO, point_2d(i, 3), true);
+                assert!(
+                    (f64::from(sample.weight) / angle - 1.0).abs()
+                        < 1e-3 * f64::from(distance / (distance - radius)).min(3.0)
+                );
+                let density = light.pdf_li(Vec3::ZERO, sample.to_light, sample.distance);
+                assert!((density * sample.weight - 1.0).abs() < 1e-5);
+                // On the sphere, as far as single precision has it.
+                let point = sample.to_light * sample.distance;
+                let off = (point - vec3(0.0, 0.0, distance)).length() - radius;
+                assert!(off.abs() <= 4e-3 * radius + 1e-6 * distance, "{off} {distance}");
+                sum[0] += f64::from(sample.to_light.x);
+                sum[1] += f64::from(sample.to_light.y);
+                sum[2] += f64::from(sample.to_light.z);
+            }
+            let [x, y, z] = sum.map(|s| s / f64::from(count));
+            assert!(x.abs() < 1e-3 && y.abs() < 1e-3 && (z - 0.5 * (1.0 + cos)).abs() < 1e-3, "{x} {y} {z}");
+        }
+        let around =
+            Light::Sphere { center: Vec3::ZERO, radius: 2.0, color: Vec3::ONE, instance: 0, primitive: 0 };
+        assert_eq!(around.sample_li(vec3(0.5, 0.0, 0.0), [0.5; 2], true).weight, 0.0);
+        assert_eq!(around.pdf_li(vec3(0.5, 0.0, 0.0), vec3(0.0, 1.0, 0.0), 1.0), 0.0);
     }
 }

@@ -200,15 +200,15 @@ pub const LEAST_CHANCE: f32 = 1.0 / 16_777_216.0;
 /// The least variance of cosines.
 const LEAST_SPREAD: f32 = 1.0 / 262_144.0;
 
-/// The number of the light that a triangle is, if it is one: triangles come last among lights, in the order of
+/// The number of the light that a primitive is, if it is one: these come last among lights, in the order of
 /// [`PrimitiveId::before`].
 #[inline(always)]
-pub fn light_of_triangle(lights: &[Light], id: PrimitiveId) -> Option<u32> {
+pub fn light_of_primitive(lights: &[Light], id: PrimitiveId) -> Option<u32> {
     let (mut from, mut to) = (0, lights.len());
     while from < to {
         let middle = (from + to) / 2;
         let is_before = match lights.get(middle)? {
-            Light::Triangle { instance, primitive, .. } => {
+            Light::Triangle { instance, primitive, .. } | Light::Sphere { instance, primitive, .. } => {
                 PrimitiveId { instance: *instance, primitive: *primitive }.before(id)
             }
             Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } => true,

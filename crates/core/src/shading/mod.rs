@@ -1,5 +1,6 @@
 //! What happens at a surface point: its normals and material, the light that reaches it, and where rays go on.
 
+mod emission_texel;
 mod evaluated_material;
 mod hit_point;
 mod material_texels;
@@ -8,6 +9,7 @@ mod normal_map;
 mod path_material;
 mod surface;
 
+pub use emission_texel::emission_texel;
 pub use evaluated_material::EvaluatedMaterial;
 pub use material_texels::MaterialTexels;
 pub use material_values::MaterialValues;

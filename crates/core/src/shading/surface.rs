@@ -125,6 +125,14 @@ impl<M: MaterialValues> SurfacePoint<M> {
     }
 }
 
+/// Texture coordinates between those of the corners.
+#[inline(always)]
+pub(super) fn blended([t0, t1, t2]: &[[f32; 2]; 3], u: f32, v: f32) -> [f32; 2] {
+    let w = 1.0 - u - v;
+    let blend = |x: f32, y: f32, z: f32| fma(z, v, fma(y, u, x * w));
+    [blend(t0[0], t1[0], t2[0]), blend(t0[1], t1[1], t2[1])]
+}
+
 #[inline(always)]
 fn on_triangle(view: &SceneView, number: u32, material: u32, hit: &Hit) -> Local {
     let [a, b, c] = *item(view.triangles, number);
@@ -132,8 +140,7 @@ fn on_triangle(view: &SceneView, number: u32, material: u32, hit: &Hit) -> Local
     let w = 1.0 - hit.u - hit.v;
     let [n0, n1, n2] = shading.normals;
     let blend = |x: f32, y: f32, z: f32| fma(z, hit.v, fma(y, hit.u, x * w));
-    let blend_uv = |[t0, t1, t2]: &[[f32; 2]; 3]| [blend(t0[0], t1[0], t2[0]), blend(t0[1], t1[1], t2[1])];
-    let uv = blend_uv(&shading.uvs);
+    let uv = blended(&shading.uvs, hit.u, hit.v);
     // Edges are scaled up first: the product of tiny ones would vanish.
     let (e1, e2) = (b - a, c - a);
     let scale = 1.0 / e1.abs().max(e2.abs()).max_component();
@@ -151,7 +158,7 @@ fn on_triangle(view: &SceneView, number: u32, material: u32, hit: &Hit) -> Local
     if shading.extra != NONE {
         let extra = item(view.triangle_extras, shading.extra);
         local.corner_uvs[1] = extra.uvs1;
-        local.uvs[1] = blend_uv(&extra.uvs1);
+        local.uvs[1] = blended(&extra.uvs1, hit.u, hit.v);
         let [c0, c1, c2] = extra.colors;
         let channel = |k: usize| blend(c0[k], c1[k], c2[k]);
         local.color = Rgba { color: vec3(channel(0), channel(1), channel(2)), alpha: channel(3) };

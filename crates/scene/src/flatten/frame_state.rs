@@ -61,7 +61,7 @@ pub struct FrameBounds {
 impl FrameBounds {
     /// `data` is what [`SceneData::flatten`] made of `scene`.
     pub fn new(scene: &Scene, data: &SceneData) -> FrameBounds {
-        let is_own = |light: &Light| matches!(light, Light::Triangle { .. });
+        let is_own = |light: &Light| light.is_lamp();
         let has_headlight = scene.lights.is_empty() && data.lights.len() == 1 && !is_own(&data.lights[0]);
         let part = |first: u32, count: u32| first as usize..first as usize + count as usize;
         let bounds_of = |g: &Geometry| {
@@ -127,7 +127,9 @@ impl<'a> FrameStates<'a> {
             None => self.data.camera,
         };
         let LightArrays { lights, tree } = match self.bounds.has_headlight {
-            true => LightArrays::new(vec![camera::headlight(&camera)], Vec::new(), settings, None),
+            true => {
+                LightArrays::new(vec![camera::headlight(&camera)], Vec::new(), settings, (self.data, false))
+            }
             false => self.lights(frame, places.as_ref(), settings),
         };
         let is_dark = settings::surroundings(settings).is_some();
@@ -152,8 +154,8 @@ impl<'a> FrameStates<'a> {
             _ => self.data.lights[own.len()..].to_vec(),
         };
         let way = |s: &RenderSettings| (s.integrator, s.lights);
-        let known = (way(settings) == way(&self.scene.settings)).then_some(self.data);
-        LightArrays::new(own, shining, settings, known)
+        let is_alike = way(settings) == way(&self.scene.settings);
+        LightArrays::new(own, shining, settings, (self.data, is_alike))
     }
 
     fn places(&self, frame: u32) -> Result<Places, SceneError> {

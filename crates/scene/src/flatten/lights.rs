@@ -5,11 +5,13 @@ use super::light_tree::{self, LightTreeArrays, Plan};
 use super::normals;
 use super::note::Note;
 use crate::model::{Light as ModelLight, LightSelection, LightUnits, RenderSettings, Scene};
-use eosphor_core::geometry::{Geometry, Instance, TriangleShading};
+use eosphor_core::geometry::{Geometry, Instance, Sphere, TriangleShading};
 use eosphor_core::light::Light;
 use eosphor_core::material::{Material, NONE};
 use eosphor_core::math::{Vec3, elementary64, vec3};
+use eosphor_core::sampling::{point_2d, triangle_point};
 use eosphor_core::settings::Integrator;
+use eosphor_core::shading::emission_texel;
 
 /// More emissive triangles than so many get a note.
 const MAX_LIGHTS_WITHOUT_NOTE: u32 = 256;
@@ -52,15 +54,15 @@ fn cos_degrees(degrees: f32) -> f32 {
     elementary64::cos(f64::from(degrees) * (std::f64::consts::PI / 180.0)) as f32
 }
 
-/// Triangles that shine, geometry after geometry: looked for once, however often geometries are placed.
+/// Primitives that shine, geometry after geometry: looked for once, however often geometries are placed.
 #[derive(Clone)]
 pub(super) struct Emitters {
-    /// Of each geometry, numbers there.
+    /// Of each geometry, numbers there: of triangles, then of spheres.
     shining: Vec<Vec<u32>>,
     integrator: Integrator,
 }
 
-/// Textured emitters are seen but are no lights: what they shine differs from point to point.
+/// To Whitted's integrator textured emitters are seen but are no lights: what they shine differs from point to point.
 fn shines(material: &Material, integrator: Integrator) -> bool {
     match integrator {
         Integrator::Whitted => material.emission.max_component() > 0.0 && material.emission_texture == NONE,
@@ -92,13 +94,13 @@ pub(super) struct LightArrays {
 }
 
 impl LightArrays {
-    /// Of the scene's own lights and those that shine by themselves, each of which has got one sample. `known` has the tree of
-    /// such settings, if its lights are the same.
+    /// Of the scene's own lights and those that shine by themselves, each of which has got one sample. `data` has the scene's arrays;
+    /// where the tree in it is of such settings (`is_alike`), it is taken if the lights are the same.
     pub(super) fn new(
         mut lights: Vec<Light>,
         shining: Vec<Light>,
         settings: &RenderSettings,
-        known: Option<&SceneData>,
+        (data, is_alike): (&SceneData, bool),
     ) -> LightArrays {
         let selection = selection(settings, shining.len());
         lights.extend(shining);
@@ -109,12 +111,12 @@ impl LightArrays {
             }
         }
         let plan = Plan { selection, lamps_only: settings.integrator == Integrator::Whitted };
-        let tree = match known {
-            Some(data) if data.lights == lights => {
-                LightTreeArrays { nodes: data.light_nodes.clone(), places: data.light_places.clone() }
-            }
-            _ if selection == LightSelection::All => LightTreeArrays::default(),
-            _ => light_tree::build(&lights, &plan),
+        let tree = if is_alike && data.lights == lights {
+            LightTreeArrays { nodes: data.light_nodes.clone(), places: data.light_places.clone() }
+        } else if selection == LightSelection::All {
+            LightTreeArrays::default()
+        } else {
+            light_tree::build(&lights, &plan, |light| texel_share(data, light))
         };
         LightArrays { lights, tree }
     }
@@ -124,13 +126,17 @@ impl Emitters {
     pub(super) fn new(
         geometries: &[Geometry],
         triangle_shading: &[TriangleShading],
+        sphere_materials: &[u32],
         materials: &[Material],
         integrator: Integrator,
     ) -> Emitters {
         let shining = |geometry: &Geometry| -> Vec<u32> {
-            let material = |k: u32| triangle_shading[(geometry.first_triangle + k) as usize].material;
-            let shines = |k: &u32| shines(&materials[material(*k) as usize], integrator);
-            (0..geometry.triangle_count).filter(shines).collect()
+            let material = |&number: &u32| match number.checked_sub(geometry.triangle_count) {
+                None => triangle_shading[(geometry.first_triangle + number) as usize].material,
+                Some(sphere) => sphere_materials[(geometry.first_sphere + sphere) as usize],
+            };
+            let shines = |number: &u32| shines(&materials[material(number) as usize], integrator);
+            (0..primitives(geometry, integrator)).filter(shines).collect()
         };
         Emitters { shining: geometries.iter().map(shining).collect(), integrator }
     }
@@ -139,8 +145,7 @@ impl Emitters {
         self.shining.iter().all(Vec::is_empty)
     }
 
-    /// One light for each placed triangle that shines and has an area: those of the world first, then those of each
-    /// instance. Spheres that shine are only seen.
+    /// One light for each placed primitive that shines and has an area: those of the world first, then those of each instance.
     pub(super) fn lights(
         &self,
         settings: &RenderSettings,
@@ -167,46 +172,120 @@ impl Emitters {
         let primitives = match instance.material {
             NONE => &self.shining[instance.geometry as usize],
             material if shines(&data.materials[material as usize], self.integrator) => {
-                all = (0..geometry.triangle_count).collect();
+                all = (0..primitives(geometry, self.integrator)).collect();
                 &all
             }
             _ => return,
         };
-        let mirrored = instance.world_from_object.determinant() < 0.0;
         for &primitive in primitives {
-            let i = (geometry.first_triangle + primitive) as usize;
-            let material = match instance.material {
-                NONE => data.triangle_shading[i].material,
-                material => material,
+            let light = match primitive.checked_sub(geometry.triangle_count) {
+                None => triangle(number, primitive, instance, settings, data),
+                Some(_) => sphere(number, primitive, instance, settings, data),
             };
-            let mut vertices = data.triangles[i];
-            if number > 0 {
-                vertices = vertices.map(|v| instance.world_from_object.point(v));
-                if mirrored {
-                    vertices.swap(1, 2);
-                }
-            }
-            let area = (normals::length(normals::area_vector(&vertices)) * 0.5) as f32;
-            let Some(normal) = normals::of_triangle(&vertices).filter(|_| area > 0.0 && area.is_finite())
-            else {
-                continue;
-            };
-            let [v0, v1, v2] = vertices;
-            let color = answered(data.materials[material as usize].emission, settings.light_units);
-            let (samples, instance) = (1, number);
-            lights.push(Light::Triangle {
-                v0,
-                e1: v1 - v0,
-                e2: v2 - v0,
-                normal,
-                area,
-                color,
-                samples,
-                instance,
-                primitive,
-            });
+            lights.extend(light);
         }
     }
+}
+
+/// A triangle that shines; `None` where it has no area.
+fn triangle(
+    number: u32,
+    primitive: u32,
+    instance: &Instance,
+    settings: &RenderSettings,
+    data: &SceneData,
+) -> Option<Light> {
+    let i = (data.geometries[instance.geometry as usize].first_triangle + primitive) as usize;
+    let own = data.triangle_shading[i].material;
+    let material = &data.materials[if instance.material == NONE { own } else { instance.material } as usize];
+    let mut vertices = data.triangles[i];
+    let mut is_turned = false;
+    if number > 0 {
+        vertices = vertices.map(|v| instance.world_from_object.point(v));
+        if instance.world_from_object.determinant() < 0.0 {
+            // Where a texture tells corners apart, they keep their order.
+            is_turned = material.emission_texture != NONE;
+            if !is_turned {
+                vertices.swap(1, 2);
+            }
+        }
+    }
+    let area = (normals::length(normals::area_vector(&vertices)) * 0.5) as f32;
+    let normal = normals::of_triangle(&vertices).filter(|_| area > 0.0 && area.is_finite())?;
+    let [v0, v1, v2] = vertices;
+    Some(Light::Triangle {
+        v0,
+        e1: v1 - v0,
+        e2: v2 - v0,
+        normal: if is_turned { -normal } else { normal },
+        area,
+        color: answered(material.emission, settings.light_units),
+        texture: material.emission_texture,
+        is_two_sided: settings.integrator == Integrator::Path && material.shines_to_both_sides(),
+        samples: 1,
+        instance: number,
+        primitive,
+    })
+}
+
+/// How much the scale of an instance may differ between directions for its spheres to be lights.
+const ROUND: f64 = 1e-5;
+
+/// A sphere that shines; `None` where an instance makes it an ellipsoid: that is only seen.
+fn sphere(
+    number: u32,
+    primitive: u32,
+    instance: &Instance,
+    settings: &RenderSettings,
+    data: &SceneData,
+) -> Option<Light> {
+    let geometry = &data.geometries[instance.geometry as usize];
+    let i = (geometry.first_sphere + (primitive - geometry.triangle_count)) as usize;
+    let own = data.sphere_materials[i];
+    let material = &data.materials[if instance.material == NONE { own } else { instance.material } as usize];
+    let Sphere { mut center, mut radius } = data.spheres[i];
+    if number > 0 {
+        let map = &instance.world_from_object;
+        let [x, y, z] = map.columns.map(|c| [c.x, c.y, c.z].map(f64::from));
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let squared = dot(x, x);
+        let is_off = |value: f64, wanted: f64| (value - wanted).abs() > ROUND * squared;
+        if is_off(dot(y, y), squared) || is_off(dot(z, z), squared) {
+            return None;
+        }
+        if is_off(dot(x, y), 0.0) || is_off(dot(y, z), 0.0) || is_off(dot(z, x), 0.0) {
+            return None;
+        }
+        (center, radius) = (map.point(center), (f64::from(radius) * squared.sqrt()) as f32);
+    }
+    let color = answered(material.emission, settings.light_units);
+    let is_usual = radius > 0.0 && radius.is_finite();
+    is_usual.then_some(Light::Sphere { center, radius, color, instance: number, primitive })
+}
+
+/// Primitives that may be lights: spheres are to paths alone.
+fn primitives(geometry: &Geometry, integrator: Integrator) -> u32 {
+    match integrator {
+        Integrator::Whitted => geometry.triangle_count,
+        Integrator::Path => geometry.triangle_count + geometry.sphere_count,
+    }
+}
+
+/// How bright the texture of a lamp is on average, over 1. No lamp is left out because the places that are read are dark.
+fn texel_share(data: &SceneData, light: &Light) -> f64 {
+    const READS: u32 = 16;
+    const LEAST: f64 = 1.0 / 256.0;
+    let Light::Triangle { texture, .. } = *light else { return 1.0 };
+    if texture == NONE {
+        return 1.0;
+    }
+    let read = |number: u32| {
+        let [u, v] = triangle_point(point_2d(number, 0));
+        let color = emission_texel(&data.view(), light.primitive(), texture, u, v);
+        (f64::from(color.x) + f64::from(color.y) + f64::from(color.z)) / 3.0
+    };
+    let mean = (0..READS).map(read).sum::<f64>() / f64::from(READS);
+    if mean.is_finite() { mean.max(LEAST) } else { 1.0 }
 }
 
 /// What is worth saying of the lights that shine by themselves, to Whitted's integrator.

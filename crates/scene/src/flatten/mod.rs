@@ -158,7 +158,7 @@ impl SceneData {
             lights::notes(&shining, selection, scene.settings.light_samples, &data, &mut notes);
         }
         let own = std::mem::take(&mut data.lights);
-        let LightArrays { lights, tree } = LightArrays::new(own, shining, &scene.settings, None);
+        let LightArrays { lights, tree } = LightArrays::new(own, shining, &scene.settings, (&data, false));
         (data.lights, data.light_nodes, data.light_places) = (lights, tree.nodes, tree.places);
         // What moves may shine in another frame, though it has no area in this one.
         let may_shine = data.instances_move && !emitters.is_empty();
@@ -188,6 +188,7 @@ impl SceneData {
 
     fn emitters(&self) -> lights::Emitters {
         let integrator = self.settings.integrator;
-        lights::Emitters::new(&self.geometries, &self.triangle_shading, &self.materials, integrator)
+        let (shading, spheres) = (&self.triangle_shading, &self.sphere_materials);
+        lights::Emitters::new(&self.geometries, shading, spheres, &self.materials, integrator)
     }
 }

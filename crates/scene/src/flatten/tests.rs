@@ -400,7 +400,7 @@ fn lights_of_the_scene_come_before_emissive_triangles() {
         matches!(data.lights[1], CoreLight::Directional { to_light, .. } if to_light == vec3(0.0, 0.0, 1.0))
     );
     for (light, number, side, z) in [(2, 1, 1.0, 0.0), (3, 2, -1.0, 3.0)] {
-        let CoreLight::Triangle { v0, e1, e2, normal, area, color, samples, instance, primitive } =
+        let CoreLight::Triangle { v0, e1, e2, normal, area, color, samples, instance, primitive, .. } =
             data.lights[light]
         else {
             panic!()

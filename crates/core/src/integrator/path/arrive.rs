@@ -3,7 +3,7 @@
 use super::{Numbers, PathPoint, PathState, limited, power_share};
 use crate::integrator::coverage::MAX_HOLES;
 use crate::integrator::{PathRay, RayKind};
-use crate::light::light_of_triangle;
+use crate::light::light_of_primitive;
 use crate::math::{Vec3, max, min};
 use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
@@ -88,26 +88,23 @@ pub(super) fn ray_behind(point: &PathPoint, ray: &PathRay, weight: Vec3, t: f32)
     }
 }
 
-/// The share of the radiance of what shines that counts where a ray of a lobe found it this far from where the lobe is. Lamps shine
-/// to their front. All counts of what no light sample finds: spheres, what is textured or has holes, and what was met straight from
-/// the camera, a mirror or glass.
+/// The share of the radiance of what shines that counts where a ray of a lobe found it this far from where the lobe is. All counts of
+/// what no light sample finds: what has holes, spheres from within, and what was met straight from the camera, a mirror or glass.
 #[inline(always)]
 fn lamp_share(view: &SceneView, point: &PathPoint, path: &PathState, distance: f32) -> f32 {
-    let instance = item(view.instances, point.id.instance);
-    let geometry = item(view.geometries, instance.geometry);
-    let is_lamp = item(view.materials, point.material).is_lamp_of_paths();
-    if !is_lamp | (point.id.primitive >= geometry.triangle_count) {
-        return 1.0;
-    }
-    if !point.front {
+    let ray = &path.ray;
+    let geometry = item(view.geometries, item(view.instances, point.id.instance).geometry);
+    let material = item(view.materials, point.material);
+    let is_triangle = point.id.primitive < geometry.triangle_count;
+    if is_triangle & !point.front & material.is_lamp_of_paths() & !material.shines_to_both_sides() {
         return 0.0;
     }
-    let ray = &path.ray;
     if !(ray.lobe_density > 0.0) {
         return 1.0;
     }
-    let Some(number) = light_of_triangle(view.lights, point.id) else { return 1.0 };
+    let Some(number) = light_of_primitive(view.lights, point.id) else { return 1.0 };
     let Some(light) = view.lights.get(number as usize) else { return 1.0 };
+    let density = light.pdf_li(path.left.position, ray.direction, distance);
     let chance = view.light_tree().chance(&path.left, number) * (1.0 - view.environment.chance);
-    power_share(ray.lobe_density, light.pdf_li(ray.direction, distance) * chance)
+    power_share(ray.lobe_density, density * chance)
 }

@@ -3,8 +3,11 @@
 use super::{Numbers, PathPoint, ScatterPoint, limited, power_share};
 use crate::integrator::PathRay;
 use crate::light::{Light, LightSampleLanes};
+use crate::material::NONE;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, Ray, RayFilter};
+use crate::sampling::{point_2d, triangle_point};
+use crate::shading::emission_texel;
 use crate::view::SceneView;
 
 /// A shadow ray, and what the path gets where nothing is in its way.
@@ -52,14 +55,26 @@ fn draw_light(view: &SceneView, light: &Light, chance: f32, origin: Vec3, number
     let falloff = view.settings.light_falloff;
     let sample = LightSampleLanes::<1>::new(light, falloff, |_| origin, |_| numbers.on_light());
     let weight = sample.weight[0] / chance;
+    let mut color = light.le();
+    if let Light::Triangle { texture, .. } = *light
+        && texture != NONE
+        && weight > 0.0
+    {
+        let (index, key) = numbers.on_light();
+        let [u, v] = triangle_point(point_2d(index, key));
+        color = color * emission_texel(view, light.primitive(), texture, u, v);
+    }
     // The weight of a lamp's sample is one over its density.
     let density = if light.is_lamp() & (weight > 0.0) { 1.0 / weight } else { 0.0 };
     LightDraw {
         to_light: sample.direction(0),
-        radiance: light.le() * (view.settings.lamp_radiance * weight),
+        radiance: color * (view.settings.lamp_radiance * weight),
         density,
         t_max: sample.t_max[0],
-        target: light.primitive(),
+        target: match light {
+            Light::Sphere { .. } => PrimitiveId::NONE,
+            _ => light.primitive(),
+        },
     }
 }
 

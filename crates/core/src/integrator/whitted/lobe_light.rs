@@ -10,7 +10,7 @@ use super::direct_light::answers_light;
 use crate::bsdf::{Delta, Lobe};
 use crate::geometry::Instance;
 use crate::integrator::PathRay;
-use crate::light::{LightReceiver, light_of_triangle};
+use crate::light::{LightReceiver, light_of_primitive};
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::settings::{Settings, ShadowMode};
@@ -96,7 +96,7 @@ pub(super) fn lamp_share(view: &SceneView, point: &SurfacePoint, ray: &PathRay, 
     let area = facing_area(corners, instance, point.id.instance == 0, ray.direction);
     let mut draws = view.settings.lamp_samples as f32;
     if are_lamps_drawn(view) {
-        let Some(light) = light_of_triangle(view.lights, point.id) else { return 1.0 };
+        let Some(light) = light_of_primitive(view.lights, point.id) else { return 1.0 };
         let position = point.position.plus_scaled(ray.direction, -distance);
         let from = LightReceiver { position, normal: Vec3::ZERO };
         draws *= view.light_tree().chance(&from, light);

@@ -11,6 +11,7 @@ use crate::model::LightSelection;
 use emitter::Emitter;
 use eosphor_core::light::{LEAST_CHANCE, Light, LightNode};
 use eosphor_core::math::{Vec3, vec3};
+use rayon::prelude::*;
 use split::split;
 use sums::Sums;
 
@@ -38,16 +39,21 @@ pub(super) struct Plan {
     pub(super) lamps_only: bool,
 }
 
-/// Builds it.
-pub(super) fn build(lights: &[Light], plan: &Plan) -> LightTreeArrays {
+/// Builds it. `texel_share` says what the texture of a lamp leaves of its colour on average.
+pub(super) fn build(
+    lights: &[Light],
+    plan: &Plan,
+    texel_share: impl Fn(&Light) -> f64 + Sync,
+) -> LightTreeArrays {
     let (mut near, mut far) = (Vec::new(), Vec::new());
-    for (number, light) in lights.iter().enumerate() {
-        if plan.lamps_only && !light.is_lamp() {
-            continue;
-        }
-        match Emitter::new(number, light) {
+    let taken = lights.par_iter().enumerate().filter(|(_, light)| !plan.lamps_only || light.is_lamp());
+    let emitters: Vec<(u32, Option<Emitter>)> = taken
+        .map(|(number, light)| (number as u32, Emitter::new(number as u32, light, texel_share(light))))
+        .collect();
+    for (number, emitter) in emitters {
+        match emitter {
             Some(emitter) => near.push(emitter),
-            None => far.push(number as u32),
+            None => far.push(number),
         }
     }
     let most = near.iter().map(|e| e.power).fold(0.0, f64::max);

@@ -27,6 +27,8 @@ fn triangle(v0: Vec3, e1: Vec3, e2: Vec3, radiance: f32, primitive: u32) -> Ligh
         normal: across.normalize(),
         area: 0.5 * across.length(),
         color: Vec3::splat(radiance),
+        texture: eosphor_core::material::NONE,
+        is_two_sided: primitive % 5 == 4,
         samples: 1,
         instance: 0,
         primitive,
@@ -52,6 +54,13 @@ fn lights(count: usize, seed: u32, scale: f32) -> Vec<Light> {
                 cos_inner: 0.9,
                 cos_outer: 0.9 - 1.4 * numbers.next(),
             },
+            3 => Light::Sphere {
+                center: position,
+                radius: 0.05 * scale,
+                color,
+                instance: 0,
+                primitive: k as u32,
+            },
             2 if count < 50 => Light::Directional { to_light: numbers.vector().normalize(), color },
             _ => {
                 let (e1, e2) = (numbers.vector() * (0.1 * scale), numbers.vector() * (0.1 * scale));
@@ -68,7 +77,7 @@ fn receiver(numbers: &mut Numbers, scale: f32) -> LightReceiver {
 }
 
 fn built(lights: &[Light], selection: LightSelection) -> LightTreeArrays {
-    build(lights, &Plan { selection, lamps_only: false })
+    build(lights, &Plan { selection, lamps_only: false }, |_| 1.0)
 }
 
 fn view(arrays: &LightTreeArrays) -> LightTree<'_> {
