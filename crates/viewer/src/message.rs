@@ -2,6 +2,7 @@
 
 use crate::page_view::PageView;
 use crate::source::{Device, DeviceChoice};
+use eosphor::settings::Integrator;
 use serde::{Deserialize, Serialize};
 
 /// Longest message of a page, in bytes.
@@ -68,6 +69,8 @@ pub(crate) struct OnShow {
     pub(crate) name: String,
     /// Where it is rendered.
     pub(crate) backend: String,
+    /// How its rays go on: settings of the other integrator change nothing.
+    pub(crate) integrator: Integrator,
     /// That of the file.
     pub(crate) view: PageView,
     /// Half the diagonal of the scene's box, in world units.

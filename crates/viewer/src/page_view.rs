@@ -1,7 +1,7 @@
 //! What a page wants to see.
 
 use eosphor::math::vec3;
-use eosphor::settings::{LightingModel, ShadowMode};
+use eosphor::settings::{Integrator, LightingModel, ShadowMode};
 use eosphor::{Camera, Lens, PixelSampling, RenderSettings, Scene, SceneError};
 use serde::{Deserialize, Serialize};
 
@@ -185,6 +185,10 @@ impl PageView {
         }
         if self.frame >= frames_of(scene) {
             return Err(format!("there is no frame {}: the scene has {}", self.frame, frames_of(scene)));
+        }
+        let of_whitted = |view: &PageView| (view.lighting, view.shadows, view.light_samples);
+        if scene.settings.integrator == Integrator::Path && of_whitted(self) != of_whitted(own) {
+            return Err("path tracing has no lighting model, shadows and light samples to choose".into());
         }
         let (camera, settings) = self.applied(scene, own);
         settings.validate().map_err(|problem| problem.to_string())?;

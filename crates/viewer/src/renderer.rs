@@ -175,6 +175,7 @@ impl Shared {
             version: stage.version,
             name: self.source.name(),
             backend: board.backend.describe(),
+            integrator: stage.scene.settings.integrator,
             view: stage.own,
             radius: stage.radius,
             center: stage.center,

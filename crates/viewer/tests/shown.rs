@@ -35,6 +35,22 @@ fn frames_of_an_animation_are_those_of_the_animation() {
 }
 
 #[test]
+fn pages_of_paths_have_no_settings_of_whitted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("paths.json");
+    let scene = json!({ "eosphor": 2, "base": "builtin:cornell", "settings": { "integrator": "path" } });
+    std::fs::write(&path, scene.to_string()).unwrap();
+    let viewer = start(&path);
+    let mut page = Page::open(&viewer);
+    let message = page.text("scene");
+    assert_eq!(message["integrator"], "path");
+    let mut view: PageView = serde_json::from_value(message["view"].clone()).unwrap();
+    view.light_samples += 1;
+    page.want(&view, false);
+    assert!(page.text("refused")["text"].as_str().unwrap().contains("path tracing"));
+}
+
+#[test]
 fn costs_are_the_picture_of_costs() {
     let (_viewer, mut page, _, mut view) = open("builtin:cornell");
     view.show = Show::Cost;

@@ -5,7 +5,10 @@ use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::sampling::mix;
 use eosphor_core::settings::Integrator;
 use eosphor_render::Film;
-use eosphor_scene::{LightSelection, Material, MaterialKind, Pbr, PixelSampling, Scene};
+use eosphor_scene::{
+    AlphaMode, Image, Instance, LightSelection, Material, MaterialKind, Mesh, NO_INDEX, Pbr, PixelSampling,
+    Scene, Texels, Texture, Transform, Triangle,
+};
 
 /// Numbers in [0, 1).
 struct Numbers(u32);
@@ -134,4 +137,124 @@ fn the_tree_has_less_noise() {
         uniform / tree
     );
     assert!(2.0 * tree <= power && 10.0 * tree <= uniform);
+}
+
+/// Where the light of a lamp of this kind falls on a matte floor: by light samples and rays, and by rays alone (the lamp has a
+/// hole somewhere, which light samples do not know).
+fn by_both_ways(lamp: impl Fn(&mut Scene)) -> [f64; 2] {
+    [false, true].map(|by_rays_alone| {
+        let mut scene = scene();
+        let settings = &mut scene.settings;
+        settings.integrator = Integrator::Path;
+        settings.pixel_sampling = PixelSampling::Random;
+        (settings.samples, settings.depth) = (if by_rays_alone { 1 << 18 } else { 1 << 14 }, 1);
+        let white = matte(&mut scene, Vec3::splat(0.5));
+        floor(&mut scene, 0.0, 4.0, white);
+        lamp(&mut scene);
+        if by_rays_alone {
+            // A mask that hides nothing.
+            for material in &mut scene.materials[1..] {
+                material.alpha = AlphaMode::Mask { cutoff: 0.5 };
+            }
+        }
+        f64::from(probe(&scene, vec3(0.3, 3.0, 0.2), vec3(0.3, 0.0, 0.2)).y)
+    })
+}
+
+fn glowing(scene: &mut Scene, emission: f32) -> u32 {
+    material(
+        scene,
+        MaterialKind::Pbr(Pbr { color: Vec3::ZERO, emission: Vec3::splat(emission), ..Pbr::default() }),
+    )
+}
+
+/// A sphere over a floor: pi L r^2 / d^2 times the cosine is its irradiance (that of a disk of its size, seen from far enough or
+/// near: the floor sees all of it).
+#[test]
+fn spheres_light_floors() {
+    let (center, radius) = (vec3(-0.5, 1.5, 0.9), 0.4);
+    let got = by_both_ways(|scene| {
+        let lamp = glowing(scene, 20.0);
+        sphere(scene, center, radius, lamp);
+    });
+    let way = center - vec3(0.3, 0.0, 0.2);
+    let (squared, height) = (f64::from(way.length_squared()), f64::from(way.y));
+    let irradiance = std::f64::consts::PI * 20.0 * f64::from(radius).powi(2) * height / squared.powf(1.5);
+    let expected = irradiance * 0.5 / std::f64::consts::PI;
+    println!("{got:?} of {expected}");
+    assert!((got[0] / expected - 1.0).abs() < 1e-3 && (got[1] / expected - 1.0).abs() < 0.02);
+}
+
+/// A floor within a sphere that shines gets its radiance from everywhere, as before: its light is found by rays.
+#[test]
+fn spheres_shine_inwards() {
+    let got = by_both_ways(|scene| {
+        let lamp = glowing(scene, 2.0);
+        sphere(scene, vec3(0.0, 0.0, 0.0), 20.0, lamp);
+    });
+    assert!(got.iter().all(|x| (x - 1.0).abs() < 0.01), "{got:?}");
+}
+
+/// A double-sided lamp of glTF lights the floor with its back.
+#[test]
+fn double_sided_lamps_shine_to_both_sides() {
+    let lamp = |up: bool| {
+        by_both_ways(|scene| {
+            let lamp = glowing(scene, 20.0);
+            let (u, v) = (vec3(0.4, 0.0, 0.0), vec3(0.0, 0.1, 0.3));
+            let (u, v) = if up { (v, u) } else { (u, v) };
+            rectangle(scene, vec3(-0.4, 1.2, 0.5), u, v, lamp);
+        })
+    };
+    let (front, back) = (lamp(false), lamp(true));
+    println!("{front:?} {back:?}");
+    for other in [front[1], back[0], back[1]] {
+        assert!((other / front[0] - 1.0).abs() < 0.01);
+    }
+}
+
+/// A square of 512 triangles.
+fn textured_square(material: u32) -> Mesh {
+    const SIDE: u32 = 16;
+    let corner = |k: u32| [k % (SIDE + 1), k / (SIDE + 1)].map(|x| x as f32 / SIDE as f32);
+    let uvs: Vec<[f32; 2]> = (0..(SIDE + 1) * (SIDE + 1)).map(corner).collect();
+    let positions = uvs.iter().map(|[u, v]| vec3(2.0 * u - 1.0, 0.0, 2.0 * v - 1.0)).collect();
+    let triangle =
+        |corners: [u32; 3]| Triangle { positions: corners, normals: [NO_INDEX; 3], uvs: corners, material };
+    let square = |k: u32| {
+        let a = k / SIDE * (SIDE + 1) + k % SIDE;
+        let b = a + SIDE + 1;
+        [triangle([a, a + 1, b + 1]), triangle([a, b + 1, b])]
+    };
+    let triangles = (0..SIDE * SIDE).flat_map(square).collect();
+    Mesh { name: "square".into(), positions, uvs, triangles, ..Mesh::default() }
+}
+
+/// A lamp with a texture, half of it black: light samples and rays agree, also where a mirrored instance turns it.
+#[test]
+fn textured_lamps_light_floors() {
+    for mirrored in [false, true] {
+        let got = by_both_ways(|scene| {
+            let texels =
+                [[0.0, 0.0, 0.0, 1.0], [4.0, 4.0, 4.0, 1.0], [0.0, 0.0, 0.0, 1.0], [1.0, 1.0, 1.0, 1.0]];
+            scene.images.push(Image {
+                name: "stripes".into(),
+                width: 4,
+                height: 1,
+                texels: Texels::rgba_floats(&texels),
+            });
+            scene.textures.push(Texture::of_image(0));
+            let lamp = glowing(scene, 20.0);
+            scene.materials[lamp as usize].textures.emission = Some(0);
+            scene.meshes.push(textured_square(lamp));
+            // Twice, so that it is an instance.
+            for x in [-0.4, 1.3] {
+                let scale = vec3(if mirrored { -0.4 } else { 0.4 }, 0.5, 0.5);
+                let transform = Transform { scale, translate: vec3(x, 1.4, 0.4), ..Transform::default() };
+                scene.instances.push(Instance::new(0, transform));
+            }
+        });
+        println!("{got:?}");
+        assert!((got[1] / got[0] - 1.0).abs() < 0.02 && got[0] > 0.0, "{mirrored}");
+    }
 }

@@ -4,6 +4,8 @@ import { changed } from "./changes.js";
 import { $ } from "./elements.js";
 import { state } from "./page_state.js";
 
+/** Settings that path tracing does not read. */
+const ofWhitted = ["light-samples", "lighting", "shadows"];
 const numbers = { samples: "samples", "light-samples": "light-samples", depth: "depth" };
 export function showSettings() {
   const { scene, view } = state;
@@ -16,6 +18,7 @@ export function showSettings() {
   $("exposure-value").textContent = view.exposure;
   $("lighting").value = view.lighting;
   $("shadows").value = view.shadows;
+  for (const id of ofWhitted) $(id).closest("label").hidden = scene.integrator === "path";
   $("show").value = view.show;
   $("aperture").value = view.camera.aperture;
   $("focus").value = view.camera["focus-distance"] ?? "";

@@ -42,17 +42,19 @@ pub fn direct_light<T: Tracer, const W: usize>(
     let draws = if are_lamps_drawn(view) { view.settings.lamp_samples } else { 0 };
     let mut turn = 0;
     while turn < alone + draws {
-        // A lamp that is drawn is known at the side; all of them answer alike.
+        // The first lamp stands for one that is drawn at a side: surfaces answer all of them alike.
         let is_drawn = turn >= alone;
-        let mut number = if is_drawn { alone } else { turn };
-        let light = &view.lights[number as usize];
+        let slot = if is_drawn { alone } else { turn };
+        // By `get`, which has no panic for GPUs.
+        let Some(light) = view.lights.get(slot as usize) else { break };
         let (specular, highlights) =
             highlight(light, material_values.specular, material_values.lamp_highlights, lobe);
         let mut side = 0;
         while side < sides {
             let samples = light.samples();
+            let mut number = slot;
             let mut receiver = Receiver {
-                key: light_key(key, number, side),
+                key: light_key(key, slot, side),
                 first: if is_drawn { sample } else { sample.wrapping_mul(samples) },
                 ..Receiver::new(point, side, highlights, lobe)
             };
@@ -65,7 +67,7 @@ pub fn direct_light<T: Tracer, const W: usize>(
                     }
                 }
             }
-            let light = &view.lights[number as usize];
+            let Some(light) = view.lights.get(number as usize) else { break };
             let filter = shadow_filter(light, point.id);
             let got = if W > 1 && samples > 1 {
                 gather::<T, W>(view, tracer, light, &receiver, &filter, shadow_rays)
@@ -81,7 +83,6 @@ pub fn direct_light<T: Tracer, const W: usize>(
                 &got,
             );
             side += 1;
-            number = if is_drawn { alone } else { turn };
         }
         turn += 1;
     }
