@@ -36,9 +36,10 @@ pub fn arrive(
     // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
     let weight = if point.front { ray.weight } else { ray.weight * point.left_by_body(view, t) };
     let weight = weight.min(Vec3::splat(MAX_RADIANCE));
-    let [pass, survival] = numbers.arrival();
     let behind = straight_share(point);
     let chance = min(behind.max_component(), 1.0);
+    let is_by_chance = (chance > 0.0) | (ray.depth >= settings.roulette_depth);
+    let [pass, survival] = if is_by_chance { numbers.arrival() } else { [0.0; 2] };
     if (chance > 0.0) & (pass < chance) {
         if ray.holes >= MAX_HOLES {
             return (Vec3::ZERO, Arrival::Ended);
