@@ -102,7 +102,7 @@ pub enum PixelSampling {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightSelection {
-    /// None is: all are sampled. Not for path tracing.
+    /// Each of them, at every point. Not for path tracing.
     All,
     /// One at a time, by how much it may give to the point, as a tree over lights estimates it.
     Tree,

@@ -49,7 +49,7 @@ fn of_course(input: &CourseInput, options: &CourseOptions) -> Value {
         "quadrilaterals": [{ "corners": floor.corners.map(list), "material": "floor" }],
         "solids": solids,
         "settings": {
-            "size": input.size, "depth": input.depth, "pixel-sampling": { "grid": input.rays_root }, "light-samples": 1,
+            "size": input.size, "depth": input.depth, "pixel-sampling": { "grid": input.rays_root }, "lights": "all", "light-samples": 1,
             "lighting": "phong", "shadows": "coloured", "energy-threshold": 0.005, "normals": "flat",
             "light-units": "plain", "light-falloff": false, "srgb-textures": false, "transfer": "linear",
         },
