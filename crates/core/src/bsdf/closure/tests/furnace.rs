@@ -8,7 +8,7 @@ const COSINES: [f32; 5] = [0.05, 0.2, 0.5, 0.8, 1.0];
 const INDICES: [f32; 10] = [1.1, 1.33, 1.5, 2.0, 2.5, 1.0 / 1.1, 1.0 / 1.33, 1.0 / 1.5, 0.5, 0.4];
 
 /// The mean weight of paths that go on, per channel.
-fn sampled(closure: &Closure, to_viewer: Vec3, count: u32) -> [f64; 3] {
+pub(super) fn sampled(closure: &Closure, to_viewer: Vec3, count: u32) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for i in 0..count {
         // Hammersley's points: the pick goes evenly, and the other numbers are spread evenly in every part of it.
