@@ -147,7 +147,7 @@ fn by_both_ways(lamp: impl Fn(&mut Scene)) -> [f64; 2] {
         let settings = &mut scene.settings;
         settings.integrator = Integrator::Path;
         settings.pixel_sampling = PixelSampling::Random;
-        (settings.samples, settings.depth) = (if by_rays_alone { 1 << 18 } else { 1 << 14 }, 1);
+        (settings.samples, settings.depth) = (if by_rays_alone { 1 << 16 } else { 1 << 14 }, 1);
         let white = matte(&mut scene, Vec3::splat(0.5));
         floor(&mut scene, 0.0, 4.0, white);
         lamp(&mut scene);
@@ -182,7 +182,7 @@ fn spheres_light_floors() {
     let irradiance = std::f64::consts::PI * 20.0 * f64::from(radius).powi(2) * height / squared.powf(1.5);
     let expected = irradiance * 0.5 / std::f64::consts::PI;
     println!("{got:?} of {expected}");
-    assert!((got[0] / expected - 1.0).abs() < 1e-3 && (got[1] / expected - 1.0).abs() < 0.02);
+    assert!((got[0] / expected - 1.0).abs() < 1e-3 && (got[1] / expected - 1.0).abs() < 0.03);
 }
 
 /// A floor within a sphere that shines gets its radiance from everywhere, as before: its light is found by rays.
@@ -209,7 +209,7 @@ fn double_sided_lamps_shine_to_both_sides() {
     let (front, back) = (lamp(false), lamp(true));
     println!("{front:?} {back:?}");
     for other in [front[1], back[0], back[1]] {
-        assert!((other / front[0] - 1.0).abs() < 0.01);
+        assert!((other / front[0] - 1.0).abs() < 0.03);
     }
 }
 
@@ -255,6 +255,6 @@ fn textured_lamps_light_floors() {
             }
         });
         println!("{got:?}");
-        assert!((got[1] / got[0] - 1.0).abs() < 0.02 && got[0] > 0.0, "{mirrored}");
+        assert!((got[1] / got[0] - 1.0).abs() < 0.03 && got[0] > 0.0, "{mirrored}");
     }
 }

@@ -280,8 +280,8 @@ fn texel_share(data: &SceneData, light: &Light) -> f64 {
         return 1.0;
     }
     let read = |number: u32| {
-        let [u, v] = triangle_point(point_2d(number, 0));
-        let color = emission_texel(&data.view(), light.primitive(), texture, u, v);
+        let place = triangle_point(point_2d(number, 0));
+        let color = emission_texel(&data.view(), light.primitive(), texture, place);
         (f64::from(color.x) + f64::from(color.y) + f64::from(color.z)) / 3.0
     };
     let mean = (0..READS).map(read).sum::<f64>() / f64::from(READS);
