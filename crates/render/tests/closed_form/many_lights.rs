@@ -146,7 +146,6 @@ fn by_both_ways(lamp: impl Fn(&mut Scene)) -> [f64; 2] {
         let mut scene = scene();
         let settings = &mut scene.settings;
         settings.integrator = Integrator::Path;
-        settings.pixel_sampling = PixelSampling::Random;
         (settings.samples, settings.depth) = (if by_rays_alone { 1 << 16 } else { 1 << 14 }, 1);
         let white = matte(&mut scene, Vec3::splat(0.5));
         floor(&mut scene, 0.0, 4.0, white);

@@ -2,7 +2,8 @@
 
 use super::support::*;
 use eosphor_core::math::Vec3;
-use eosphor_scene::{Light, LightUnits, LoadOptions, Scene, load};
+use eosphor_core::settings::Integrator;
+use eosphor_scene::{Light, LightSelection, LightUnits, LoadOptions, Scene, load};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +16,12 @@ fn fixtures() -> PathBuf {
 pub(super) fn fixture(name: &str) -> Scene {
     let loaded = load(fixtures().join(name), &LoadOptions::default()).unwrap();
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
-    loaded.scene
+    let mut scene = loaded.scene;
+    if scene.settings.integrator == Integrator::Whitted {
+        // Without the noise of a choice.
+        scene.settings.lights = Some(LightSelection::All);
+    }
+    scene
 }
 
 /// A line of measured.txt.
