@@ -140,8 +140,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// Whether what is made of it is a light to path tracing: it shines, and nothing passes it straight. Other emitters are found by
-    /// rays that meet them.
+    /// Whether what is made of it is a light to path tracing: it shines, and nothing passes it straight. Other emitters are found
+    /// by rays that meet them.
     #[inline(always)]
     pub fn is_lamp_of_paths(&self) -> bool {
         let is_closed = (self.alpha == AlphaUse::Ignore)

@@ -5,8 +5,7 @@ use crate::intersect::precise::{dot64, double, minus64};
 use crate::math::{Vec3, fma, max, sqrt, sqrt64, vec3};
 use crate::sampling::orthonormal_basis;
 
-/// The solid angle over pi that a sphere fills, in steradians, seen from outside, and 1 less the cosine of half its opening angle. None
-/// from within.
+/// 1 less the cosine of half the angle that a sphere fills; its solid angle over 2 pi. None from within.
 #[inline(always)]
 fn cone(from: Vec3, center: Vec3, radius: f32) -> Option<f32> {
     let offset = center - from;

@@ -94,8 +94,8 @@ pub(super) struct LightArrays {
 }
 
 impl LightArrays {
-    /// Of the scene's own lights and those that shine by themselves, each of which has got one sample. `data` has the scene's arrays;
-    /// where the tree in it is of such settings (`is_alike`), it is taken if the lights are the same.
+    /// Of the scene's own lights and those that shine by themselves, each of which has got one sample. `data` has the scene's
+    /// arrays; where the tree in it is of such settings (`is_alike`), it is taken if the lights are the same.
     pub(super) fn new(
         mut lights: Vec<Light>,
         shining: Vec<Light>,

@@ -62,7 +62,7 @@ fn draw_light(view: &SceneView, light: &Light, chance: f32, origin: Vec3, number
     {
         let (index, key) = numbers.on_light();
         let place = triangle_point(point_2d(index, key));
-        color = color * emission_texel(view, light.primitive(), texture, place);
+        color *= emission_texel(view, light.primitive(), texture, place);
     }
     // The weight of a lamp's sample is one over its density.
     let density = if light.is_lamp() & (weight > 0.0) { 1.0 / weight } else { 0.0 };

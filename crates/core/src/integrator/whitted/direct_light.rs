@@ -16,12 +16,12 @@ use crate::view::SceneView;
 /// Key of the random numbers of the first light; the others follow.
 const FIRST_LIGHT_DIMENSION: u32 = 0x100;
 
-/// Light from all lights, or from all but lamps and some lamps that are drawn, shadowed, times the surface's colours. `path` keys the random numbers of the point within
-/// sample `sample` of pixel (x, y); `shadow_rays` counts.
+/// Light from all lights, or from all but lamps and some lamps that are drawn, shadowed, times the surface's colours. `path` keys
+/// the random numbers of the point within sample `sample` of pixel (x, y); `shadow_rays` counts.
 ///
 /// This is one point at a time. Schedulers that take many points call the parts: [`light_key`], then [`LightLanes`] or
-/// [`gather`], then [`shade_direct`], for the lights and the sides of the point in the same order, and [`draw_lamp`] before them for
-/// lamps that are drawn, which follow the lights that are sampled each.
+/// [`gather`], then [`shade_direct`], for the lights and the sides of the point in the same order. Lamps that are drawn, by
+/// [`draw_lamp`], follow the lights that are sampled each.
 #[inline(always)]
 pub fn direct_light<T: Tracer, const W: usize>(
     view: &SceneView,
