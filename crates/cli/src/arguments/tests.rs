@@ -163,6 +163,7 @@ fn defaults_are_in_the_help() {
         integrator,
         roulette,
         clamp_indirect,
+        lights,
         light_samples,
         depth,
         energy_threshold,
@@ -185,7 +186,7 @@ fn defaults_are_in_the_help() {
         exposure,
         seed,
     } = RenderSettings::default();
-    assert!(max_distance.is_none() && clamp_indirect.is_none());
+    assert!(max_distance.is_none() && clamp_indirect.is_none() && lights.is_none());
     let on = |is_on: bool, flags: [&'static str; 2]| (flags[usize::from(!is_on)], "[default]".to_owned());
     let default = |value: &dyn ToString| format!("[default: {}]", value.to_string());
     let expected = [

@@ -258,8 +258,8 @@ mod tests {
         assert_eq!(light.pdf_li(Vec3::ZERO, vec3(0.0, 0.0, -1.0), 1.0), 0.0);
     }
 
-    /// Directions to a sphere meet it, from near and far: the weight is the solid angle, and the mean direction is the axis times the
-    /// mean cosine.
+    /// Directions to a sphere meet it, from near and far: the weight is the solid angle, and the mean direction is the axis times
+    /// the mean cosine.
     #[test]
     fn spheres_are_as_dense_as_is_said() {
         for (distance, radius) in [(1.001f32, 1.0f32), (1.5, 1.0), (20.0, 1.0), (1e4, 1.0), (1e6, 1e-3)] {

@@ -40,7 +40,7 @@ fn lights(count: usize, seed: u32, scale: f32) -> Vec<Light> {
     let mut numbers = Numbers(seed);
     let mut middle = Vec3::ZERO;
     let light = |k: usize| {
-        if k % 7 == 0 {
+        if k.is_multiple_of(7) {
             middle = numbers.vector() * (10.0 * scale);
         }
         let position = middle + numbers.vector() * scale;
