@@ -5,8 +5,8 @@ use super::parquet::parquet;
 use super::solid::Solid;
 use crate::error::Problem;
 use crate::model::{
-    Animation, Camera, CameraMotion, Law, Light, Material, MaterialKind, MaterialTextures, Parallelogram,
-    PixelSampling, RenderSettings, Scene, Texture,
+    Animation, Camera, CameraMotion, Law, Light, LightSelection, Material, MaterialKind, MaterialTextures,
+    Parallelogram, PixelSampling, RenderSettings, Scene, Texture,
 };
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{LightingModel, ShadowMode};
@@ -104,6 +104,8 @@ fn settings() -> RenderSettings {
         size: [960, 540],
         samples: 16,
         pixel_sampling: PixelSampling::Random,
+        // Its 72 small lamps are few enough, and quieter together.
+        lights: Some(LightSelection::All),
         light_samples: 1,
         depth: 10,
         energy_threshold: 0.02,
