@@ -41,7 +41,7 @@ pub(crate) struct SettingsFlags {
     /// Which lights are sampled at a point. all: each of them (not with --integrator path); or one at a time: tree, by how much it
     /// may give to the point; power, by how much it sends out; uniform, any [default: tree, but all for whitted up to 64
     /// triangles that are lights]
-    #[arg(long, value_name = "WHICH", value_parser = light_selections())]
+    #[arg(long, value_name = "WAY", value_parser = light_selections())]
     lights: Option<LightSelection>,
     /// Points to sample on each triangle that is a light, per shaded point, 1 to 65536; where one of these is chosen at a time, on
     /// all of them together [default: 16]
