@@ -57,7 +57,7 @@ fn cos_degrees(degrees: f32) -> f32 {
 /// Primitives that shine, geometry after geometry: looked for once, however often geometries are placed.
 #[derive(Clone)]
 pub(super) struct Emitters {
-    /// Of each geometry, numbers there: of triangles, then of spheres.
+    /// Of each geometry, numbers there.
     shining: Vec<Vec<u32>>,
     integrator: Integrator,
 }

@@ -94,7 +94,8 @@ fn albedo(closure: &Closure, to_viewer: Vec3, count: u32) -> f64 {
     sampled(closure, to_viewer, count).into_iter().fold(0.0, f64::max)
 }
 
-/// Two minutes on two cores: `cargo test --release -p eosphor-core -- --ignored --nocapture a_million`.
+/// Long: it needs the machine's own fma, as without that it does not end within eight minutes.
+/// `RUSTFLAGS=-Ctarget-cpu=native cargo test --release -p eosphor-core -- --ignored --nocapture a_million`
 #[test]
 #[ignore = "it takes minutes"]
 fn a_million_materials_make_no_light() {
