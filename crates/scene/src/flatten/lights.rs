@@ -136,7 +136,7 @@ impl Emitters {
                 Some(sphere) => sphere_materials[(geometry.first_sphere + sphere) as usize],
             };
             let shines = |number: &u32| shines(&materials[material(number) as usize], integrator);
-            (0..primitives(geometry)).filter(shines).collect()
+            (0..primitives(geometry, integrator)).filter(shines).collect()
         };
         Emitters { shining: geometries.iter().map(shining).collect(), integrator }
     }
@@ -172,7 +172,7 @@ impl Emitters {
         let primitives = match instance.material {
             NONE => &self.shining[instance.geometry as usize],
             material if shines(&data.materials[material as usize], self.integrator) => {
-                all = (0..primitives(geometry)).collect();
+                all = (0..primitives(geometry, self.integrator)).collect();
                 &all
             }
             _ => return,
@@ -263,10 +263,12 @@ fn sphere(
     is_usual.then_some(Light::Sphere { center, radius, color, instance: number, primitive })
 }
 
-/// Primitives that may be lights. Spheres are not, yet: whether a point of one's inner surface is within is a matter of rounding,
-/// and samples and rays do not agree on it.
-fn primitives(geometry: &Geometry) -> u32 {
-    geometry.triangle_count
+/// Primitives that may be lights: spheres are to paths alone.
+fn primitives(geometry: &Geometry, integrator: Integrator) -> u32 {
+    match integrator {
+        Integrator::Whitted => geometry.triangle_count,
+        Integrator::Path => geometry.triangle_count + geometry.sphere_count,
+    }
 }
 
 /// How bright the texture of a lamp is on average, over 1. No lamp is left out because the places that are read are dark.
