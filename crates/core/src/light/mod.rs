@@ -71,7 +71,7 @@ pub enum Light {
         /// Number of the triangle in its geometry.
         primitive: u32,
     },
-    /// An emissive sphere, which shines outwards: for path tracing, but flattening makes none yet.
+    /// An emissive sphere, which shines outwards: of path tracing.
     Sphere {
         /// World space.
         center: Vec3,

@@ -5,12 +5,18 @@ use crate::intersect::precise::{dot64, double, minus64};
 use crate::math::{Vec3, fma, max, sqrt, sqrt64, vec3};
 use crate::sampling::orthonormal_basis;
 
-/// 1 less the cosine of half the angle that a sphere fills; its solid angle over 2 pi. None from within.
+/// How far out of a sphere a point must be, of coordinates and radius: some offsets of ray origins. Samples are asked for where
+/// rays start, densities at the surface; nearer than that, rounding would have them disagree on who is within.
+const MARGIN: f32 = 1.0 / (1 << 18) as f32;
+
+/// 1 less the cosine of half the angle that a sphere fills; its solid angle over 2 pi. None from within, and from its surface.
 #[inline(always)]
 fn cone(from: Vec3, center: Vec3, radius: f32) -> Option<f32> {
     let offset = center - from;
     let (squared, radius_squared) = (offset.length_squared(), radius * radius);
-    if !(squared > radius_squared) | !(squared < f32::INFINITY) {
+    let (from, to) = (from.abs(), center.abs());
+    let least = fma(MARGIN, from.x + from.y + from.z + (to.x + to.y + to.z) + radius, radius);
+    if !(squared > least * least) | !(squared < f32::INFINITY) {
         return None;
     }
     let sine_squared = radius_squared / squared;

@@ -78,13 +78,14 @@ fn table(view: &TextureView) -> Option<(u32, u32, Vec<u32>)> {
     Some((columns, rows, sums))
 }
 
-/// The sum of a texel's channels.
+/// The sum of a texel's channels; 0 for what is no light, as pictures of other programs may have it: NaN, infinity, less than 0.
 fn brightness(view: &TextureView, x: u32, y: u32) -> f64 {
     let header = &view.textures[0];
     let middle = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count);
     let uv = [middle(x, header.width) as f32, (1.0 - middle(y, header.height)) as f32];
     let color = view.sample(0, &[uv, uv]).color;
-    f64::from(color.x) + f64::from(color.y) + f64::from(color.z)
+    let sum = f64::from(color.x) + f64::from(color.y) + f64::from(color.z);
+    if sum > 0.0 && sum.is_finite() { sum } else { 0.0 }
 }
 
 /// The texels that a cell shows between its borders along one axis, and how much of each: colours are interpolated, so a texel

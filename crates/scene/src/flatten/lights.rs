@@ -57,7 +57,7 @@ fn cos_degrees(degrees: f32) -> f32 {
 /// Primitives that shine, geometry after geometry: looked for once, however often geometries are placed.
 #[derive(Clone)]
 pub(super) struct Emitters {
-    /// Of each geometry, numbers there.
+    /// Of each geometry, numbers there: of triangles, then of spheres.
     shining: Vec<Vec<u32>>,
     integrator: Integrator,
 }
@@ -178,26 +178,38 @@ impl Emitters {
             _ => return,
         };
         for &primitive in primitives {
-            let light = match primitive.checked_sub(geometry.triangle_count) {
-                None => triangle(number, primitive, instance, settings, data),
-                Some(_) => sphere(number, primitive, instance, settings, data),
-            };
-            lights.extend(light);
+            let placed = Placed { instance, number, primitive };
+            lights.extend(match primitive.checked_sub(geometry.triangle_count) {
+                None => triangle(&placed, (geometry.first_triangle + primitive) as usize, settings, data),
+                Some(sphere_number) => {
+                    sphere(&placed, (geometry.first_sphere + sphere_number) as usize, settings, data)
+                }
+            });
         }
     }
 }
 
-/// A triangle that shines; `None` where it has no area.
-fn triangle(
+/// A primitive of an instance.
+struct Placed<'a> {
+    instance: &'a Instance,
+    /// Of the instance.
     number: u32,
+    /// In the instance's geometry.
     primitive: u32,
-    instance: &Instance,
-    settings: &RenderSettings,
-    data: &SceneData,
-) -> Option<Light> {
-    let i = (data.geometries[instance.geometry as usize].first_triangle + primitive) as usize;
-    let own = data.triangle_shading[i].material;
-    let material = &data.materials[if instance.material == NONE { own } else { instance.material } as usize];
+}
+
+impl Placed<'_> {
+    /// The material that it has there, where `own` is that of the geometry.
+    fn material<'d>(&self, own: u32, data: &'d SceneData) -> &'d Material {
+        let instance = self.instance.material;
+        &data.materials[if instance == NONE { own } else { instance } as usize]
+    }
+}
+
+/// A triangle that shines, the `i`th of all; `None` where it has no area.
+fn triangle(placed: &Placed, i: usize, settings: &RenderSettings, data: &SceneData) -> Option<Light> {
+    let Placed { instance, number, primitive } = *placed;
+    let material = placed.material(data.triangle_shading[i].material, data);
     let mut vertices = data.triangles[i];
     let mut is_turned = false;
     if number > 0 {
@@ -231,18 +243,10 @@ fn triangle(
 /// How much the scale of an instance may differ between directions for its spheres to be lights.
 const ROUND: f64 = 1e-5;
 
-/// A sphere that shines; `None` where an instance makes it an ellipsoid: that is only seen.
-fn sphere(
-    number: u32,
-    primitive: u32,
-    instance: &Instance,
-    settings: &RenderSettings,
-    data: &SceneData,
-) -> Option<Light> {
-    let geometry = &data.geometries[instance.geometry as usize];
-    let i = (geometry.first_sphere + (primitive - geometry.triangle_count)) as usize;
-    let own = data.sphere_materials[i];
-    let material = &data.materials[if instance.material == NONE { own } else { instance.material } as usize];
+/// A sphere that shines, the `i`th of all; `None` where an instance makes it an ellipsoid: that is only seen.
+fn sphere(placed: &Placed, i: usize, settings: &RenderSettings, data: &SceneData) -> Option<Light> {
+    let Placed { instance, number, primitive } = *placed;
+    let material = placed.material(data.sphere_materials[i], data);
     let Sphere { mut center, mut radius } = data.spheres[i];
     if number > 0 {
         let map = &instance.world_from_object;

@@ -90,7 +90,7 @@ pub(super) fn ray_behind(point: &PathPoint, ray: &PathRay, weight: Vec3, t: f32)
 }
 
 /// The share of the radiance of what shines that counts where a ray of a lobe found it this far from where the lobe is. All counts
-/// of what no light sample finds: what has holes, spheres, and what was met straight from the camera, a mirror or glass.
+/// of what no light sample finds: what has holes, spheres from within, and what was met from the camera, a mirror or glass.
 #[inline(always)]
 fn lamp_share(view: &SceneView, point: &PathPoint, path: &PathState, distance: f32) -> f32 {
     let ray = &path.ray;
