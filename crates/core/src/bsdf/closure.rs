@@ -83,6 +83,12 @@ impl Closure {
         if self.is_straight() { self.through(cos) } else { Vec3::ZERO }
     }
 
+    /// Whether the base is all there is.
+    #[inline(always)]
+    pub(super) fn is_matte(&self) -> bool {
+        !((self.f90.max_component() > 0.0) | (self.metal > 0.0) | (self.glass > 0.0))
+    }
+
     /// Whether reflecting lobes are single directions.
     #[inline(always)]
     pub(super) fn is_smooth(&self) -> bool {

@@ -6,12 +6,14 @@ use super::ggx::Ggx;
 use super::schlick::Schlick;
 use super::{Refracted, reflect, refract};
 use crate::math::{Vec3, fma, max, vec3};
-use crate::sampling::cosine_lobe;
+use crate::sampling::{cosine_direction, hemisphere_direction};
 
 /// Four lobes: the base and what microfacets reflect more than once, both spread widely; mirror; glass.
 pub struct Mixture {
     closure: Closure,
     to_viewer: Vec3,
+    /// The base is all there is: other lobes are not looked at.
+    is_matte: bool,
     ggx: Ggx,
     layer: Layer,
     metal: Layer,
@@ -37,7 +39,8 @@ struct Layer {
 impl Layer {
     #[inline(always)]
     fn new(schlick: Schlick, mean: MeanAlbedo) -> Layer {
-        Layer { multiple: schlick.multiple(mean), schlick }
+        // Of what is lost nowhere, nothing is returned later.
+        Layer { multiple: if mean.lost > 0.0 { schlick.multiple(mean) } else { Vec3::ZERO }, schlick }
     }
 
     #[inline(always)]
@@ -64,6 +67,9 @@ impl Mixture {
     #[inline(always)]
     pub(super) fn new(closure: &Closure, to_viewer: Vec3) -> Mixture {
         let cos = to_viewer.z;
+        if closure.is_matte() {
+            return Mixture::matte(closure, to_viewer);
+        }
         let (is_smooth, is_glass_smooth) = (closure.is_smooth(), closure.is_glass_smooth());
         let (albedo, mean) = (white_albedo(cos, closure.alpha), white_mean_albedo(closure.alpha));
         let layer = Layer::new(closure.layer(), mean);
@@ -80,13 +86,15 @@ impl Mixture {
             (layer.multiple + metal.multiple) * (if mean.lost > 0.0 { albedo.lost / mean.lost } else { 0.0 });
 
         let single = layer.schlick.albedo(albedo, Vec3::ZERO) + metal.schlick.albedo(albedo, Vec3::ZERO);
-        let through = if is_glass_smooth { closure.through(cos) } else { Vec3::ZERO };
-        let reflected_by_glass =
-            if is_glass_smooth { closure.glass * closure.glass_reflectance(cos) } else { 0.0 };
+        let (through, reflected_by_glass) = if is_glass_smooth && closure.glass > 0.0 {
+            (closure.through(cos), closure.glass * closure.glass_reflectance(cos))
+        } else {
+            (Vec3::ZERO, 0.0)
+        };
         let mirrored = if is_smooth { single + Vec3::splat(reflected_by_glass) } else { Vec3::ZERO };
         let glass = if is_glass_smooth {
             0.0
-        } else if closure.is_thin {
+        } else if closure.is_thin || !(closure.glass > 0.0) {
             closure.glass / (1.0 - albedo.lost)
         } else {
             closure.glass / white_glass_albedo(cos, closure.alpha, closure.eta, albedo.lost)
@@ -103,6 +111,7 @@ impl Mixture {
         Mixture {
             closure: *closure,
             to_viewer,
+            is_matte: false,
             ggx: Ggx { alpha: closure.alpha },
             layer,
             metal,
@@ -116,6 +125,36 @@ impl Mixture {
                 multiple: wish.multiple * scale,
                 mirror: wish.mirror * scale,
                 glass: wish.glass * scale,
+            },
+        }
+    }
+
+    /// What [`Mixture::new`] gives where the base is alone, without looking at lobes that are not there: layers of nothing and no
+    /// glass, which are 0 and let everything through.
+    #[inline(always)]
+    fn matte(closure: &Closure, to_viewer: Vec3) -> Mixture {
+        let albedo = closure.diffuse.max_component();
+        let layer = |share: f32| Layer {
+            schlick: Schlick { f0: Vec3::ZERO, f90: Vec3::ZERO, share },
+            multiple: Vec3::ZERO,
+        };
+        Mixture {
+            closure: *closure,
+            to_viewer,
+            is_matte: true,
+            ggx: Ggx { alpha: closure.alpha },
+            layer: layer(1.0),
+            metal: layer(0.0),
+            base: closure.diffuse * core::f32::consts::FRAC_1_PI,
+            multiple: Vec3::ZERO,
+            glass: 0.0,
+            mirrored: Vec3::ZERO,
+            through: Vec3::ZERO,
+            chances: Chances {
+                base: if albedo > 0.0 { 1.0 } else { 0.0 },
+                multiple: 0.0,
+                mirror: 0.0,
+                glass: 0.0,
             },
         }
     }
@@ -158,6 +197,10 @@ impl Mixture {
     #[inline(always)]
     fn reflected(&self, to_light: Vec3, cos: f32) -> Scattered {
         let closure = &self.closure;
+        if self.is_matte {
+            let pdf = core::f32::consts::FRAC_1_PI * self.chances.base * cos;
+            return Scattered { value: self.base * cos, pdf };
+        }
         let albedo = white_albedo(cos, closure.alpha);
         let base = self.base * self.layer.lets_through(self.layer.albedo(albedo));
         let wide = base.plus_scaled(self.multiple, albedo.lost) * cos;
@@ -192,10 +235,10 @@ impl Mixture {
         let after_multiple = after_base + chances.multiple;
         let after_mirror = after_multiple + chances.mirror;
         let to_light = if pick < after_base {
-            cosine_lobe(1.0, u)
+            cosine_direction(u)
         } else if pick < after_multiple {
             // Evenly: lost light is spread more towards the horizon than the cosine, by which weights would be large there.
-            cosine_lobe(0.0, u)
+            hemisphere_direction(u)
         } else if pick < after_mirror {
             if self.closure.is_smooth() {
                 return single(mirror_image(self.to_viewer), self.mirrored, chances.mirror);

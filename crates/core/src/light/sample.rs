@@ -3,7 +3,7 @@
 use super::{Light, sphere};
 use crate::intersect::precise::{dot64, double, minus64};
 use crate::math::{Vec3, fma, max, sqrt};
-use crate::sampling::{point_2d, triangle_point};
+use crate::sampling::triangle_point;
 
 /// A sampled point of a light, seen from a surface point.
 #[derive(Clone, Copy, Debug)]
@@ -116,15 +116,14 @@ pub struct LightSampleLanes<const W: usize> {
 }
 
 impl<const W: usize> LightSampleLanes<W> {
-    /// Samples `light` once per lane. `origin(lane)` is the point that is lit; `random(lane)` gives index and key of the random
-    /// point ([`point_2d`]) that chooses where a light with an area is sampled. With `falloff`, point and spot lights are
-    /// divided by the distance squared.
+    /// Samples `light` once per lane. `origin(lane)` is the point that is lit; `random(lane)` is the point of the unit square that
+    /// chooses where a light with an area is sampled. With `falloff`, point and spot lights are divided by the distance squared.
     #[inline(always)]
     pub fn new(
         light: &Light,
         falloff: bool,
         origin: impl Fn(usize) -> Vec3,
-        random: impl Fn(usize) -> (u32, u32),
+        random: impl Fn(usize) -> [f32; 2],
     ) -> LightSampleLanes<W> {
         let none = [0.0; W];
         let mut lanes = LightSampleLanes { to_light: [none; 3], t_max: none, weight: none };
@@ -133,8 +132,7 @@ impl<const W: usize> LightSampleLanes<W> {
             light @ Light::Triangle { v0, e1, e2, normal, .. } => {
                 let mut u = [none; 2];
                 for lane in 0..W {
-                    let (index, key) = random(lane);
-                    [u[0][lane], u[1][lane]] = point_2d(index, key);
+                    [u[0][lane], u[1][lane]] = random(lane);
                 }
                 lanes.sample(&light, falloff, &origin, &u);
                 let (a, b) = (e1.abs(), e2.abs());
@@ -151,8 +149,7 @@ impl<const W: usize> LightSampleLanes<W> {
             light @ Light::Sphere { .. } => {
                 let mut u = [none; 2];
                 for lane in 0..W {
-                    let (index, key) = random(lane);
-                    [u[0][lane], u[1][lane]] = point_2d(index, key);
+                    [u[0][lane], u[1][lane]] = random(lane);
                 }
                 lanes.sample(&light, falloff, &origin, &u);
             }
@@ -217,6 +214,7 @@ fn end_at_point(origin: Vec3, direction: Vec3, point: Vec3) -> f32 {
 mod tests {
     use super::*;
     use crate::math::vec3;
+    use crate::sampling::point_2d;
 
     /// The mean of one over the density of samples is the solid angle of what is sampled, which van Oosterom and Strackee (1983)
     /// give in closed form.

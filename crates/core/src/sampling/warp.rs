@@ -50,6 +50,23 @@ pub fn cosine_lobe(exponent: f32, u: [f32; 2]) -> Vec3 {
     vec3(sine * c, sine * s, z)
 }
 
+/// A unit direction about +z with density `cos / pi`, z never negative: a point of the disk, raised (Malley's method).
+#[inline(always)]
+pub fn cosine_direction(u: [f32; 2]) -> Vec3 {
+    let (radius, [c, s]) = concentric(u);
+    vec3(radius * c, radius * s, sqrt((1.0 - radius) * (1.0 + radius)))
+}
+
+/// A unit direction about +z, uniform on the hemisphere, z never negative.
+#[inline(always)]
+pub fn hemisphere_direction(u: [f32; 2]) -> Vec3 {
+    let (radius, [c, s]) = concentric(u);
+    // The square of the sine is 1 - z^2.
+    let z = (1.0 - radius) * (1.0 + radius);
+    let sine = radius * sqrt(1.0 + z);
+    vec3(sine * c, sine * s, z)
+}
+
 /// Two unit vectors that make a right-handed orthonormal frame `(first, second, n)` with `n` of unit length.
 ///
 /// Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017. The sign is taken by comparison, not
@@ -134,6 +151,18 @@ mod tests {
             assert_near(mean(|u| cosine_lobe(n, u).x), 0.0);
             assert_near(mean(|u| cosine_lobe(n, u).x.powi(2)), 1.0 / (m + 3.0));
             assert_near(mean(|u| cosine_lobe(n, u).x * cosine_lobe(n, u).y), 0.0);
+        }
+    }
+
+    #[test]
+    fn directions_are_those_of_lobes_of_their_exponents() {
+        for (direction, exponent) in
+            [(hemisphere_direction as fn([f32; 2]) -> Vec3, 0.0), (cosine_direction, 1.0)]
+        {
+            for u in squares() {
+                let (d, lobe) = (direction(u), cosine_lobe(exponent, u));
+                assert!(d.z >= 0.0 && (d - lobe).length() < 2e-6, "{u:?}: {d:?} {lobe:?}");
+            }
         }
     }
 

@@ -54,7 +54,6 @@ pub(super) fn render_tile(
     // Without a hierarchy batches gain nothing, and would keep a tile from being given up for long.
     let scheduler = match hierarchy {
         Hierarchy::Exhaustive(_) => Scheduler::Scalar,
-        _ if view.settings.integrator == Integrator::Path => Scheduler::Scalar,
         _ => job.scheduler,
     };
     let job = TileJob { scheduler, ..job.clone() };
@@ -105,9 +104,10 @@ unsafe fn render_tile_avx2(
 #[inline(always)]
 fn render_tile_with(view: &SceneView, queries: &dyn Queries, job: &TileJob, work: &mut Workspace) -> Traced {
     let tracer = AnyTracer(queries);
-    match job.scheduler {
-        Scheduler::Batched => batched::trace_tile(view, &tracer, job, work),
-        Scheduler::Scalar => pixel_by_pixel(view, &tracer, job, work),
+    match (job.scheduler, view.settings.integrator) {
+        (Scheduler::Batched, Integrator::Whitted) => batched::trace_tile(view, &tracer, job, work),
+        (Scheduler::Batched, Integrator::Path) => batched::trace_paths(view, &tracer, job, work),
+        (Scheduler::Scalar, _) => pixel_by_pixel(view, &tracer, job, work),
     }
 }
 

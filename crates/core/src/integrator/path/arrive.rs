@@ -13,10 +13,10 @@ use crate::view::{SceneView, item};
 pub enum Arrival {
     /// Nothing more.
     Ended,
-    /// It goes on behind the surface, as if that were not there.
-    Passed(PathState),
-    /// It is scattered: this is it, with the weight that what follows is multiplied by.
-    Met(PathState),
+    /// It goes on behind the surface, as if that were not there, with this weight.
+    Passed(Vec3),
+    /// It is scattered: what follows is multiplied by this weight.
+    Met(Vec3),
 }
 
 /// The least chance of going on that paths are given by roulette.
@@ -24,12 +24,12 @@ const LEAST_CHANCE: f32 = 0.05;
 
 /// What the ray brings from the point, at distance `t`, and what becomes of it.
 #[inline(always)]
-pub fn arrive(
+pub fn arrive<N: Numbers>(
     view: &SceneView,
     point: &PathPoint,
     path: &PathState,
     t: f32,
-    numbers: &Numbers,
+    numbers: &N,
 ) -> (Vec3, Arrival) {
     let (settings, ray) = (view.settings, &path.ray);
     let material = &point.material_values;
@@ -41,32 +41,21 @@ pub fn arrive(
     let is_by_chance = (chance > 0.0) | (ray.depth >= settings.roulette_depth);
     let [pass, survival] = if is_by_chance { numbers.arrival() } else { [0.0; 2] };
     if (chance > 0.0) & (pass < chance) {
-        if ray.holes >= MAX_HOLES {
-            return (Vec3::ZERO, Arrival::Ended);
-        }
-        let weight = weight * behind * (1.0 / chance);
-        let ray = ray_behind(point, ray, weight, t);
-        return (Vec3::ZERO, Arrival::Passed(PathState { ray, ..*path }));
+        let is_too_many = ray.holes >= MAX_HOLES;
+        let passed = Arrival::Passed(weight * behind * (1.0 / chance));
+        return (Vec3::ZERO, if is_too_many { Arrival::Ended } else { passed });
     }
-    let weight = if chance > 0.0 { weight * (point.coverage / (1.0 - chance)) } else { weight };
+    let mut weight = if chance > 0.0 { weight * (point.coverage / (1.0 - chance)) } else { weight };
     let mut found = Vec3::ZERO;
     if material.emission.max_component() > 0.0 {
         let share = lamp_share(view, point, path, ray.travelled + t);
         found = limited(settings, ray.depth > 1, weight * material.emission * share);
     }
-    let mut weight = weight;
     if ray.depth >= settings.roulette_depth {
         let chance = min(max(weight.max_component(), LEAST_CHANCE), 1.0);
-        if survival >= chance {
-            return (found, Arrival::Ended);
-        }
-        weight = weight * (1.0 / chance);
+        weight = if survival >= chance { Vec3::ZERO } else { weight * (1.0 / chance) };
     }
-    if weight.max_component() > 0.0 {
-        (found, Arrival::Met(PathState { ray: PathRay { weight, ..*ray }, ..*path }))
-    } else {
-        (found, Arrival::Ended)
-    }
+    (found, if weight.max_component() > 0.0 { Arrival::Met(weight) } else { Arrival::Ended })
 }
 
 /// What goes straight on at a point, per channel, without meeting the surface.

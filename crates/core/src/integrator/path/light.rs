@@ -6,7 +6,7 @@ use crate::light::{Light, LightSampleLanes};
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, Ray, RayFilter};
-use crate::sampling::{point_2d, triangle_point};
+use crate::sampling::triangle_point;
 use crate::shading::emission_texel;
 use crate::view::SceneView;
 
@@ -34,7 +34,7 @@ struct LightDraw {
 
 /// From the environment.
 #[inline(always)]
-fn draw_environment(view: &SceneView, numbers: &Numbers) -> LightDraw {
+fn draw_environment<N: Numbers>(view: &SceneView, numbers: &N) -> LightDraw {
     let environment = view.environment;
     let [u, jitter] = numbers.on_environment();
     let sample = environment.sample(view.environment_table, u, jitter);
@@ -51,7 +51,13 @@ fn draw_environment(view: &SceneView, numbers: &Numbers) -> LightDraw {
 
 /// From one of the lights, which is chosen with this chance.
 #[inline(always)]
-fn draw_light(view: &SceneView, light: &Light, chance: f32, origin: Vec3, numbers: &Numbers) -> LightDraw {
+fn draw_light<N: Numbers>(
+    view: &SceneView,
+    light: &Light,
+    chance: f32,
+    origin: Vec3,
+    numbers: &N,
+) -> LightDraw {
     let falloff = view.settings.light_falloff;
     let sample = LightSampleLanes::<1>::new(light, falloff, |_| origin, |_| numbers.on_light());
     let weight = sample.weight[0] / chance;
@@ -60,8 +66,7 @@ fn draw_light(view: &SceneView, light: &Light, chance: f32, origin: Vec3, number
         && texture != NONE
         && weight > 0.0
     {
-        let (index, key) = numbers.on_light();
-        let place = triangle_point(point_2d(index, key));
+        let place = triangle_point(numbers.on_light());
         color *= emission_texel(view, light.primitive(), texture, place);
     }
     // The weight of a lamp's sample is one over its density.
@@ -78,62 +83,65 @@ fn draw_light(view: &SceneView, light: &Light, chance: f32, origin: Vec3, number
     }
 }
 
-/// Samples the environment or one light from a point that `ray` found, by `choice` in [0, 1); `None` where that brings nothing.
+/// Samples the environment or one light from a point that `ray` found, by `choice` in [0, 1), for a path of this weight; `ask` is
+/// told where that brings anything.
 #[inline(always)]
-pub fn sample_light(
+pub fn sample_light<N: Numbers>(
     view: &SceneView,
-    point: &PathPoint,
-    at: &ScatterPoint,
-    ray: &PathRay,
-    numbers: &Numbers,
+    (point, at): (&PathPoint, &ScatterPoint),
+    (ray, weight): (&PathRay, Vec3),
+    numbers: &N,
     choice: f64,
-) -> Option<LightRequest> {
+    ask: impl FnOnce(LightRequest),
+) {
     let settings = view.settings;
     let to_environment = view.environment.chance as f64;
-    let is_environment = choice < to_environment;
     let mut light = None;
     let mut chance = 1.0;
-    if !is_environment {
+    if choice >= to_environment {
         let share = 1.0 - to_environment;
-        let chosen = view.light_tree().choose(&at.receiver(point), (choice - to_environment) / share)?;
+        let lights = view.light_tree();
+        let Some(chosen) = lights.choose(&at.receiver(point), (choice - to_environment) / share) else { return };
         chance = chosen.chance * share as f32;
         // By `get`, which has no panic for GPUs.
-        light = Some(view.lights.get(chosen.number as usize)?);
+        light = view.lights.get(chosen.number as usize);
+        if light.is_none() {
+            return;
+        }
     }
     // The side that the sample lies on is known when there is one: then it is taken from there.
     let mut above = point.geometric_normal;
-    let mut side = 0;
-    loop {
+    let mut is_behind = false;
+    let (origin, draw) = loop {
         let origin = point.position.plus_scaled(above, point.offset);
         let draw = match light {
             Some(light) => draw_light(view, light, chance, origin, numbers),
             None => draw_environment(view, numbers),
         };
         if !(draw.radiance.max_component() > 0.0) {
-            return None;
+            return;
         }
-        if draw.to_light.dot(above) <= 0.0 {
-            // Glass is lit from the other side, too.
-            if (side == 1) | !at.mixture.has_glass() {
-                return None;
-            }
-            side = 1;
-            above = -above;
-            continue;
+        if draw.to_light.dot(above) > 0.0 {
+            break (origin, draw);
         }
-        let direction = at.to_frame(draw.to_light);
-        // A shading normal may put light on another side than the surface does.
-        if (direction.z > 0.0) != (side == 0) {
-            return None;
+        // Glass is lit from the other side, too.
+        if is_behind | !at.mixture.has_glass() {
+            return;
         }
-        let scattered = at.mixture.eval(direction);
-        let share = if draw.density > 0.0 { power_share(draw.density, scattered.pdf) } else { 1.0 };
-        let contribution = ray.weight * scattered.value * draw.radiance * share;
-        let contribution = limited(settings, ray.depth > 0, contribution);
-        if !(contribution.max_component() > 0.0) {
-            return None;
-        }
-        return Some(LightRequest {
+        is_behind = true;
+        above = -above;
+    };
+    let direction = at.to_frame(draw.to_light);
+    // A shading normal may put light on another side than the surface does.
+    if (direction.z > 0.0) == is_behind {
+        return;
+    }
+    let scattered = at.mixture.eval(direction);
+    let share = if draw.density > 0.0 { power_share(draw.density, scattered.pdf) } else { 1.0 };
+    let contribution = weight * scattered.value * draw.radiance * share;
+    let contribution = limited(settings, ray.depth > 0, contribution);
+    if contribution.max_component() > 0.0 {
+        ask(LightRequest {
             ray: Ray { origin, t_min: 0.0, direction: draw.to_light, t_max: draw.t_max },
             filter: RayFilter { start: point.id, target: draw.target, cull_back_faces: false },
             contribution,

@@ -7,7 +7,7 @@
 //! | a light, chosen by what it may give and sampled | `light.rs` | a shadow ray and what it brings |
 //! | where the path goes on | `scatter.rs` | the next ray |
 //!
-//! [`radiance`] is the reference scheduler: these in one loop, without a stack. Each contribution is added by itself to the exact
+//! [`bounce`] puts the stages of one ray together; [`radiance`] is the reference scheduler: a loop over it, without a stack. Each contribution is added by itself to the exact
 //! sum, and a stage reads nothing but its arguments, so any order gives the same bits. Random numbers belong to (pixel, bounces,
 //! surfaces passed, decision), not to the history of a path (`numbers.rs`).
 //!
@@ -16,6 +16,7 @@
 //! ([`power_share`]), so that nothing overflows.
 
 mod arrive;
+mod bounce;
 mod light;
 mod numbers;
 mod radiance;
@@ -24,12 +25,13 @@ mod surroundings;
 mod visibility;
 
 pub use arrive::{Arrival, arrive};
+pub use bounce::{Bounce, bounce};
 pub use light::{LightRequest, sample_light};
-pub use numbers::Numbers;
+pub use numbers::{NumberLanes, Numbers, NumbersByKey, NumbersInLane};
 pub use radiance::radiance;
 pub use scatter::scatter;
 pub use surroundings::surroundings;
-pub use visibility::visibility;
+pub use visibility::{through, visibility};
 
 use crate::bsdf::Mixture;
 use crate::integrator::PathRay;

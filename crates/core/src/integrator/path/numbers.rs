@@ -7,7 +7,7 @@ use crate::settings::Settings;
 /// Keys of the numbers of vertices, which follow those of the camera ray.
 const FIRST_BOUNCE: u32 = 0x1000;
 
-/// Two numbers each: the decisions of a path at a surface.
+/// Two numbers each: the decisions of a path at a surface. Then what follows the digits of one of them.
 const ARRIVAL: u32 = 0;
 const CHOICE: u32 = 1;
 const LIGHT: u32 = 2;
@@ -18,18 +18,32 @@ const DIGITS: u32 = 5;
 /// The random numbers of a path where its ray has met a surface. They belong to the pixel, the bounces so far and the surfaces
 /// passed since the last one, whatever else has happened: all samples of a pixel use the points of one well-spread sequence for one
 /// decision, in the order of their numbers.
+pub trait Numbers {
+    /// Whether the ray passes the surface, and whether the path goes on.
+    fn arrival(&self) -> [f32; 2];
+    /// Which light is sampled, and which lobe.
+    fn choice(&self) -> (f64, f32);
+    /// The point on the light.
+    fn on_light(&self) -> [f32; 2];
+    /// Where the environment is sampled, and between the digits of that.
+    fn on_environment(&self) -> [[f32; 2]; 2];
+    /// The direction in the lobe.
+    fn direction(&self) -> [f32; 2];
+}
+
+/// Numbers that are computed where they are asked for.
 #[derive(Clone, Copy, Debug)]
-pub struct Numbers {
+pub struct NumbersByKey {
     key: u32,
     sample: u32,
 }
 
-impl Numbers {
+impl NumbersByKey {
     /// For sample `sample` of pixel (x, y).
     #[inline(always)]
-    pub fn new(settings: &Settings, ray: &PathRay, (x, y, sample): (u32, u32, u32)) -> Numbers {
+    pub fn new(settings: &Settings, ray: &PathRay, (x, y, sample): (u32, u32, u32)) -> NumbersByKey {
         let bounce = hash_pair(pixel_key(settings.seed, x, y), FIRST_BOUNCE + ray.depth);
-        Numbers { key: hash_pair(bounce, ray.holes), sample }
+        NumbersByKey { key: hash_pair(bounce, ray.holes), sample }
     }
 
     #[inline(always)]
@@ -37,36 +51,115 @@ impl Numbers {
         point_2d(self.sample, hash_pair(self.key, dimension))
     }
 
-    /// Whether the ray passes the surface, and whether the path goes on.
+    /// Further digits, at random, for trees of many lights.
     #[inline(always)]
-    pub fn arrival(&self) -> [f32; 2] {
+    fn digits(&self) -> u32 {
+        hash_pair(hash_pair(self.key, DIGITS), self.sample)
+    }
+}
+
+impl Numbers for NumbersByKey {
+    #[inline(always)]
+    fn arrival(&self) -> [f32; 2] {
         self.pair(ARRIVAL)
     }
 
-    /// Which light is sampled, and which lobe.
     #[inline(always)]
-    pub fn choice(&self) -> (f64, f32) {
+    fn choice(&self) -> (f64, f32) {
         let [light, lobe] = self.pair(CHOICE);
-        // Further digits, at random, for trees of many lights.
-        let digits = hash_pair(hash_pair(self.key, DIGITS), self.sample);
-        (with_digits(light, digits), lobe)
+        (with_digits(light, self.digits()), lobe)
     }
 
-    /// Index and key of the point on the light.
     #[inline(always)]
-    pub fn on_light(&self) -> (u32, u32) {
-        (self.sample, hash_pair(self.key, LIGHT))
+    fn on_light(&self) -> [f32; 2] {
+        self.pair(LIGHT)
     }
 
-    /// Where the environment is sampled, and between the digits of that.
     #[inline(always)]
-    pub fn on_environment(&self) -> [[f32; 2]; 2] {
+    fn on_environment(&self) -> [[f32; 2]; 2] {
         [self.pair(LIGHT), self.pair(ENVIRONMENT)]
     }
 
-    /// The direction in the lobe.
     #[inline(always)]
-    pub fn direction(&self) -> [f32; 2] {
+    fn direction(&self) -> [f32; 2] {
+        self.pair(DIRECTION)
+    }
+}
+
+/// All numbers of several paths, which are computed together: loops over arrays, free of branches.
+pub struct NumberLanes<const W: usize> {
+    pairs: [[[f32; W]; 2]; DIGITS as usize],
+    digits: [u32; W],
+}
+
+impl<const W: usize> NumberLanes<W> {
+    /// Of the paths that `of` names, which have the numbers of [`NumbersByKey`].
+    #[inline(always)]
+    pub fn new(of: impl Fn(usize) -> NumbersByKey) -> NumberLanes<W> {
+        let (mut keys, mut samples) = ([0; W], [0; W]);
+        for lane in 0..W {
+            let numbers = of(lane);
+            (keys[lane], samples[lane]) = (numbers.key, numbers.sample);
+        }
+        let mut lanes = NumberLanes { pairs: [[[0.0; W]; 2]; DIGITS as usize], digits: [0; W] };
+        for dimension in 0..DIGITS {
+            let [x, y] = &mut lanes.pairs[dimension as usize];
+            for lane in 0..W {
+                [x[lane], y[lane]] = NumbersByKey { key: keys[lane], sample: samples[lane] }.pair(dimension);
+            }
+        }
+        for lane in 0..W {
+            lanes.digits[lane] = NumbersByKey { key: keys[lane], sample: samples[lane] }.digits();
+        }
+        lanes
+    }
+
+    /// Those of one path.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> NumbersInLane<'_, W> {
+        NumbersInLane { lanes: self, lane }
+    }
+}
+
+/// The numbers of one of several paths.
+#[derive(Clone, Copy)]
+pub struct NumbersInLane<'a, const W: usize> {
+    lanes: &'a NumberLanes<W>,
+    lane: usize,
+}
+
+impl<const W: usize> NumbersInLane<'_, W> {
+    #[inline(always)]
+    fn pair(&self, dimension: u32) -> [f32; 2] {
+        let [x, y] = &self.lanes.pairs[dimension as usize];
+        [x[self.lane], y[self.lane]]
+    }
+}
+
+impl<const W: usize> Numbers for NumbersInLane<'_, W> {
+    #[inline(always)]
+    fn arrival(&self) -> [f32; 2] {
+        self.pair(ARRIVAL)
+    }
+
+    #[inline(always)]
+    fn choice(&self) -> (f64, f32) {
+        let [light, lobe] = self.pair(CHOICE);
+        (with_digits(light, self.lanes.digits[self.lane]), lobe)
+    }
+
+    #[inline(always)]
+    fn on_light(&self) -> [f32; 2] {
+        self.pair(LIGHT)
+    }
+
+    #[inline(always)]
+    fn on_environment(&self) -> [[f32; 2]; 2] {
+        [self.pair(LIGHT), self.pair(ENVIRONMENT)]
+    }
+
+    #[inline(always)]
+    fn direction(&self) -> [f32; 2] {
         self.pair(DIRECTION)
     }
 }

@@ -1,11 +1,9 @@
 //! The reference scheduler: one loop.
 
-use super::{
-    Arrival, Numbers, PathPoint, PathState, ScatterPoint, arrive, sample_light, scatter, surroundings,
-    visibility,
-};
+use super::{Bounce, LightRequest, NumbersByKey, PathState, bounce, visibility};
 use crate::hierarchy::Tracer;
-use crate::integrator::{MAX_DEPTH, PathRay, RayCounts};
+use crate::integrator::{PathRay, RayCounts};
+use crate::math::Vec3;
 use crate::sums::ExactSum;
 use crate::view::SceneView;
 
@@ -19,39 +17,45 @@ pub fn radiance<T: Tracer>(
     sum: &mut ExactSum,
     counts: &mut RayCounts,
 ) {
-    let settings = view.settings;
-    let most = if settings.max_depth < MAX_DEPTH { settings.max_depth } else { MAX_DEPTH };
     let mut path = PathState::new(first);
     loop {
-        let ray = path.ray;
-        counts.count(ray.kind);
-        let hit = tracer.closest_hit(&ray.ray(), &ray.filter(settings));
-        if hit.is_miss() {
-            sum.add(surroundings(view, &ray));
-            return;
-        }
-        let point = PathPoint::new(view, &ray.ray(), &hit);
-        let numbers = Numbers::new(settings, &ray, place);
-        let (found, arrival) = arrive(view, &point, &path, hit.t, &numbers);
-        sum.add(found);
-        let met = match arrival {
-            Arrival::Ended => return,
-            Arrival::Passed(behind) => {
-                path = behind;
-                continue;
-            }
-            Arrival::Met(met) => met,
-        };
-        let at = ScatterPoint::new(&point);
-        let is_last = met.ray.depth >= most;
-        let (light, lobe) = numbers.choice();
-        if !is_last && let Some(request) = sample_light(view, &point, &at, &met.ray, &numbers, light) {
+        counts.count(path.ray.kind);
+        let hit = tracer.closest_hit(&path.ray.ray(), &path.ray.filter(view.settings));
+        let numbers = NumbersByKey::new(view.settings, &path.ray, place);
+        let mut step = Step { sum, request: None, next: None };
+        bounce(view, &path, &hit, &numbers, &mut step);
+        let Step { request, next, .. } = step;
+        if let Some(request) = request {
             counts.shadow += 1;
             sum.add(request.contribution * visibility(view, tracer, &request));
         }
-        path = match scatter(&point, &at, &met, hit.t, &numbers, (lobe, is_last)) {
+        path = match next {
             Some(next) => next,
             None => return,
         };
+    }
+}
+
+/// What one surface gave.
+struct Step<'a> {
+    sum: &'a mut ExactSum,
+    request: Option<LightRequest>,
+    next: Option<PathState>,
+}
+
+impl Bounce for Step<'_> {
+    #[inline(always)]
+    fn add(&mut self, found: Vec3) {
+        self.sum.add(found);
+    }
+
+    #[inline(always)]
+    fn ask(&mut self, request: LightRequest) {
+        self.request = Some(request);
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self, next: PathState) {
+        self.next = Some(next);
     }
 }

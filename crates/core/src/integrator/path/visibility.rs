@@ -12,9 +12,12 @@ use crate::view::SceneView;
 /// through, since paths find that light by themselves.
 #[inline(always)]
 pub fn visibility<T: Tracer>(view: &SceneView, tracer: &T, request: &LightRequest) -> Vec3 {
-    if !tracer.occluded(&request.ray, &request.filter) {
-        return Vec3::ONE;
-    }
+    if tracer.occluded(&request.ray, &request.filter) { through(view, tracer, request) } else { Vec3::ONE }
+}
+
+/// The same where something is known to be in the way.
+#[inline(always)]
+pub fn through<T: Tracer>(view: &SceneView, tracer: &T, request: &LightRequest) -> Vec3 {
     // Scenes in which nothing is straight to pass say so.
     if view.settings.shadow_mode != ShadowMode::Coloured {
         return Vec3::ZERO;

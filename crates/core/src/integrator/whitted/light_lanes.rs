@@ -9,6 +9,7 @@ use crate::hierarchy::ShadowBatch;
 use crate::light::{Light, LightSampleLanes};
 use crate::math::{Vec3, vec3};
 use crate::ray::Ray;
+use crate::sampling::point_2d;
 use crate::settings::{LightingModel, Settings};
 
 /// Shadow rays and what each brings if nothing is in its way.
@@ -42,7 +43,7 @@ impl<const W: usize> LightLanes<W> {
     /// One sample of the light in each lane.
     #[inline(always)]
     pub fn new<R: Receivers>(settings: &Settings, light: &Light, receivers: &R) -> LightLanes<W> {
-        let random = |lane| (receivers.index(lane), receivers.key(lane));
+        let random = |lane| point_2d(receivers.index(lane), receivers.key(lane));
         let sample =
             LightSampleLanes::new(light, settings.light_falloff, |lane| receivers.origin(lane), random);
         let none = [0.0; W];

@@ -18,12 +18,14 @@
 
 mod camera;
 mod lit;
+mod paths;
 mod pending;
 mod shadows;
 
 use super::dispatch::TileJob;
 use super::tile::Tile;
 pub(super) use camera::CameraRays;
+pub(super) use paths::trace_paths;
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::PathRay;
 use eosphor_core::integrator::whitted::{LampLobe, depth_limit, local_radiance};
@@ -34,6 +36,7 @@ use eosphor_core::shading::SurfacePoint;
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
 use lit::LitPoints;
+use paths::PathBatch;
 use pending::Pending;
 use shadows::Shadows;
 use std::sync::atomic::Ordering;
@@ -62,6 +65,7 @@ pub(super) struct Workspace {
     pending: Pending,
     lit: LitPoints,
     shadows: Shadows,
+    path_batch: PathBatch,
     /// Those of the tile's pixels, row after row.
     pub(super) sums: Vec<ExactSum>,
 }

@@ -1,0 +1,191 @@
+//! Path tracing: some thousand paths, surface by surface.
+//!
+//! ```text
+//! camera rays -> closest hits -> bounce of each ─┬─> shadow rays -> sums
+//!                     ^                          └─> rays that go on
+//!                     └──────────────────────────────────┘
+//! ```
+
+use super::super::dispatch::TileJob;
+use super::{CameraRays, NO_RAY, Path, Workspace};
+use eosphor_accel::{BatchTracer, Coherence, Filters};
+use eosphor_core::integrator::RayCounts;
+use eosphor_core::integrator::path::{
+    Bounce, LightRequest, NumberLanes, NumbersByKey, PathState, bounce, through,
+};
+use eosphor_core::math::Vec3;
+use eosphor_core::ray::{Hit, Ray, RayFilter};
+use eosphor_core::sums::ExactSum;
+use eosphor_core::view::SceneView;
+use std::sync::atomic::Ordering;
+
+/// Paths that are traced together, at most.
+const BATCH: usize = 2048;
+
+/// A path and the sample that it is.
+#[derive(Clone, Copy, Debug)]
+struct PlacedPath {
+    state: PathState,
+    x: u32,
+    y: u32,
+    sample: u32,
+    /// Of the tile.
+    pixel: u32,
+}
+
+/// A light that a path asks for.
+#[derive(Clone, Copy, Debug)]
+struct PlacedRequest {
+    contribution: Vec3,
+    pixel: u32,
+}
+
+/// Paths whose random numbers are computed together: as many as AVX-512 has lanes.
+const LANES: usize = 16;
+
+/// Takes what a path finds.
+struct Found<'a> {
+    path: &'a PlacedPath,
+    sum: &'a mut ExactSum,
+    next: &'a mut Vec<PlacedPath>,
+    rays: &'a mut Vec<Ray>,
+    filters: &'a mut Vec<RayFilter>,
+    requests: &'a mut Vec<PlacedRequest>,
+}
+
+impl Bounce for Found<'_> {
+    #[inline(always)]
+    fn add(&mut self, found: Vec3) {
+        self.sum.add(found);
+    }
+
+    #[inline(always)]
+    fn ask(&mut self, LightRequest { ray, filter, contribution }: LightRequest) {
+        self.rays.push(ray);
+        self.filters.push(filter);
+        self.requests.push(PlacedRequest { contribution, pixel: self.path.pixel });
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self, state: PathState) {
+        self.next.push(PlacedPath { state, ..*self.path });
+    }
+}
+
+/// What path tracing works in.
+#[derive(Default)]
+pub(super) struct PathBatch {
+    camera: Vec<Path>,
+    paths: Vec<PlacedPath>,
+    next: Vec<PlacedPath>,
+    rays: Vec<Ray>,
+    filters: Vec<RayFilter>,
+    hits: Vec<Hit>,
+    requests: Vec<PlacedRequest>,
+    hidden: Vec<bool>,
+}
+
+/// The rays of a tile, whose sums are in the workspace then; `None` where it was given up.
+#[inline(always)]
+pub(in super::super) fn trace_paths<T: BatchTracer>(
+    view: &SceneView,
+    tracer: &T,
+    job: &TileJob,
+    work: &mut Workspace,
+) -> Option<RayCounts> {
+    let tile = job.tile;
+    let mut counts = RayCounts::default();
+    let mut camera = CameraRays::new(tile, job.samples.clone());
+    let Workspace { path_batch: batch, sums, .. } = work;
+    sums.clear();
+    sums.resize(tile.pixels() as usize, ExactSum::default());
+    loop {
+        batch.camera.clear();
+        if !camera.take(view, BATCH, &mut batch.camera) {
+            return Some(counts);
+        }
+        batch.paths.clear();
+        batch.paths.extend(batch.camera.iter().map(|&Path { ray, x, y, sample }| PlacedPath {
+            state: PathState::new(ray),
+            x,
+            y,
+            sample,
+            pixel: tile.index_of(x, y) as u32,
+        }));
+        let mut coherence = Coherence::Coherent;
+        while !batch.paths.is_empty() {
+            if job.cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            batch.find_hits(view, tracer, coherence);
+            batch.bounce(view, sums, &mut counts);
+            batch.add_light(view, tracer, coherence, sums, &mut counts);
+            std::mem::swap(&mut batch.paths, &mut batch.next);
+            coherence = Coherence::Incoherent;
+        }
+    }
+}
+
+impl PathBatch {
+    #[inline(always)]
+    fn find_hits<T: BatchTracer>(&mut self, view: &SceneView, tracer: &T, coherence: Coherence) {
+        let count = self.paths.len();
+        // Written over below; nothing is written where the length stays the same.
+        self.rays.resize(count, NO_RAY);
+        self.filters.resize(count, RayFilter::ALL);
+        self.hits.resize(count, Hit::miss(f32::INFINITY));
+        for ((path, ray), filter) in self.paths.iter().zip(&mut self.rays).zip(&mut self.filters) {
+            *ray = path.state.ray.ray();
+            *filter = path.state.ray.filter(view.settings);
+        }
+        tracer.closest_hits(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hits);
+    }
+
+    /// What the rays found, and what follows from it.
+    #[inline(always)]
+    fn bounce(&mut self, view: &SceneView, sums: &mut [ExactSum], counts: &mut RayCounts) {
+        let PathBatch { paths, next, rays, filters, hits, requests, .. } = self;
+        next.clear();
+        rays.clear();
+        filters.clear();
+        requests.clear();
+        for (paths, hits) in paths.chunks(LANES).zip(hits.chunks(LANES)) {
+            let numbers = NumberLanes::<LANES>::new(|lane| {
+                let path = &paths[lane.min(paths.len() - 1)];
+                NumbersByKey::new(view.settings, &path.state.ray, (path.x, path.y, path.sample))
+            });
+            for (lane, (path, hit)) in paths.iter().zip(hits).enumerate() {
+                counts.count(path.state.ray.kind);
+                let sum = &mut sums[path.pixel as usize];
+                let mut found = Found { path, sum, next, rays, filters, requests };
+                bounce(view, &path.state, hit, &numbers.lane(lane), &mut found);
+            }
+        }
+    }
+
+    /// The light of those lights that are seen.
+    #[inline(always)]
+    fn add_light<T: BatchTracer>(
+        &mut self,
+        view: &SceneView,
+        tracer: &T,
+        coherence: Coherence,
+        sums: &mut [ExactSum],
+        counts: &mut RayCounts,
+    ) {
+        let count = self.requests.len();
+        counts.shadow += count as u64;
+        self.hidden.resize(count, false);
+        tracer.occluded_rays(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hidden);
+        for (number, request) in self.requests.iter().enumerate() {
+            let contribution = request.contribution;
+            let visible = if self.hidden[number] {
+                let (ray, filter) = (self.rays[number], self.filters[number]);
+                through(view, tracer, &LightRequest { ray, filter, contribution })
+            } else {
+                Vec3::ONE
+            };
+            sums[request.pixel as usize].add(contribution * visible);
+        }
+    }
+}
