@@ -14,7 +14,7 @@ const LENS_DIMENSION: u32 = 0x2;
 
 /// The key of all random numbers of a pixel.
 #[inline(always)]
-pub(super) fn pixel_key(seed: u32, x: u32, y: u32) -> u32 {
+pub fn pixel_key(seed: u32, x: u32, y: u32) -> u32 {
     hash_pair(seed, (y << 16) | x)
 }
 

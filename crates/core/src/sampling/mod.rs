@@ -8,5 +8,6 @@ mod warp;
 pub use hash::{hash_pair, mix};
 pub use sobol::{owen_scramble, point_2d, sobol_2d, with_digits};
 pub use warp::{
-    cosine_direction, cosine_lobe, disk_point, hemisphere_direction, onto_axis, orthonormal_basis, triangle_point,
+    cosine_direction, cosine_lobe, disk_point, hemisphere_direction, onto_axis, orthonormal_basis,
+    triangle_point,
 };

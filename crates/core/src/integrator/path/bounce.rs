@@ -2,7 +2,8 @@
 
 use super::arrive::ray_behind;
 use super::{
-    Arrival, LightRequest, Numbers, PathPoint, PathState, ScatterPoint, arrive, sample_light, scatter, surroundings,
+    Arrival, LightRequest, Numbers, PathPoint, PathState, ScatterPoint, arrive, sample_light, scatter,
+    surroundings,
 };
 use crate::integrator::MAX_DEPTH;
 use crate::math::Vec3;

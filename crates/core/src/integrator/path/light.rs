@@ -101,7 +101,9 @@ pub fn sample_light<N: Numbers>(
     if choice >= to_environment {
         let share = 1.0 - to_environment;
         let lights = view.light_tree();
-        let Some(chosen) = lights.choose(&at.receiver(point), (choice - to_environment) / share) else { return };
+        let Some(chosen) = lights.choose(&at.receiver(point), (choice - to_environment) / share) else {
+            return;
+        };
         chance = chosen.chance * share as f32;
         // By `get`, which has no panic for GPUs.
         light = view.lights.get(chosen.number as usize);

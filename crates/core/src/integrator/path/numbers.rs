@@ -42,8 +42,12 @@ impl NumbersByKey {
     /// For sample `sample` of pixel (x, y).
     #[inline(always)]
     pub fn new(settings: &Settings, ray: &PathRay, (x, y, sample): (u32, u32, u32)) -> NumbersByKey {
-        let bounce = hash_pair(pixel_key(settings.seed, x, y), FIRST_BOUNCE + ray.depth);
-        NumbersByKey { key: hash_pair(bounce, ray.holes), sample }
+        NumbersByKey::of_pixel(pixel_key(settings.seed, x, y), [ray.depth, ray.holes], sample)
+    }
+
+    #[inline(always)]
+    fn of_pixel(pixel_key: u32, [depth, holes]: [u32; 2], sample: u32) -> NumbersByKey {
+        NumbersByKey { key: hash_pair(hash_pair(pixel_key, FIRST_BOUNCE + depth), holes), sample }
     }
 
     #[inline(always)]
@@ -93,13 +97,17 @@ pub struct NumberLanes<const W: usize> {
 }
 
 impl<const W: usize> NumberLanes<W> {
-    /// Of the paths that `of` names, which have the numbers of [`NumbersByKey`].
+    /// Of several paths: `of(lane)` gives the key of the pixel ([`pixel_key`]), the sample and the ray. They are the numbers of
+    /// [`NumbersByKey`].
     #[inline(always)]
-    pub fn new(of: impl Fn(usize) -> NumbersByKey) -> NumberLanes<W> {
-        let (mut keys, mut samples) = ([0; W], [0; W]);
+    pub fn new<'a>(of: impl Fn(usize) -> (u32, u32, &'a PathRay)) -> NumberLanes<W> {
+        let (mut keys, mut samples, mut places) = ([0; W], [0; W], [[0; 2]; W]);
         for lane in 0..W {
-            let numbers = of(lane);
-            (keys[lane], samples[lane]) = (numbers.key, numbers.sample);
+            let (pixel_key, sample, ray) = of(lane);
+            (keys[lane], samples[lane], places[lane]) = (pixel_key, sample, [ray.depth, ray.holes]);
+        }
+        for lane in 0..W {
+            keys[lane] = NumbersByKey::of_pixel(keys[lane], places[lane], samples[lane]).key;
         }
         let mut lanes = NumberLanes { pairs: [[[0.0; W]; 2]; DIGITS as usize], digits: [0; W] };
         for dimension in 0..DIGITS {
@@ -161,5 +169,43 @@ impl<const W: usize> Numbers for NumbersInLane<'_, W> {
     #[inline(always)]
     fn direction(&self) -> [f32; 2] {
         self.pair(DIRECTION)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::RayKind;
+    use crate::math::Vec3;
+    use crate::ray::PrimitiveId;
+
+    #[test]
+    fn lanes_have_the_numbers_of_keys() {
+        let ray = |depth, holes| PathRay {
+            origin: Vec3::ZERO,
+            path: 0,
+            direction: Vec3::ONE,
+            depth,
+            weight: Vec3::ONE,
+            kind: RayKind::Glossy,
+            start: PrimitiveId::NONE,
+            inside: 0,
+            holes,
+            travelled: 0.0,
+            lobe_density: 0.0,
+        };
+        let rays: Vec<PathRay> = (0..8).map(|k| ray(k / 3, k % 3)).collect();
+        let lanes =
+            NumberLanes::<8>::new(|lane| (pixel_key(5, lane as u32, 9), 70 + lane as u32, &rays[lane]));
+        for (lane, ray) in rays.iter().enumerate() {
+            let pixel = pixel_key(5, lane as u32, 9);
+            let (one, of_lane) =
+                (NumbersByKey::of_pixel(pixel, [ray.depth, ray.holes], 70 + lane as u32), lanes.lane(lane));
+            assert_eq!(one.arrival(), of_lane.arrival());
+            assert_eq!(one.choice(), of_lane.choice());
+            assert_eq!(one.on_light(), of_lane.on_light());
+            assert_eq!(one.on_environment(), of_lane.on_environment());
+            assert_eq!(one.direction(), of_lane.direction());
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Path tracing: some thousand paths, surface by surface.
+//! Path tracing: a thousand paths, surface by surface.
 //!
 //! ```text
 //! camera rays -> closest hits -> bounce of each ─┬─> shadow rays -> sums
@@ -7,27 +7,22 @@
 //! ```
 
 use super::super::dispatch::TileJob;
-use super::{CameraRays, NO_RAY, Path, Workspace};
+use super::{BATCH, CameraRays, NO_RAY, Path, Workspace};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
-use eosphor_core::integrator::RayCounts;
-use eosphor_core::integrator::path::{
-    Bounce, LightRequest, NumberLanes, NumbersByKey, PathState, bounce, through,
-};
+use eosphor_core::integrator::path::{Bounce, LightRequest, NumberLanes, PathState, bounce, through};
+use eosphor_core::integrator::{RayCounts, pixel_key};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
 use std::sync::atomic::Ordering;
 
-/// Paths that are traced together, at most.
-const BATCH: usize = 2048;
-
 /// A path and the sample that it is.
 #[derive(Clone, Copy, Debug)]
 struct PlacedPath {
     state: PathState,
-    x: u32,
-    y: u32,
+    /// Its random numbers are those of this pixel and sample.
+    pixel_key: u32,
     sample: u32,
     /// Of the tile.
     pixel: u32,
@@ -107,8 +102,7 @@ pub(in super::super) fn trace_paths<T: BatchTracer>(
         batch.paths.clear();
         batch.paths.extend(batch.camera.iter().map(|&Path { ray, x, y, sample }| PlacedPath {
             state: PathState::new(ray),
-            x,
-            y,
+            pixel_key: pixel_key(view.settings.seed, x, y),
             sample,
             pixel: tile.index_of(x, y) as u32,
         }));
@@ -152,7 +146,7 @@ impl PathBatch {
         for (paths, hits) in paths.chunks(LANES).zip(hits.chunks(LANES)) {
             let numbers = NumberLanes::<LANES>::new(|lane| {
                 let path = &paths[lane.min(paths.len() - 1)];
-                NumbersByKey::new(view.settings, &path.state.ray, (path.x, path.y, path.sample))
+                (path.pixel_key, path.sample, &path.state.ray)
             });
             for (lane, (path, hit)) in paths.iter().zip(hits).enumerate() {
                 counts.count(path.state.ray.kind);
