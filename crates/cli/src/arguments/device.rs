@@ -45,8 +45,7 @@ pub(crate) struct DeviceFlags {
     /// independently, but they wait for each other at every node and leaf; wide: as reconverge, through eight-child nodes
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = traversals())]
     pub(crate) gpu_traversal: Traversal,
-    /// The order in which the CPU traces rays: batched, or scalar, the reference, which path tracing always takes [default:
-    /// batched]
+    /// The order in which the CPU traces rays: batched, or scalar, the reference [default: batched]
     #[arg(long, value_name = "NAME", value_parser = schedulers(), hide = true)]
     pub(crate) scheduler: Option<Scheduler>,
 }

@@ -23,8 +23,8 @@ pub struct CpuOptions {
 /// In which order the rays of a tile are traced. All give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scheduler {
-    /// Many at a time: those of neighbouring pixels, those towards one light, those that go on. Without a hierarchy,
-    /// where work is counted, and in path tracing, rays are traced as by [`Scheduler::Scalar`].
+    /// Many at a time: those of neighbouring pixels, those towards lights, those that go on. Without a hierarchy, and where work
+    /// is counted, rays are traced as by [`Scheduler::Scalar`].
     #[default]
     Batched,
     /// Pixel after pixel, each path to its end: the reference, `radiance` of the integrator in `eosphor_core::integrator`.
