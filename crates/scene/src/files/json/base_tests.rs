@@ -1,7 +1,9 @@
 //! Scenes with a base.
 
 use crate::files::{LoadOptions, LoadedScene, load, load_from_memory};
-use crate::model::{Camera, CameraMotion, EnvironmentMap, Light, PixelSampling, RenderSettings, Scene};
+use crate::model::{
+    Camera, CameraMotion, EnvironmentMap, EnvironmentSource, Light, PixelSampling, RenderSettings, Scene,
+};
 use crate::{SceneData, SceneError, scene_requests};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::Integrator;
@@ -349,7 +351,7 @@ fn environments_are_read_and_replaced() {
     let other = scene(&[("a.json", &over("ball.json", more)), ("ball.json", &ball), ppm]);
     assert_eq!((other.images.len(), other.images[0].width), (1, 2));
     let expected = EnvironmentMap {
-        image: 0,
+        source: EnvironmentSource::Image(0),
         strength: 3.0,
         rotation_degrees: -40.0,
         up: vec3(0.0, 0.0, 2.0),
