@@ -15,17 +15,51 @@ pub(crate) const WIDTH: u32 = 4096;
 /// Rows of a picture of all directions.
 pub(crate) const PICTURE_ROWS: u32 = WIDTH / 2;
 
-/// Rows of the sky.
-const SKY_ROWS: u32 = PICTURE_ROWS / 2;
-
-/// The angle between two rows, and between two columns at the horizon.
-const STEP: f64 = PI / PICTURE_ROWS as f64;
-
 /// Samples of a texel by the sun's disk along one axis.
 const SUN_SAMPLES: u32 = 8;
 
 /// Rings and spokes of the sum over the disk.
 const DISK: [u32; 2] = [64, 128];
+
+/// How a sky is divided into texels.
+#[derive(Clone, Copy)]
+pub(super) struct Grid {
+    /// Texels a row; a multiple of 4, and more than 1344, so that a row is lower than the sun's radius.
+    pub(super) width: u32,
+}
+
+impl Grid {
+    fn sky_rows(self) -> u32 {
+        self.width / 4
+    }
+
+    /// The angle between two rows, and between two columns at the horizon.
+    fn step(self) -> f64 {
+        TAU / f64::from(self.width)
+    }
+
+    /// The angle about the vertical of a place among the columns, in the picture's frame: from +x towards +z.
+    fn around(self, place: f64) -> f64 {
+        place * self.step() - PI
+    }
+
+    /// The integral of a texel's tent over the sphere above the horizon, times a function of the angle from up that has the sine of
+    /// that angle as a factor.
+    fn row_weight(self, row: u32, function: impl Fn(f64) -> f64) -> f64 {
+        const STEPS: u32 = 64;
+        let middle = f64::from(row) + 0.5;
+        let mut sum = 0.0;
+        for k in 0..2 * STEPS {
+            let place = middle - 1.0 + (f64::from(k) + 0.5) / f64::from(STEPS);
+            // Nothing is above the middle of the first row: it goes on.
+            let tent = if row == 0 && place < middle { 1.0 } else { 1.0 - (place - middle).abs() };
+            if place > 0.0 && place < f64::from(self.sky_rows()) {
+                sum += tent * function(place * self.step());
+            }
+        }
+        sum / f64::from(STEPS) * self.step() * self.step()
+    }
+}
 
 /// A sky in texels.
 pub(crate) struct SkyPicture {
@@ -35,7 +69,7 @@ pub(crate) struct SkyPicture {
 
 impl SkyPicture {
     /// The height of the texels: the sky and a row of ground.
-    pub(crate) const HEIGHT: u32 = SKY_ROWS + 1;
+    pub(crate) const HEIGHT: u32 = PICTURE_ROWS / 2 + 1;
 
     /// Takes places of a picture of all directions to places among the texels, where v runs up.
     pub(crate) fn texels_from_picture() -> [[f32; 3]; 2] {
@@ -45,16 +79,20 @@ impl SkyPicture {
 
     /// The sky, whose numbers are within their ranges.
     pub(crate) fn new(sky: &Sky) -> SkyPicture {
+        SkyPicture::of_grid(sky, Grid { width: WIDTH })
+    }
+
+    pub(super) fn of_grid(sky: &Sky, grid: Grid) -> SkyPicture {
         let sun = Sun::new(sky);
         let elevation = f64::from(sky.sun_elevation_degrees) * (PI / 180.0);
         let dome = SkyDome::new(f64::from(sky.turbidity), f64::from(sky.albedo), elevation);
-        let disk = sun.texels(&SunDisk::new(f64::from(sky.turbidity)), f64::from(sky.sun_strength));
+        let disk = sun.texels(grid, &SunDisk::new(f64::from(sky.turbidity)), f64::from(sky.sun_strength));
         let columns: Vec<(f64, f64)> =
-            (0..WIDTH).map(|column| sin_cos(around(f64::from(column) + 0.5))).collect();
-        let rows: Vec<(Vec<u32>, Rgb)> = (0..SKY_ROWS)
+            (0..grid.width).map(|column| sin_cos(grid.around(f64::from(column) + 0.5))).collect();
+        let rows: Vec<(Vec<u32>, Rgb)> = (0..grid.sky_rows())
             .into_par_iter()
             .map(|row| {
-                let mut colors = sky_row(&dome, &sun, row, &columns);
+                let mut colors = sky_row(&dome, &sun, (f64::from(row) + 0.5) * grid.step(), &columns);
                 for (_, column, radiance) in disk.iter().filter(|(of, ..)| *of == row) {
                     colors[*column as usize].add(*radiance);
                 }
@@ -66,30 +104,25 @@ impl SkyPicture {
                     words.extend(texel.map(f32::to_bits));
                     sum.add(Rgb(texel.map(f64::from)));
                 }
-                (words, sum * row_weight(row, |angle| 0.5 * sin(2.0 * angle)))
+                (words, sum * grid.row_weight(row, |angle| 0.5 * sin(2.0 * angle)))
             })
             .collect();
         // Lambert's law, of what arrives at the ground.
         let mut irradiance = Rgb::default();
-        let mut words = Vec::with_capacity(3 * WIDTH as usize * SkyPicture::HEIGHT as usize);
+        let mut words = Vec::with_capacity(3 * grid.width as usize * (grid.sky_rows() as usize + 1));
         for (row, arriving) in rows {
             words.extend(row);
             irradiance.add(arriving);
         }
         let ground = (irradiance * (f64::from(sky.albedo) / PI)).0.map(|x| (x as f32).to_bits());
-        words.extend((0..WIDTH).flat_map(|_| ground));
+        words.extend((0..grid.width).flat_map(|_| ground));
         SkyPicture { words }
     }
 }
 
-/// The angle about the vertical of a place among the columns, in the picture's frame: from +x towards +z.
-fn around(place: f64) -> f64 {
-    place / f64::from(WIDTH) * TAU - PI
-}
-
 /// The colours of a row of the sky without its sun.
-fn sky_row(dome: &SkyDome, sun: &Sun, row: u32, columns: &[(f64, f64)]) -> Vec<Rgb> {
-    let (level, up) = sin_cos((f64::from(row) + 0.5) * STEP);
+fn sky_row(dome: &SkyDome, sun: &Sun, from_up: f64, columns: &[(f64, f64)]) -> Vec<Rgb> {
+    let (level, up) = sin_cos(from_up);
     let ring = dome.ring(up);
     let color = |&(sine, cosine): &(f64, f64)| {
         let direction = [level * cosine, up, level * sine];
@@ -105,23 +138,6 @@ fn dot([x, y, z]: [f64; 3], [a, b, c]: [f64; 3]) -> f64 {
     x * a + y * b + z * c
 }
 
-/// The integral of a texel's tent over the sphere above the horizon, times a function of the angle from up that has the sine of
-/// that angle as a factor.
-fn row_weight(row: u32, function: impl Fn(f64) -> f64) -> f64 {
-    const STEPS: u32 = 64;
-    let middle = f64::from(row) + 0.5;
-    let mut sum = 0.0;
-    for k in 0..2 * STEPS {
-        let place = middle - 1.0 + (f64::from(k) + 0.5) / f64::from(STEPS);
-        // Nothing is above the middle of the first row: it goes on.
-        let tent = if row == 0 && place < middle { 1.0 } else { 1.0 - (place - middle).abs() };
-        if place > 0.0 && place < f64::from(SKY_ROWS) {
-            sum += tent * function(place * STEP);
-        }
-    }
-    sum * STEP / f64::from(STEPS) * (TAU / f64::from(WIDTH))
-}
-
 /// The place of the sun.
 struct Sun {
     /// A unit vector to its middle, in the picture's frame.
@@ -129,8 +145,8 @@ struct Sun {
     /// Unit vectors at a right angle to that: away from the horizon, and level.
     upward: [f64; 3],
     sideward: [f64; 3],
-    /// Where its middle is among columns and rows.
-    place: [f64; 2],
+    /// The angle about the vertical, as [`Grid::around`], and from up.
+    angles: [f64; 2],
 }
 
 impl Sun {
@@ -144,10 +160,7 @@ impl Sun {
             middle: [x * cosine, sine, z * cosine],
             upward: [-x * sine, cosine, -z * sine],
             sideward: [-z, 0.0, x],
-            place: [
-                (azimuth + PI) / TAU * f64::from(WIDTH),
-                (FRAC_PI_2 - radians(sky.sun_elevation_degrees)) / STEP,
-            ],
+            angles: [azimuth, FRAC_PI_2 - radians(sky.sun_elevation_degrees)],
         }
     }
 
@@ -157,17 +170,19 @@ impl Sun {
     /// add a fourth of the squared step to the variance along each axis, which is a fourth of the squared radius for an even disk.
     /// So the disk is drawn smaller by just that much, and penumbras have the width that they should have. All texels are then
     /// scaled for the light of the whole disk.
-    fn texels(&self, disk: &SunDisk, strength: f64) -> Vec<(u32, u32, Rgb)> {
+    fn texels(&self, grid: Grid, disk: &SunDisk, strength: f64) -> Vec<(u32, u32, Rgb)> {
         if strength == 0.0 {
             return Vec::new();
         }
+        let step = grid.step();
+        let middle = [(self.angles[0] + PI) / step, self.angles[1] / step];
         let shrink = |step: f64| (1.0 - (step / SUN_RADIUS) * (step / SUN_RADIUS)).sqrt();
         let level = (self.middle[0] * self.middle[0] + self.middle[2] * self.middle[2]).sqrt();
-        let [side_scale, up_scale] = [STEP * level, STEP].map(|step| 1.0 / (shrink(step) * sin(SUN_RADIUS)));
+        let [side_scale, up_scale] = [step * level, step].map(|step| 1.0 / (shrink(step) * sin(SUN_RADIUS)));
         // Of a direction in places of the picture.
         let radiance = |x: f64, y: f64| {
-            let (sine, cosine) = sin_cos(around(x));
-            let (down, up) = sin_cos(y * STEP);
+            let (sine, cosine) = sin_cos(grid.around(x));
+            let (down, up) = sin_cos(y * step);
             let direction = [down * cosine, up, down * sine];
             if dot(direction, self.middle) < 0.9 {
                 return Rgb::default();
@@ -180,15 +195,15 @@ impl Sun {
         };
         let mut texels = Vec::new();
         let mut drawn = Rgb::default();
-        let reach = SUN_RADIUS / STEP + 1.0;
-        let rows = (self.place[1] - reach).floor().max(0.0) as u32..=(self.place[1] + reach) as u32;
-        for row in rows.filter(|&row| row < SKY_ROWS) {
+        let reach = SUN_RADIUS / step + 1.0;
+        let rows = (middle[1] - reach).floor().max(0.0) as u32..=(middle[1] + reach) as u32;
+        for row in rows.filter(|&row| row < grid.sky_rows()) {
             // Columns lie closer the higher the row; about the zenith all of them may meet the disk.
-            let narrowest = sin((f64::from(row) - 1.0).max(0.0) * STEP);
-            let columns = (reach / narrowest.max(1e-9)).min(f64::from(WIDTH / 2)) as i64 + 1;
-            let middle = self.place[0] as i64;
-            let weight = row_weight(row, sin);
-            let all = (middle - columns..=middle + columns).take(WIDTH as usize);
+            let narrowest = sin((f64::from(row) - 1.0).max(0.0) * step);
+            let columns = (reach / narrowest.max(1e-9)).min(f64::from(grid.width / 2)) as i64 + 1;
+            let first = middle[0] as i64 - columns;
+            let weight = grid.row_weight(row, sin);
+            let all = (first..=first + 2 * columns).take(grid.width as usize);
             for column in all {
                 let mut sum = Rgb::default();
                 for k in 0..SUN_SAMPLES * SUN_SAMPLES {
@@ -199,7 +214,7 @@ impl Sun {
                 let mean = sum * (1.0 / f64::from(SUN_SAMPLES * SUN_SAMPLES));
                 if mean != Rgb::default() {
                     drawn.add(mean * weight);
-                    texels.push((row, column.rem_euclid(i64::from(WIDTH)) as u32, mean));
+                    texels.push((row, column.rem_euclid(i64::from(grid.width)) as u32, mean));
                 }
             }
         }
