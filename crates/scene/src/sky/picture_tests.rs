@@ -186,13 +186,15 @@ fn grounds_are_lit_by_the_sky() {
 #[test]
 fn the_disk_has_its_light_and_width() {
     for (elevation, azimuth) in [(2.0, 135.0), (45.0, 180.0), (89.9, 33.0)] {
-        let with = Sky {
+        // So strong a sun that the sky does not count.
+        let strength = 1e5;
+        let data = flat(Sky {
             sun_elevation_degrees: elevation,
             sun_azimuth_degrees: azimuth,
             turbidity: 2.0,
+            sun_strength: strength as f32,
             ..Sky::default()
-        };
-        let (with_disk, without) = (flat(with), flat(Sky { sun_strength: 0.0, ..with }));
+        });
         let (e, a) = (f64::from(elevation), f64::from(azimuth));
         let (middle, up, side) = (towards(e, a), towards(e + 90.0, a), towards(0.0, a + 90.0));
         // Moments of green over the tangent plane: light, place and squared places.
@@ -206,7 +208,7 @@ fn the_disk_has_its_light_and_width() {
                 let d = [0, 1, 2].map(|k| middle[k] + x * side[k] + y * up[k]);
                 let squared: f64 = d.iter().map(|x| x * x).sum();
                 let d = d.map(|x| x / squared.sqrt());
-                let light = (seen(&with_disk, d)[1] - seen(&without, d)[1]) / squared.powf(1.5);
+                let light = seen(&data, d)[1] / strength / squared.powf(1.5);
                 [light, light * x, light * y, light * x * x, light * y * y]
                     .into_iter()
                     .zip(&mut moments)
@@ -257,7 +259,7 @@ fn pictures_are_the_same_with_any_number_of_threads() {
 /// At all ends of their ranges the numbers make light that is finite and not below 0.
 #[test]
 fn pictures_of_the_ends() {
-    for bits in 0..16u32 {
+    for bits in [0b0000, 0b0111, 0b1010, 0b1111u32] {
         let end = |bit: u32, low: f32, high: f32| if bits >> bit & 1 == 0 { low } else { high };
         let sky = Sky {
             sun_elevation_degrees: end(0, 0.0, 90.0),

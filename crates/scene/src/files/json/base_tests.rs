@@ -358,7 +358,7 @@ fn skies_are_read() {
     let keys = r#""sun-elevation-degrees": 5, "sun-azimuth-degrees": -20.5, "turbidity": 4, "albedo": 0.1, "sun-strength": 0"#;
     let turned = EnvironmentMap { strength: 2.0, rotation_degrees: 90.0, ..EnvironmentMap::of_sky(expected) };
     assert_eq!(sky(&format!(r#"{{ "sky": {{ {keys} }}, "strength": 2, "rotation-degrees": 90 }}"#)), turned);
-    let keys = r#""time": "2003-10-17T12:30:30-07:00", "latitude-degrees": 39.742476, "longitude-degrees": -105.1786"#;
+    let keys = r#""sun-at": {"time": "2003-10-17T12:30:30-07:00", "latitude-degrees": 39.742476, "longitude-degrees": -105.1786}"#;
     let EnvironmentSource::Sky(at_noon) = sky(&format!(r#"{{ "sky": {{ {keys} }} }}"#)).source else {
         panic!()
     };
@@ -390,27 +390,26 @@ fn environments_are_read_and_replaced() {
         (r#"{ "file": "t.ppm", "up": [0, 0, 0] }"#, "environment.up: it has no length"),
         (r#"{ "file": "t.ppm", "strength": -1 }"#, "strength"),
         (r#"{ "file": "t.ppm", "turn": 1 }"#, "turn"),
-        (r#"{ "strength": 1 }"#, "environment: it needs either a \"file\" or a \"sky\""),
-        (r#"{ "file": "t.ppm", "sky": {} }"#, "environment: it needs either a \"file\" or a \"sky\""),
+        (r#"{ "strength": 1 }"#, "is of no kind; give it"),
+        (r#"{ "file": "t.ppm", "sky": {} }"#, "\"file\" and \"sky\" exclude each other"),
         (r#"{ "sky": { "turbidity": 11 } }"#, "turbidity"),
         (r#"{ "sky": { "turbidity": 0.9 } }"#, "turbidity"),
         (r#"{ "sky": { "sun-elevation-degrees": -1 } }"#, "sun-elevation-degrees"),
         (r#"{ "sky": { "albedo": 1.5 } }"#, "albedo"),
         (r#"{ "sky": { "sun": 3 } }"#, "sun"),
-        (r#"{ "sky": { "time": "2026-06-21T12:00Z" } }"#, "together"),
-        (r#"{ "sky": { "latitude-degrees": 3 } }"#, "together"),
+        (r#"{ "sky": { "sun-at": { "time": "2026-06-21T12:00Z" } } }"#, "latitude-degrees"),
         (
-            r#"{ "sky": { "time": "noon", "latitude-degrees": 0, "longitude-degrees": 0 } }"#,
-            "environment.sky: \"noon\" is no date",
+            r#"{ "sky": { "sun-at": { "time": "noon", "latitude-degrees": 0, "longitude-degrees": 0 } } }"#,
+            "environment.sky.sun-at: \"noon\" is no date",
         ),
         (
-            r#"{ "sky": { "time": "2026-06-21T00:00Z", "latitude-degrees": 0, "longitude-degrees": 0 } }"#,
+            r#"{ "sky": { "sun-at": { "time": "2026-06-21T00:00Z", "latitude-degrees": 0, "longitude-degrees": 0 } } }"#,
             "degrees below the horizon",
         ),
         (
-            r#"{ "sky": { "time": "2026-06-21T12:00Z", "latitude-degrees": 0, "longitude-degrees": 0,
+            r#"{ "sky": { "sun-at": { "time": "2026-06-21T12:00Z", "latitude-degrees": 0, "longitude-degrees": 0 },
                           "sun-elevation-degrees": 3 } }"#,
-            "leave its angles out",
+            "does nothing beside",
         ),
     ] {
         let text = over("ball.json", &format!(r#", "environment": {entry}"#));

@@ -27,7 +27,7 @@ pub(super) enum EnvironmentEntry {
 /// An environment by file, or a sky.
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-#[schemars(inline)]
+#[schemars(inline, extend("oneOf" = [{ "required": ["file"] }, { "required": ["sky"] }]))]
 pub(super) struct EnvironmentFields {
     /// HDR, EXR or another picture, beside the scene file.
     #[serde(default)]
@@ -57,32 +57,31 @@ pub(super) struct EnvironmentFields {
 /// the angles say, or where it is at a time and a place. A radiance of 1 stands for 30,000 cd/m².
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
-#[schemars(rename = "Sky", extend("examples" = [
-    { "sun-elevation-degrees": 20, "sun-azimuth-degrees": 250, "turbidity": 5 },
-    { "time": "2026-06-21T15:30+02:00", "latitude-degrees": 50.1, "longitude-degrees": 14.4 }
-]))]
+#[schemars(
+    rename = "Sky",
+    extend("allOf" = [
+        { "not": { "required": ["sun-elevation-degrees", "sun-at"] } },
+        { "not": { "required": ["sun-azimuth-degrees", "sun-at"] } },
+    ]),
+    extend("examples" = [
+        { "sun-elevation-degrees": 20, "sun-azimuth-degrees": 250, "turbidity": 5 },
+        { "sun-at": { "time": "2026-06-21T15:30+02:00", "latitude-degrees": 50.1, "longitude-degrees": 14.4 } }
+    ])
+)]
 pub(super) struct SkyEntry {
-    /// How high the sun stands over the horizon; 45 unless a time says it.
+    /// How high the sun stands over the horizon; 45 where nothing says it.
     #[serde(default)]
     #[schemars(with = "f32", range(min = 0, max = 90))]
     sun_elevation_degrees: Option<f32>,
-    /// Where the sun stands, clockwise from north; 135 unless a time says it. With +y up, north is -z and east +x; with +z up, north
+    /// Where the sun stands, clockwise from north; 135 where nothing says it. With +y up, north is -z and east +x; with +z up, north
     /// is +y.
     #[serde(default)]
     #[schemars(with = "f32", range(min = -360, max = 360))]
     sun_azimuth_degrees: Option<f32>,
-    /// Date, time and zone, instead of the sun's angles.
+    /// Where the sun stands by a time, instead of its angles.
     #[serde(default)]
-    #[schemars(with = "String", extend("examples" = ["2026-06-21T15:30+02:00", "2026-06-21T13:30:00Z"]))]
-    time: Option<String>,
-    /// Where the time is meant: north counts up.
-    #[serde(default)]
-    #[schemars(with = "f64", range(min = -90, max = 90))]
-    latitude_degrees: Option<f64>,
-    /// Where the time is meant: east counts up.
-    #[serde(default)]
-    #[schemars(with = "f64", range(min = -180, max = 180))]
-    longitude_degrees: Option<f64>,
+    #[schemars(with = "SunAt")]
+    sun_at: Option<SunAt>,
     /// How hazy the air is: 2 is very clear, 3 clear, 6 hazy.
     #[serde(default = "turbidity")]
     #[schemars(range(min = 1, max = 10))]
@@ -95,6 +94,24 @@ pub(super) struct SkyEntry {
     #[serde(default = "one")]
     #[schemars(range(min = 0, max = 1_000_000))]
     sun_strength: f32,
+}
+
+/// A time and a place on Earth.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(extend("examples" = [
+    { "time": "2026-06-21T15:30+02:00", "latitude-degrees": 50.1, "longitude-degrees": 14.4 }
+]))]
+pub(super) struct SunAt {
+    /// Date, time and zone (or Z for universal time).
+    #[schemars(extend("examples" = ["2026-06-21T15:30+02:00", "2026-06-21T13:30:00Z"]))]
+    time: String,
+    /// North counts up.
+    #[schemars(range(min = -90, max = 90), extend("examples" = [50.1]))]
+    latitude_degrees: f64,
+    /// East counts up.
+    #[schemars(range(min = -180, max = 180), extend("examples" = [14.4]))]
+    longitude_degrees: f64,
 }
 
 fn turbidity() -> f32 {
@@ -139,8 +156,10 @@ impl EnvironmentEntry {
         let source = match (image, &fields.sky) {
             (Some(image), None) => EnvironmentSource::Image(image),
             (None, Some(sky)) => EnvironmentSource::Sky(sky.build().map_err(|message| {
-                document.error_in(&way!["environment", "sky"], format!("environment.sky: {message}"))
+                let way = way!["environment", "sky", "sun-at"];
+                document.error_in(&way, format!("environment.sky.sun-at: {message}"))
             })?),
+            // The schema says so.
             _ => {
                 let message = "environment: it needs either a \"file\" or a \"sky\"";
                 return Err(document.error_in(&way!["environment"], message));
@@ -158,28 +177,16 @@ impl EnvironmentEntry {
 
 impl SkyEntry {
     fn build(&self) -> Result<Sky, String> {
-        let angles = (self.sun_elevation_degrees, self.sun_azimuth_degrees);
         let mut sky = Sky {
             turbidity: self.turbidity,
             albedo: self.albedo,
             sun_strength: self.sun_strength,
             ..Sky::default()
         };
-        match (&self.time, self.latitude_degrees, self.longitude_degrees) {
-            (None, None, None) => {
-                sky.sun_elevation_degrees = angles.0.unwrap_or(sky.sun_elevation_degrees);
-                sky.sun_azimuth_degrees = angles.1.unwrap_or(sky.sun_azimuth_degrees);
-            }
-            (Some(_), Some(_), Some(_)) if angles != (None, None) => {
-                return Err("a time says where the sun stands; leave its angles out, or the time".into());
-            }
-            (Some(time), Some(latitude), Some(longitude)) => {
-                sky.put_sun(sun_position(time, latitude, longitude)?)?;
-            }
-            _ => {
-                let keys = "\"time\", \"latitude-degrees\" and \"longitude-degrees\"";
-                return Err(format!("where the sun stands needs {keys} together"));
-            }
+        sky.sun_elevation_degrees = self.sun_elevation_degrees.unwrap_or(sky.sun_elevation_degrees);
+        sky.sun_azimuth_degrees = self.sun_azimuth_degrees.unwrap_or(sky.sun_azimuth_degrees);
+        if let Some(SunAt { time, latitude_degrees, longitude_degrees }) = &self.sun_at {
+            sky.put_sun(sun_position(time, *latitude_degrees, *longitude_degrees)?)?;
         }
         Ok(sky)
     }

@@ -86,7 +86,7 @@ fn lights_settings_and_device_are_written_where_they_differ() {
         (settings.pixel_sampling, settings.lighting) = (PixelSampling::Grid(3), LightingModel::Distance);
         after.device.backend = Some(DeviceKind::Cpu);
         after.output = Some("a \"b\".png".into());
-        let text = check(base, &before, &after, None);
+        let text = check(base, &before, &after);
         assert!(text.contains("\"max-distance\": 0.1,") && text.contains("\"grid\": 3"), "{text}");
         // A grid that the base has stays, also where nothing changes.
         let with_grid = Scene { settings: after.settings, ..before.clone() };
@@ -101,9 +101,9 @@ fn without_a_headlight_it_stays_dark() {
     let before = read("far.obj", None);
     let mut after = before.clone();
     (after.settings.headlight, after.settings.ambient, after.settings.background) = (false, 0.0, Vec3::ZERO);
-    check("far.obj", &before, &after, None);
+    check("far.obj", &before, &after);
     after.settings.ambient = before.settings.ambient;
-    check("far.obj", &before, &after, None);
+    check("far.obj", &before, &after);
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn coordinates_far_from_0_have_all_the_digits_that_there_are() {
     let position = before.point_of_file([500_000.125, 5_000_000.375, 7.5]);
     let look_at = Some(before.point_of_file([500_000.25, 5e6, 0.0]));
     after.camera = Some(Camera { position, look_at, ..Camera::default() });
-    let text = check("far.obj", &before, &after, None);
+    let text = check("far.obj", &before, &after);
     assert!(text.contains("\"position\": [500000.125, 5000000.375, 7.5]"), "{text}");
     assert!(text.contains("\"look-at\": [500000.25, 5000000, 0]"), "{text}");
     // What is nearer to the origin than the file has digits.
@@ -248,7 +248,7 @@ proptest! {
         // A view along what is up is none.
         prop_assume!(after.validate().is_ok() && SceneData::flatten(&after).is_ok());
         match scene_over_base(BASES[base], &before, &after, None) {
-            Ok(_) => { check(BASES[base], &before, &after, None); }
+            Ok(_) => { check(BASES[base], &before, &after); }
             // Near the point that a far scene is counted from, coordinates of the file lack digits.
             Err(error) => prop_assert!(BASES[base] == "far.obj" && error.to_string().contains("exactly its position"), "{error}"),
         }
