@@ -26,6 +26,7 @@ mod hare;
 mod hills;
 mod model;
 mod positions;
+mod sky;
 mod snippet;
 mod solids;
 
@@ -40,5 +41,6 @@ pub use files::{
 };
 pub use flatten::{FrameBounds, FrameState, FrameStates, LeftOut, Note, Places, SceneData, View};
 pub use model::*;
+pub use sky::{SunPosition, sun_position};
 pub use snippet::Snippet;
 pub use solids::{Body, BodyLighting, MAX_LIGHTS_PER_EDGE, Solid, UnknownSolid};

@@ -1,5 +1,6 @@
 //! Flags that add lights to the scene's own.
 
+use super::sky::SkyFlags;
 use super::values::{number, place, within};
 use super::{Need, check};
 use crate::failure::Failure;
@@ -29,18 +30,20 @@ pub(crate) struct LightFlags {
     /// middle towards +x, and +z right of that, with +y up. Needs --integrator path
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// The environment's radiance over what its picture says, 0 to 1e6 [default: 1]
+    /// The environment's radiance over what its picture or the sky says, 0 to 1e6 [default: 1]
     #[arg(long, value_name = "X", value_parser = within(0.0..=1e6), allow_hyphen_values = true)]
     environment_strength: Option<f32>,
     /// Turn the environment counter-clockwise, seen from above: degrees, -360 to 360 [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = within(-360.0..=360.0), allow_hyphen_values = true)]
     environment_rotation: Option<f32>,
-    /// Where the upper border of the environment's picture is: a direction [default: 0,1,0]
+    /// Where the upper border of the environment's picture is, or the sky's zenith: a direction [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = up, allow_hyphen_values = true)]
     environment_up: Option<Vec3>,
     /// Cameras see the background instead of the environment
     #[arg(long)]
     hide_environment: bool,
+    #[command(flatten)]
+    sky: SkyFlags,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +61,7 @@ struct PointLight {
 
 impl LightFlags {
     pub(crate) fn is_given(&self) -> bool {
-        !self.sun.is_empty() || !self.light.is_empty() || self.environment.is_some()
+        !self.sun.is_empty() || !self.light.is_empty() || self.environment.is_some() || self.sky.is_given()
     }
 
     /// The file of the environment.
@@ -86,7 +89,10 @@ impl LightFlags {
     fn surround(&self, scene: &mut Scene, memory_bytes: Option<u64>) -> Result<(), Failure> {
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
         let is_path = scene.settings.integrator == Integrator::Path;
-        check(&[need("--environment", self.environment.is_some(), is_path, "--integrator path")])?;
+        check(&[
+            need("--environment", self.environment.is_some(), is_path, "--integrator path"),
+            need("--sky", self.sky.is_given(), is_path, "--integrator path"),
+        ])?;
         if let Some(file) = &self.environment {
             let used: u64 = scene.images.iter().map(|image| image.texels.bytes()).sum();
             let left = memory_bytes.map(|limit| limit.saturating_sub(used));
@@ -94,9 +100,10 @@ impl LightFlags {
             scene.images.push(image);
             scene.environment = Some(EnvironmentMap::of_image(scene.images.len() as u32 - 1));
         }
+        self.sky.apply(scene)?;
         let is_there = scene.environment.is_some();
         let of_environment =
-            |flag, is_given| need(flag, is_given, is_there, "--environment, or a scene that has one");
+            |flag, is_given| need(flag, is_given, is_there, "--environment, --sky, or a scene that has one");
         check(&[
             of_environment("--environment-strength", self.environment_strength.is_some()),
             of_environment("--environment-rotation", self.environment_rotation.is_some()),

@@ -13,6 +13,7 @@ mod lights;
 mod needs;
 mod render;
 mod settings;
+mod sky;
 #[cfg(test)]
 mod tests;
 mod textures;

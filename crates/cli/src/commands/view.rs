@@ -108,7 +108,10 @@ impl SceneSource for FlaggedScene {
         let base = base.ok_or_else(|| SourceError("the path of the scene is not UTF-8 text".into()))?;
         let mut before = load(file, &LoadOptions::default()).map_err(|error| said(&error))?.scene;
         before.settle_orbit().map_err(|error| said(&error))?;
-        scene_over_base(&base, &before, shown).map_err(|error| said(&error))
+        let environment = self.flags.picture.lights.environment().map(std::path::absolute).transpose();
+        let environment = environment.map_err(|error| said(&error))?;
+        let environment = environment.as_deref().and_then(std::path::Path::to_str);
+        scene_over_base(&base, &before, shown, environment).map_err(|error| said(&error))
     }
 }
 

@@ -25,6 +25,7 @@ mod requests;
 #[cfg(unix)]
 mod resume;
 mod schema;
+mod sky;
 mod statistics;
 #[cfg(unix)]
 mod streams;

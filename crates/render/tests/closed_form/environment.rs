@@ -3,7 +3,7 @@
 use super::support::*;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::Integrator;
-use eosphor_scene::{EnvironmentMap, Image, MaterialKind, Mtl, PixelSampling, Scene, SceneData, Texels};
+use eosphor_scene::{EnvironmentMap, Image, MaterialKind, Mtl, PixelSampling, Scene, SceneData, Sky, Texels};
 use std::f64::consts::PI;
 
 /// One pixel of many samples, path tracing, in an environment of these radiances, row by row.
@@ -128,5 +128,51 @@ fn all_ways_have_one_mean() {
     for channel in 0..3 {
         assert!((both[channel] / lobes[channel] - 1.0).abs() < 0.02);
         assert!((both[channel] / seldom[channel] - 1.0).abs() < 0.02);
+    }
+}
+
+/// What an edge leaves of a disk of radius 1 whose brightness falls to 0.4 at its limb, as the sun's green does: the share beyond a
+/// place.
+fn share_beyond(place: f64) -> f64 {
+    const DARKENING: f64 = 0.6;
+    const STEPS: u32 = 10_000;
+    let width = (1.0 - place) / f64::from(STEPS);
+    let chord = |k: u32| {
+        let x = place + (f64::from(k) + 0.5) * width;
+        let squared = 1.0 - x * x;
+        2.0 * (1.0 - DARKENING) * squared.sqrt() + DARKENING * 0.5 * PI * squared
+    };
+    (0..STEPS).map(chord).sum::<f64>() * width / (PI * (1.0 - DARKENING / 3.0))
+}
+
+/// The shadow of a wall's edge, 10 away, in a low sun: its penumbra is as wide as half a degree makes it.
+#[test]
+fn the_sun_of_a_sky_has_penumbras() {
+    let (elevation, distance) = (10f64.to_radians(), 10.0);
+    let mut scene = surrounded(1 << 13, 1, &[Vec3::ZERO]);
+    scene.settings.pixel_sampling = PixelSampling::Center;
+    scene.settings.depth = 1;
+    // In the east, which is +x; so strong that the sky does not count.
+    let sky = Sky {
+        sun_elevation_degrees: 10.0,
+        sun_azimuth_degrees: 90.0,
+        turbidity: 2.0,
+        sun_strength: 1e4,
+        ..Sky::default()
+    };
+    scene.environment = Some(EnvironmentMap { strength: 1e-3, ..EnvironmentMap::of_sky(sky) });
+    matte_floor(&mut scene, 0.5);
+    let lit = f64::from(probe(&scene, vec3(-0.3, 2.0, 0.0), Vec3::ZERO).y);
+    let black = material(&mut scene, MaterialKind::Matte { color: Vec3::ZERO });
+    let wall = vec3(distance as f32, 0.0, 50.0);
+    rectangle(&mut scene, wall, vec3(0.0, 50.0, 0.0), vec3(0.0, 0.0, 50.0), black);
+    let radius = 0.2679f64.to_radians();
+    for place in [-1.3, -0.7, -0.35, 0.0, 0.35, 0.7, 1.3] {
+        // Where the wall's edge covers this much of the disk.
+        let z = (place * radius / elevation.cos() * distance) as f32;
+        let got = f64::from(probe(&scene, vec3(-0.3, 2.0, z), vec3(0.0, 0.0, z)).y) / lit;
+        let want = share_beyond(place.clamp(-1.0, 1.0));
+        println!("{place}: {got:.4} of {want:.4}");
+        assert!((got - want).abs() < 0.02, "{place}: {got} instead of {want}");
     }
 }

@@ -1,7 +1,8 @@
 //! The environment: its header, and the table by which bright directions are chosen.
 
 use super::textures::Textures;
-use crate::model::Scene;
+use crate::model::{EnvironmentSource, Scene};
+use crate::sky::PICTURE_ROWS;
 use eosphor_core::environment::{Environment, TABLE_UNIT};
 use eosphor_core::math::elementary64;
 use eosphor_core::texture::{Texture, TextureFilter, Textures as TextureView};
@@ -24,7 +25,12 @@ pub(super) fn build(scene: &Scene, textures: &Textures, srgb_decode: &[f32; 256]
         is_seen: map.is_seen,
         ..Environment::NOWHERE
     };
-    match table(&view).filter(|_| map.strength > 0.0) {
+    let rows = match map.source {
+        EnvironmentSource::Image(_) => header.height,
+        // Its texels are those of the upper half.
+        EnvironmentSource::Sky(_) => PICTURE_ROWS,
+    };
+    match table(&view, rows).filter(|_| map.strength > 0.0) {
         Some((columns, rows, table)) => {
             let cell_angle = TAU / f64::from(columns) * 2.0 * elementary64::sin(PI / 2.0 / f64::from(rows));
             // Alone; lights take their share ([`chance`]).
@@ -39,21 +45,23 @@ pub(super) fn chance(has_lights: bool) -> f32 {
     if has_lights { 0.5 } else { 1.0 }
 }
 
-/// The running sums of a picture's cells, and how many cells there are across and down; `None` where it is black.
-fn table(view: &TextureView) -> Option<(u32, u32, Vec<u32>)> {
+/// The running sums of the cells of a picture that has so many rows, and how many cells there are across and down; `None` where it is
+/// black.
+fn table(view: &TextureView, picture_rows: u32) -> Option<(u32, u32, Vec<u32>)> {
     let header = &view.textures[0];
     let columns = header.width.min(MOST_CELLS[0]);
-    let rows = header.height.min(MOST_CELLS[1]);
+    let rows = picture_rows.min(MOST_CELLS[1]);
     let across: Vec<Reads> = (0..columns).map(|cell| Reads::of_cell(cell, columns, header.width)).collect();
     // Every cell's brightness, times the sine of its angle from up.
     let weights: Vec<Vec<f64>> = (0..rows)
         .into_par_iter()
         .map(|row| {
             let mut sums = vec![0.0; columns as usize];
-            let down = Reads::of_cell(row, rows, header.height);
+            let down = Reads::of_cell(row, rows, picture_rows);
             for (y, share_y) in down.texels() {
-                let y = y.clamp(0, i64::from(header.height) - 1) as u32;
-                let texels: Vec<f64> = (0..header.width).map(|x| brightness(view, x, y)).collect();
+                let y = y.clamp(0, i64::from(picture_rows) - 1) as u32;
+                let texels: Vec<f64> =
+                    (0..header.width).map(|x| brightness(view, x, y, picture_rows)).collect();
                 for (sum, reads) in sums.iter_mut().zip(&across) {
                     let own = |(x, share): (i64, f64)| {
                         texels[x.rem_euclid(i64::from(header.width)) as usize] * share
@@ -79,10 +87,10 @@ fn table(view: &TextureView) -> Option<(u32, u32, Vec<u32>)> {
 }
 
 /// The sum of a texel's channels; 0 for what is no light, as pictures of other programs may have it: NaN, infinity, less than 0.
-fn brightness(view: &TextureView, x: u32, y: u32) -> f64 {
+fn brightness(view: &TextureView, x: u32, y: u32, picture_rows: u32) -> f64 {
     let header = &view.textures[0];
     let middle = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count);
-    let uv = [middle(x, header.width) as f32, (1.0 - middle(y, header.height)) as f32];
+    let uv = [middle(x, header.width) as f32, (1.0 - middle(y, picture_rows)) as f32];
     let color = view.sample(0, &[uv, uv]).color;
     let sum = f64::from(color.x) + f64::from(color.y) + f64::from(color.z);
     if sum > 0.0 && sum.is_finite() { sum } else { 0.0 }

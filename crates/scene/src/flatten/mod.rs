@@ -112,12 +112,12 @@ impl SceneData {
             &mut geometry.triangle_shading,
             &mut geometry.triangle_extras,
         );
-        let textures = textures::build(scene)?;
-        let srgb_decode = textures::srgb_decode();
         if scene.environment.is_some() && scene.settings.integrator != Integrator::Path {
             let message = "the integrator whitted has none; use the integrator path, or leave it out";
             return Err(Problem::new("environment", message).into());
         }
+        let textures = textures::build(scene)?;
+        let srgb_decode = textures::srgb_decode();
         let (environment, environment_table) = environment::build(scene, &textures, &srgb_decode);
 
         let world = places::world_bounds(&geometry.bounds, &geometry.instances);

@@ -1,7 +1,8 @@
 //! Textures: one array of words for all texels, and the table that decodes sRGB.
 
 use crate::error::{Problem, SceneError};
-use crate::model::{Image, Scene, TexelLayout, TextureContent};
+use crate::model::{EnvironmentSource, Image, Scene, Sky, TexelLayout, Texels, TextureContent};
+use crate::sky::{SkyPicture, WIDTH};
 use eosphor_core::math::elementary64;
 use eosphor_core::texture::{TexelFormat, Texture, TextureWrap};
 use std::sync::Arc;
@@ -13,7 +14,12 @@ pub(super) struct Textures {
 }
 
 pub(super) fn build(scene: &Scene) -> Result<Textures, SceneError> {
-    let (first_words, words) = words(&scene.images);
+    let sky = scene.environment.and_then(|map| match map.source {
+        EnvironmentSource::Sky(sky) => Some(sky_image(&sky)),
+        EnvironmentSource::Image(_) => None,
+    });
+    let images: Vec<&Image> = scene.images.iter().chain(&sky).collect();
+    let (first_words, words) = words(&images);
     if words.len() as u64 > u64::from(u32::MAX) {
         let message = format!(
             "{} bytes of texels are too many; the limit is 16 GiB. Use smaller pictures",
@@ -22,7 +28,7 @@ pub(super) fn build(scene: &Scene) -> Result<Textures, SceneError> {
         return Err(Problem::new("textures", message).into());
     }
     let header = |t: &crate::model::Texture| {
-        let image = &scene.images[t.image as usize];
+        let image = images[t.image as usize];
         Texture {
             first_word: first_words[t.image as usize] as u32,
             width: image.width,
@@ -43,16 +49,23 @@ pub(super) fn build(scene: &Scene) -> Result<Textures, SceneError> {
         }
     };
     // The environment's comes last.
-    let environment = scene.environment.map(|map| crate::model::Texture {
-        wrap_v: TextureWrap::Clamp,
-        ..crate::model::Texture::of_image(map.image)
+    let environment = scene.environment.map(|map| {
+        let (image, picture_from_mesh_uv) = match map.source {
+            EnvironmentSource::Image(image) => (image, crate::model::Texture::IDENTITY_UV),
+            EnvironmentSource::Sky(_) => (scene.images.len() as u32, SkyPicture::texels_from_picture()),
+        };
+        crate::model::Texture {
+            wrap_v: TextureWrap::Clamp,
+            picture_from_mesh_uv,
+            ..crate::model::Texture::of_image(image)
+        }
     });
     Ok(Textures { headers: scene.textures.iter().chain(&environment).map(header).collect(), words })
 }
 
 /// The words of all images, and where each begins. Those of a loaded scene are one array, which is shared; only images
 /// from elsewhere are copied.
-fn words(images: &[Image]) -> (Vec<usize>, Arc<Vec<u32>>) {
+fn words(images: &[&Image]) -> (Vec<usize>, Arc<Vec<u32>>) {
     let Some(shared) = images.first().map(|image| image.texels.shared()) else { return Default::default() };
     if images.iter().all(|image| Arc::ptr_eq(image.texels.shared(), shared)) {
         return (images.iter().map(|image| image.texels.first_word()).collect(), Arc::clone(shared));
@@ -65,6 +78,13 @@ fn words(images: &[Image]) -> (Vec<usize>, Arc<Vec<u32>>) {
         words.extend_from_slice(image.texels.words());
     }
     (first_words, Arc::new(words))
+}
+
+/// The picture that an environment shows.
+fn sky_image(sky: &Sky) -> Image {
+    let (width, height) = (WIDTH, SkyPicture::HEIGHT);
+    let texels = Texels::new(TexelLayout::Floats(3), (width * height) as usize, SkyPicture::new(sky).words);
+    Image { name: "sky".into(), width, height, texels }
 }
 
 /// The linear value of each sRGB byte.

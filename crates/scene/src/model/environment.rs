@@ -1,15 +1,16 @@
 //! Light from infinitely far, in all directions: a picture of them.
 
+use super::Sky;
 use eosphor_core::math::{Vec3, elementary64};
 
-/// A picture of all directions, from which light comes. Path tracing alone knows it.
+/// A picture of all directions, from which light comes, or a sky that becomes one. Path tracing alone knows it.
 ///
-/// It is equirectangular: its upper border is one direction, up, and its lower border the opposite one. With +y up, the middle of
+/// The picture is equirectangular: its upper border is one direction, up, and its lower border the opposite one. With +y up, the middle of
 /// the picture lies towards +x, and +z a fourth of its width right of that, as in Blender and three.js.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentMap {
-    /// Index into [`super::Scene::images`].
-    pub image: u32,
+    /// What it shows.
+    pub source: EnvironmentSource,
     /// The radiance is the picture's colour times this; 0 to 1e6.
     pub strength: f32,
     /// Turns the picture counter-clockwise, seen from above.
@@ -20,11 +21,29 @@ pub struct EnvironmentMap {
     pub is_seen: bool,
 }
 
+/// What an environment shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EnvironmentSource {
+    /// A picture: index into [`super::Scene::images`].
+    Image(u32),
+    /// A clear sky. Its north is where a picture has -z.
+    Sky(Sky),
+}
+
 impl EnvironmentMap {
     /// An image as it is, with +y up.
     pub fn of_image(image: u32) -> EnvironmentMap {
+        EnvironmentMap::of_source(EnvironmentSource::Image(image))
+    }
+
+    /// A sky with +y up.
+    pub fn of_sky(sky: Sky) -> EnvironmentMap {
+        EnvironmentMap::of_source(EnvironmentSource::Sky(sky))
+    }
+
+    fn of_source(source: EnvironmentSource) -> EnvironmentMap {
         let up = Vec3 { x: 0.0, y: 1.0, z: 0.0 };
-        EnvironmentMap { image, strength: 1.0, rotation_degrees: 0.0, up, is_seen: true }
+        EnvironmentMap { source, strength: 1.0, rotation_degrees: 0.0, up, is_seen: true }
     }
 
     /// Takes directions of the world into the picture's frame, whose y is up: rows of a rotation. Of an `up` that is not +y, the

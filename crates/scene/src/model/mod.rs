@@ -19,6 +19,7 @@ mod quadrilateral;
 mod schema_types;
 mod settings;
 mod shift;
+mod sky;
 mod texture;
 mod transform;
 mod validate;
@@ -26,7 +27,7 @@ mod validate;
 pub use animation::{Animation, CameraKey, CameraMotion, Law, LightKey, LightMotion, MAX_FRAMES};
 pub use camera::{Camera, Lens};
 pub use device::{DeviceKind, DeviceSettings, Structure, TreeBuilder};
-pub use environment::EnvironmentMap;
+pub use environment::{EnvironmentMap, EnvironmentSource};
 pub use interpolation::Interpolation;
 pub use ior::{INDICES_OF_REFRACTION, index_of_refraction};
 pub use light::Light;
@@ -41,6 +42,7 @@ pub(crate) use schema_types::Vector;
 pub use settings::{
     Composition, LightSelection, LightUnits, NormalMode, PixelSampling, RenderSettings, Transfer,
 };
+pub use sky::Sky;
 pub(crate) use texture::share_words;
 pub use texture::{Image, TexelLayout, Texels, Texture, TextureContent};
 pub use transform::Transform;
@@ -69,7 +71,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights besides the emissive triangles.
     pub lights: Vec<Light>,
-    /// What surrounds everything, if it is a picture.
+    /// What surrounds everything, if it is a picture or a sky.
     pub environment: Option<EnvironmentMap>,
     /// Where the picture is taken from; where there is none, flattening chooses a camera that shows what is there.
     pub camera: Option<Camera>,

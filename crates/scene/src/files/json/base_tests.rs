@@ -1,7 +1,9 @@
 //! Scenes with a base.
 
 use crate::files::{LoadOptions, LoadedScene, load, load_from_memory};
-use crate::model::{Camera, CameraMotion, EnvironmentMap, Light, PixelSampling, RenderSettings, Scene};
+use crate::model::{
+    Camera, CameraMotion, EnvironmentMap, EnvironmentSource, Light, PixelSampling, RenderSettings, Scene, Sky,
+};
 use crate::{SceneData, SceneError, scene_requests};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::Integrator;
@@ -338,6 +340,32 @@ fn settings_are_those_of_the_integrator() {
     assert!(message.contains("shows surfaces without light"), "{message}");
 }
 
+/// A sky by its angles, and by a time.
+#[test]
+fn skies_are_read() {
+    let sky = |entry: &str| {
+        let text = BALL.replace(r#""output""#, &format!(r#""environment": {entry}, "output""#));
+        scene(&[("ball.json", &text)]).environment.unwrap()
+    };
+    assert_eq!(sky(r#"{ "sky": {} }"#), EnvironmentMap::of_sky(Sky::default()));
+    let expected = Sky {
+        sun_elevation_degrees: 5.0,
+        sun_azimuth_degrees: -20.5,
+        turbidity: 4.0,
+        albedo: 0.1,
+        sun_strength: 0.0,
+    };
+    let keys = r#""sun-elevation-degrees": 5, "sun-azimuth-degrees": -20.5, "turbidity": 4, "albedo": 0.1, "sun-strength": 0"#;
+    let turned = EnvironmentMap { strength: 2.0, rotation_degrees: 90.0, ..EnvironmentMap::of_sky(expected) };
+    assert_eq!(sky(&format!(r#"{{ "sky": {{ {keys} }}, "strength": 2, "rotation-degrees": 90 }}"#)), turned);
+    let keys = r#""sun-at": {"time": "2003-10-17T12:30:30-07:00", "latitude-degrees": 39.742476, "longitude-degrees": -105.1786}"#;
+    let EnvironmentSource::Sky(at_noon) = sky(&format!(r#"{{ "sky": {{ {keys} }} }}"#)).source else {
+        panic!()
+    };
+    assert!((at_noon.sun_elevation_degrees - 39.872).abs() < 0.01, "{at_noon:?}");
+    assert!((at_noon.sun_azimuth_degrees - 194.34).abs() < 0.01, "{at_noon:?}");
+}
+
 /// An environment is a file name, or a file and how it surrounds the scene; it takes the place of the base's.
 #[test]
 fn environments_are_read_and_replaced() {
@@ -349,7 +377,7 @@ fn environments_are_read_and_replaced() {
     let other = scene(&[("a.json", &over("ball.json", more)), ("ball.json", &ball), ppm]);
     assert_eq!((other.images.len(), other.images[0].width), (1, 2));
     let expected = EnvironmentMap {
-        image: 0,
+        source: EnvironmentSource::Image(0),
         strength: 3.0,
         rotation_degrees: -40.0,
         up: vec3(0.0, 0.0, 2.0),
@@ -362,7 +390,27 @@ fn environments_are_read_and_replaced() {
         (r#"{ "file": "t.ppm", "up": [0, 0, 0] }"#, "environment.up: it has no length"),
         (r#"{ "file": "t.ppm", "strength": -1 }"#, "strength"),
         (r#"{ "file": "t.ppm", "turn": 1 }"#, "turn"),
-        (r#"{ "strength": 1 }"#, "environment"),
+        (r#"{ "strength": 1 }"#, "is of no kind; give it"),
+        (r#"{ "file": "t.ppm", "sky": {} }"#, "\"file\" and \"sky\" exclude each other"),
+        (r#"{ "sky": { "turbidity": 11 } }"#, "turbidity"),
+        (r#"{ "sky": { "turbidity": 0.9 } }"#, "turbidity"),
+        (r#"{ "sky": { "sun-elevation-degrees": -1 } }"#, "sun-elevation-degrees"),
+        (r#"{ "sky": { "albedo": 1.5 } }"#, "albedo"),
+        (r#"{ "sky": { "sun": 3 } }"#, "sun"),
+        (r#"{ "sky": { "sun-at": { "time": "2026-06-21T12:00Z" } } }"#, "latitude-degrees"),
+        (
+            r#"{ "sky": { "sun-at": { "time": "noon", "latitude-degrees": 0, "longitude-degrees": 0 } } }"#,
+            "environment.sky.sun-at: \"noon\" is no date",
+        ),
+        (
+            r#"{ "sky": { "sun-at": { "time": "2026-06-21T00:00Z", "latitude-degrees": 0, "longitude-degrees": 0 } } }"#,
+            "degrees below the horizon",
+        ),
+        (
+            r#"{ "sky": { "sun-at": { "time": "2026-06-21T12:00Z", "latitude-degrees": 0, "longitude-degrees": 0 },
+                          "sun-elevation-degrees": 3 } }"#,
+            "does nothing beside",
+        ),
     ] {
         let text = over("ball.json", &format!(r#", "environment": {entry}"#));
         let error = error(&[("a.json", &text), ("ball.json", BALL), ppm]);

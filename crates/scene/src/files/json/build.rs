@@ -176,13 +176,14 @@ impl Builder<'_> {
     ) -> Result<Option<EnvironmentMap>, SceneError> {
         let Some(entry) = entry else { return Ok(None) };
         let folder = self.document.path.parent().unwrap_or(Path::new(""));
-        let image = self.loader.image_beside(folder, entry.file()).map_err(|error| {
+        let image = entry.file().map(|file| self.loader.image_beside(folder, file)).transpose();
+        let image = image.map_err(|error| {
             let is_short = matches!(entry, EnvironmentEntry::File(_));
             let way =
                 if is_short { way!["environment"].to_vec() } else { way!["environment", "file"].to_vec() };
             self.document.error_in(&way, format!("environment: {error}"))
         })?;
-        Ok(Some(entry.of_image(image)))
+        entry.build(image, self.document).map(Some)
     }
 
     fn channel(

@@ -47,7 +47,7 @@ pub(super) struct SceneFile {
     #[serde(default)]
     #[schemars(with = "Vec<Light>")]
     pub(super) lights: Option<Vec<Light>>,
-    /// What surrounds everything and lights it: a picture of all directions. Needs `"integrator": "path"`; cameras see it instead
+    /// What surrounds everything and lights it: a picture of all directions, or a sky. Needs `"integrator": "path"`; cameras see it instead
     /// of `background`.
     #[serde(default)]
     #[schemars(with = "EnvironmentEntry")]

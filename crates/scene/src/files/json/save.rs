@@ -8,7 +8,9 @@ use crate::error::{Problem, SceneError};
 use crate::files::LoadOptions;
 use crate::files::loader::Loader;
 use crate::files::source::Source;
-use crate::model::{Camera, CameraMotion, Light, PixelSampling, Scene};
+use crate::model::{
+    Camera, CameraMotion, EnvironmentMap, EnvironmentSource, Light, PixelSampling, Scene, Sky,
+};
 use eosphor_core::math::Vec3;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -41,13 +43,20 @@ pub enum CannotSave {
 }
 
 /// The text of a scene file with this `base`, which loads as `after` where the base alone loads as `before`. Camera, lights,
-/// settings, device and output are written where they differ; size, samples and seed always.
+/// settings, environment, device and output are written where they differ; size, samples and seed always. `environment_file` is the
+/// picture of the environment, where that is the only picture of `after` that `before` has not, and its last.
 ///
 /// # Errors
 /// Where something else differs, or `after` is no scene that can be rendered.
-pub fn scene_over_base(base: &str, before: &Scene, after: &Scene) -> Result<String, CannotSave> {
+pub fn scene_over_base(
+    base: &str,
+    before: &Scene,
+    after: &Scene,
+    environment_file: Option<&str>,
+) -> Result<String, CannotSave> {
     after.validate()?;
-    check_contents(before, after)?;
+    let environment = new_environment(before, after, environment_file);
+    check_contents(before, after, environment.is_some())?;
     let mut file = Map::new();
     file.insert("eosphor".into(), json!(2));
     file.insert("base".into(), base.into());
@@ -69,6 +78,9 @@ pub fn scene_over_base(base: &str, before: &Scene, after: &Scene) -> Result<Stri
             || is_darkened && ["ambient", "background"].contains(&key)
     });
     file.insert("settings".into(), settings.into());
+    if let Some(environment) = environment {
+        file.insert("environment".into(), environment.into());
+    }
     let device = changed_keys(&before.device, &after.device, |_| false);
     if !device.is_empty() {
         file.insert("device".into(), device.into());
@@ -86,7 +98,7 @@ fn not_said<T>(what: &'static str) -> Result<T, CannotSave> {
 }
 
 /// Fails where something differs that such a file cannot express.
-fn check_contents(before: &Scene, after: &Scene) -> Result<(), CannotSave> {
+fn check_contents(before: &Scene, after: &Scene, says_environment: bool) -> Result<(), CannotSave> {
     let is_placed_alike = before.origin == after.origin
         && before.instances == after.instances
         && before.spheres == after.spheres
@@ -98,18 +110,62 @@ fn check_contents(before: &Scene, after: &Scene) -> Result<(), CannotSave> {
     };
     let takes_output = before.output.is_some() && after.output.is_none();
     let takes_lights = after.settings.headlight && after.lights.is_empty() && !before.lights.is_empty();
+    // Its own picture is the last one.
+    let own_image = before.images.len() as u32;
+    let has_images = says_environment
+        && after.environment.is_some_and(|map| map.source == EnvironmentSource::Image(own_image))
+        && before.images == after.images[..before.images.len()];
     let differing = [
         (!is_placed_alike, "the geometry was moved or changed"),
         (before.materials != after.materials, "materials were changed"),
-        (before.environment != after.environment, "the environment was changed"),
+        (before.environment != after.environment && !says_environment, "the environment was changed"),
         (before.textures != after.textures, "textures were changed"),
         (without_camera(before) != without_camera(after), "the animation was changed"),
         (takes_output, "the name of the picture was taken away"),
         (takes_lights, "all lights were taken away, and there is a light at the camera instead"),
         (before.meshes != after.meshes, "meshes were changed"),
-        (before.images != after.images, "pictures of textures were changed"),
+        (!has_images && before.images != after.images, "pictures of textures were changed"),
     ];
     differing.iter().find(|(differs, _)| *differs).map_or(Ok(()), |(_, what)| not_said(what))
+}
+
+/// The keys of an environment that is another one, as far as it can be said.
+fn new_environment(before: &Scene, after: &Scene, file: Option<&str>) -> Option<Map<String, Value>> {
+    let map = after.environment.filter(|_| before.environment != after.environment)?;
+    let mut keys = Map::new();
+    match map.source {
+        EnvironmentSource::Sky(sky) => keys.insert("sky".into(), sky_keys(&sky).into()),
+        EnvironmentSource::Image(image) => {
+            let is_own =
+                image as usize == before.images.len() && after.images.len() == before.images.len() + 1;
+            keys.insert("file".into(), file.filter(|_| is_own)?.into())
+        }
+    };
+    let default = EnvironmentMap::of_image(0);
+    let [x, y, z] = <[f32; 3]>::from(map.up).map(short);
+    for (key, value, differs) in [
+        ("strength", short(map.strength), map.strength != default.strength),
+        ("rotation-degrees", short(map.rotation_degrees), map.rotation_degrees != default.rotation_degrees),
+        ("up", json!([x, y, z]), map.up != default.up),
+        ("seen", map.is_seen.into(), map.is_seen != default.is_seen),
+    ] {
+        if differs {
+            keys.insert(key.into(), value);
+        }
+    }
+    Some(keys)
+}
+
+fn sky_keys(sky: &Sky) -> Map<String, Value> {
+    let Sky { sun_elevation_degrees, sun_azimuth_degrees, turbidity, albedo, sun_strength } = *sky;
+    let keys = [
+        ("sun-elevation-degrees", sun_elevation_degrees),
+        ("sun-azimuth-degrees", sun_azimuth_degrees),
+        ("turbidity", turbidity),
+        ("albedo", albedo),
+        ("sun-strength", sun_strength),
+    ];
+    keys.map(|(key, value)| (key.into(), short(value))).into_iter().collect()
 }
 
 fn motion(scene: &Scene) -> Option<&CameraMotion> {
@@ -249,6 +305,10 @@ fn pretty(file: &Map<String, Value>) -> String {
     format!("{{\n{}\n}}\n", file.iter().map(whole).collect::<Vec<_>>().join(",\n"))
 }
 
+fn is_sky(environment: &EnvironmentMap) -> bool {
+    matches!(environment.source, EnvironmentSource::Sky(_))
+}
+
 /// Reads the text over the base without its geometry, and compares.
 fn check_text(text: &str, before: &Scene, after: &Scene) -> Result<(), CannotSave> {
     let options = LoadOptions::default();
@@ -259,13 +319,19 @@ fn check_text(text: &str, before: &Scene, after: &Scene) -> Result<(), CannotSav
         lights: before.lights.clone(),
         settings: before.settings,
         animation: before.animation.clone(),
+        environment: before.environment.filter(is_sky),
         device: before.device,
         output: before.output.clone(),
         ..Scene::default()
     };
     let read = Document::of(Path::new("the scene"), text).and_then(|document| {
-        let file = file_of(&document)?;
-        Builder { loader: &mut loader, document: &document }.put_over(&mut scene, file, true)
+        let mut file = file_of(&document)?;
+        let mut builder = Builder { loader: &mut loader, document: &document };
+        // A picture is not read again.
+        if let Some(entry) = file.environment.take().filter(|entry| entry.file().is_none()) {
+            scene.environment = builder.environment(Some(entry))?;
+        }
+        builder.put_over(&mut scene, file, true)
     });
     read.map_err(|error| match error {
         SceneError::Problem(problem) => problem,
@@ -276,6 +342,7 @@ fn check_text(text: &str, before: &Scene, after: &Scene) -> Result<(), CannotSav
         && scene.lights == after.lights
         && scene.settings == after.settings
         && motion(&scene) == motion(after)
+        && scene.environment.filter(is_sky) == after.environment.filter(is_sky)
         && scene.device == after.device
         && scene.output == after.output;
     match is_same {

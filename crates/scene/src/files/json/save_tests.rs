@@ -3,9 +3,11 @@
 use super::scene_over_base;
 use crate::files::{LoadOptions, load, load_from_memory};
 use crate::flatten::SceneData;
-use crate::model::{Camera, CameraMotion, DeviceKind, Lens, Light, PixelSampling, Scene};
+use crate::model::{
+    Camera, CameraMotion, DeviceKind, EnvironmentMap, Image, Lens, Light, PixelSampling, Scene, Sky, Texels,
+};
 use eosphor_core::math::{Vec3, vec3};
-use eosphor_core::settings::{LightingModel, ShadowMode};
+use eosphor_core::settings::{Integrator, LightingModel, ShadowMode};
 use proptest::prelude::*;
 use std::path::PathBuf;
 
@@ -30,7 +32,7 @@ fn read(base: &str, over: Option<&str>) -> Scene {
 
 /// Writes a scene over its base, and compares what is read.
 fn check(base: &str, before: &Scene, after: &Scene) -> String {
-    let text = scene_over_base(base, before, after).unwrap();
+    let text = scene_over_base(base, before, after, None).unwrap();
     let read = read(base, Some(&text));
     assert_eq!(
         (read.settings, &read.lights, read.device),
@@ -88,7 +90,7 @@ fn lights_settings_and_device_are_written_where_they_differ() {
         assert!(text.contains("\"max-distance\": 0.1,") && text.contains("\"grid\": 3"), "{text}");
         // A grid that the base has stays, also where nothing changes.
         let with_grid = Scene { settings: after.settings, ..before.clone() };
-        scene_over_base(base, &with_grid, &with_grid).unwrap();
+        scene_over_base(base, &with_grid, &with_grid, None).unwrap();
         // What was set can be taken away again.
         check(base, &before, &Scene { settings: before.settings, ..after });
     }
@@ -110,7 +112,7 @@ fn what_cannot_be_said_is_named() {
     let refused = |change: fn(&mut Scene)| {
         let mut after = before.clone();
         change(&mut after);
-        scene_over_base("builtin:glass", &before, &after).unwrap_err().to_string()
+        scene_over_base("builtin:glass", &before, &after, None).unwrap_err().to_string()
     };
     assert!(refused(|s| s.spheres[0].radius = 0.5).contains("the geometry was moved or changed"));
     assert!(refused(|s| s.materials[0].name.push('x')).contains("materials were changed"));
@@ -119,13 +121,53 @@ fn what_cannot_be_said_is_named() {
     assert!(refused(|s| s.settings.samples = 0).contains("samples"));
 }
 
+/// A sky is said as it is, and a picture by its file, where there is one.
+#[test]
+fn environments_are_written() {
+    let before = read("builtin:glass", None);
+    let mut after = before.clone();
+    after.settings.integrator = Integrator::Path;
+    let sky =
+        Sky { sun_elevation_degrees: 12.3, sun_azimuth_degrees: 251.7, turbidity: 7.5, ..Sky::default() };
+    after.environment = Some(EnvironmentMap {
+        strength: 0.3,
+        rotation_degrees: 20.0,
+        up: vec3(0.0, 0.0, 1.0),
+        is_seen: false,
+        ..EnvironmentMap::of_sky(sky)
+    });
+    let text = scene_over_base("builtin:glass", &before, &after, None).unwrap();
+    let with_sky = read("builtin:glass", Some(&text));
+    assert_eq!(with_sky.environment, after.environment, "{text}");
+    assert_eq!(with_sky.settings, after.settings);
+    // What is there already is not said once more.
+    let again = scene_over_base("a.json", &with_sky, &with_sky, None).unwrap();
+    assert!(!again.contains("environment"), "{again}");
+    let mut plain = after.clone();
+    plain.environment = Some(EnvironmentMap::of_sky(Sky::default()));
+    let text = scene_over_base("builtin:glass", &before, &plain, None).unwrap();
+    assert!(!text.contains("strength\": 0.3") && !text.contains("seen"), "{text}");
+
+    let picture = Image { name: "t.ppm".into(), width: 1, height: 1, texels: Texels::rgba8(vec![0]) };
+    let number = before.images.len() as u32;
+    after.images.push(picture);
+    after.environment = Some(EnvironmentMap { strength: 2.0, ..EnvironmentMap::of_image(number) });
+    let text = scene_over_base("builtin:glass", &before, &after, Some("/a/t.ppm")).unwrap();
+    assert!(text.contains(r#""file": "/a/t.ppm""#) && text.contains(r#""strength": 2"#), "{text}");
+    let refused =
+        |after: &Scene| scene_over_base("builtin:glass", &before, after, None).unwrap_err().to_string();
+    assert!(refused(&after).contains("the environment was changed"));
+    after.environment = None;
+    assert!(refused(&after).contains("pictures of textures were changed"));
+}
+
 #[test]
 fn meshes_textures_and_motions_cannot_be_said() {
     let before = read("builtin:solids", None);
     let refused = |change: fn(&mut Scene)| {
         let mut after = before.clone();
         change(&mut after);
-        scene_over_base("builtin:solids", &before, &after).unwrap_err().to_string()
+        scene_over_base("builtin:solids", &before, &after, None).unwrap_err().to_string()
     };
     assert!(refused(|s| s.move_geometry([1.0, 0.0, 0.0])).contains("the geometry was moved"));
     assert!(refused(|s| s.meshes[0].positions[0].x += 1.0).contains("meshes were changed"));
@@ -155,7 +197,7 @@ fn coordinates_far_from_0_have_all_the_digits_that_there_are() {
     assert!(text.contains("\"look-at\": [500000.25, 5000000, 0]"), "{text}");
     // What is nearer to the origin than the file has digits.
     after.camera = Some(Camera { position: vec3(1.0, 1.234_567e-9, 4.0), ..Camera::default() });
-    let error = scene_over_base("far.obj", &before, &after).unwrap_err();
+    let error = scene_over_base("far.obj", &before, &after, None).unwrap_err();
     assert!(error.to_string().starts_with("the camera is so close to the scene's origin"), "{error}");
 }
 
@@ -205,7 +247,7 @@ proptest! {
         settings.shadows = [ShadowMode::None, ShadowMode::Opaque, ShadowMode::Coloured][shadows];
         // A view along what is up is none.
         prop_assume!(after.validate().is_ok() && SceneData::flatten(&after).is_ok());
-        match scene_over_base(BASES[base], &before, &after) {
+        match scene_over_base(BASES[base], &before, &after, None) {
             Ok(_) => { check(BASES[base], &before, &after); }
             // Near the point that a far scene is counted from, coordinates of the file lack digits.
             Err(error) => prop_assert!(BASES[base] == "far.obj" && error.to_string().contains("exactly its position"), "{error}"),

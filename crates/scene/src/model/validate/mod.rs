@@ -3,9 +3,9 @@
 mod animation;
 
 use super::{
-    AlphaMode, Camera, CameraMotion, Composition, EnvironmentMap, Image, Light, LightParts, LightSelection,
-    LightUnits, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling, RenderSettings, Scene,
-    TexelLayout, Texture,
+    AlphaMode, Camera, CameraMotion, Composition, EnvironmentMap, EnvironmentSource, Image, Light,
+    LightParts, LightSelection, LightUnits, Material, MaterialKind, Mesh, Mtl, NO_INDEX, Pbr, PixelSampling,
+    RenderSettings, Scene, Sky, TexelLayout, Texture,
 };
 use crate::error::Problem;
 use eosphor_core::math::Vec3;
@@ -181,8 +181,21 @@ fn check_light(light: &Light, name: &str) -> Check {
 }
 
 fn check_environment(environment: &EnvironmentMap, images: usize) -> Check {
-    let name = "environment";
-    index(|| name.into(), "image", environment.image, images)?;
+    match environment.source {
+        EnvironmentSource::Image(image) => index(|| "environment".into(), "image", image, images)?,
+        EnvironmentSource::Sky(sky) => {
+            let Sky { sun_elevation_degrees, sun_azimuth_degrees, turbidity, albedo, sun_strength } = sky;
+            for (key, value, least, most) in [
+                ("sun-elevation-degrees", sun_elevation_degrees, 0.0, 90.0),
+                ("sun-azimuth-degrees", sun_azimuth_degrees, -360.0, 360.0),
+                ("turbidity", turbidity, 1.0, 10.0),
+                ("albedo", albedo, 0.0, 1.0),
+                ("sun-strength", sun_strength, 0.0, 1e6),
+            ] {
+                number(&format!("environment.sky.{key}"), value, least, most)?;
+            }
+        }
+    }
     number("environment.strength", environment.strength, 0.0, 1e6)?;
     number("environment.rotation-degrees", environment.rotation_degrees, -1e6, 1e6)?;
     if environment.up.is_finite() && environment.up.normalize_or(Vec3::ZERO) != Vec3::ZERO {
