@@ -56,7 +56,7 @@ pub fn message(bytes: &[u8]) {
         let scene = eosphor_scene::load("builtin:cornell", &LoadOptions::default()).expect("a built-in scene").scene;
         let data = SceneData::flatten(&scene).expect("it can be flattened").0;
         let own = r#"{ "size": [64, 36], "camera": { "eye": [0, 0.795, 4.42], "look-at": [0, 0.795, 0], "up": [0, 1, 0], "fov": 40, "aperture": 0 },
-            "samples": 8, "light-samples": 16, "depth": 10, "lighting": "blinn-phong", "shadows": "coloured", "exposure": 1.9,
+            "samples": 8, "light-samples": 16, "depth": 10, "lighting": "blinn-phong", "shadows": "coloured", "exposure": 1.9, "tone-curve": "none",
             "frame": 0, "show": "picture" }"#;
         (scene, data, serde_json::from_str(own).expect("a view"))
     });

@@ -124,9 +124,9 @@ pub use eosphor_scene::{
     MaterialTextures, Mesh, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr,
     PixelSampling, Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData,
     SceneError, SceneRequests, Sky, Snippet, Solid, Sphere, Structure, SunPosition, TexelLayout, Texels,
-    Texture, TextureChannel, TextureContent, Transfer, Transform, TreeBuilder, Triangle, UnknownPreset,
-    UnknownSolid, View, Warning, config_keys, load, load_image, near_name, scene_over_base, scene_reference,
-    scene_requests, scene_schema, sun_position,
+    Texture, TextureChannel, TextureContent, ToneCurve, Transfer, Transform, TreeBuilder, Triangle,
+    UnknownPreset, UnknownSolid, View, Warning, config_keys, load, load_image, near_name, scene_over_base,
+    scene_reference, scene_requests, scene_schema, sun_position,
 };
 
 /// Rendering animations to numbered files: names, the account of the frames, sharing them among processes.

@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use eosphor_core::geometry::Sphere;
     use eosphor_core::math::Vec3;
-    use eosphor_scene::{LoadOptions, load};
+    use eosphor_scene::{LoadOptions, ToneCurve, load};
 
     #[test]
     fn everything_that_reaches_a_pixel_counts() {
@@ -106,6 +106,7 @@ mod tests {
         ];
         let mut hashes: Vec<String> = changes.into_iter().map(hash).collect();
         hashes.push(scene_hash(&data, &DevelopSettings { exposure: 1.0, ..develop }));
+        hashes.push(scene_hash(&data, &DevelopSettings { tone_curve: ToneCurve::Agx, ..develop }));
         hashes.push(plain);
         let count = hashes.len();
         hashes.sort();

@@ -2,7 +2,7 @@
 
 use eosphor::math::vec3;
 use eosphor::settings::{Integrator, LightingModel, ShadowMode};
-use eosphor::{Camera, Lens, PixelSampling, RenderSettings, Scene, SceneError};
+use eosphor::{Camera, Lens, PixelSampling, RenderSettings, Scene, SceneError, ToneCurve};
 use serde::{Deserialize, Serialize};
 
 /// Most pixels of a page's picture.
@@ -28,6 +28,8 @@ pub struct PageView {
     pub shadows: ShadowMode,
     /// Stops.
     pub exposure: f32,
+    /// What becomes of light that is brighter than a screen.
+    pub tone_curve: ToneCurve,
     /// The frame of the scene's animation, from 0.
     pub frame: u32,
     /// What is shown of the scene.
@@ -103,6 +105,7 @@ impl PageView {
             lighting: settings.lighting,
             shadows: settings.shadows,
             exposure: settings.exposure,
+            tone_curve: settings.tone_curve,
             frame: 0,
             show: Show::Picture,
         })
@@ -156,6 +159,7 @@ impl PageView {
         settings.lighting = self.lighting;
         settings.shadows = self.shadows;
         settings.exposure = self.exposure;
+        settings.tone_curve = self.tone_curve;
         settings
     }
 
@@ -236,9 +240,12 @@ impl PageView {
         if is_new(|a, b| a.shadows != b.shadows) {
             flags.push(format!("--shadows={}", word(&self.shadows)));
         }
-        // A change of the lighting model brings an exposure of its own.
+        // A change of the lighting model brings an exposure and a tone curve of its own.
         if is_new(|a, b| a.exposure != b.exposure || a.lighting != b.lighting) {
             flags.push(format!("--exposure={}", self.exposure));
+        }
+        if is_new(|a, b| a.tone_curve != b.tone_curve || a.lighting != b.lighting) {
+            flags.push(format!("--tone-curve={}", word(&self.tone_curve)));
         }
         flags.extend(self.output_flags()?);
         Ok(flags)

@@ -1,14 +1,15 @@
 //! Flags that override the scene's render settings.
 
 use super::values::{OVER_0, color, named, size, whole, within};
-use super::{Need, TextureFlags, check};
+use super::{Need, PictureFlags, TextureFlags, check};
 use crate::failure::Failure;
 use clap::Args;
 use clap::builder::TypedValueParser;
 use eosphor::math::Vec3;
 use eosphor::settings::{FresnelMode, Integrator, LightingModel, ShadowMode};
 use eosphor::{
-    Composition, LightSelection, LightUnits, LoadOptions, NormalMode, PixelSampling, RenderSettings, Transfer,
+    Composition, LightSelection, LightUnits, LoadOptions, NormalMode, PixelSampling, RenderSettings,
+    ToneCurve, Transfer,
 };
 
 /// Each wins over the preset, which wins over the scene.
@@ -18,7 +19,7 @@ pub(crate) struct SettingsFlags {
     /// Picture size in pixels, each side 1 to 65535 [default: 800x600]
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     size: Option<[u32; 2]>,
-    /// Samples per pixel, 1 to 65536 [default: 1]
+    /// Samples per pixel, 1 to 65536 [default: 1, but 32 for path-traced glTF]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=65_536), allow_hyphen_values = true, conflicts_with = "ssaa")]
     samples: Option<u32>,
     /// K x K samples per pixel in a regular grid, 1 to 256; replaces --samples
@@ -28,7 +29,7 @@ pub(crate) struct SettingsFlags {
     #[arg(long, value_name = "WHERE", value_parser = pixel_samplings(), conflicts_with = "ssaa")]
     pixel_sampling: Option<PixelSampling>,
     /// How rays go on. whitted: mirrors, glass and light straight from lights, without noise but that of lamps; path: light that
-    /// bounces from everything, noisy with few samples [default: whitted]
+    /// bounces from everything, noisy with few samples [default: whitted, but path for glTF]
     #[arg(long, value_name = "NAME", value_parser = integrators())]
     integrator: Option<Integrator>,
     /// Path tracing: from so many bounces on end paths that carry little by chance, 0 to 64; changes no mean [default: 4]
@@ -53,8 +54,8 @@ pub(crate) struct SettingsFlags {
     /// Do not trace rays whose share of the pixel's colour is below this, 0 to 1 [default: 0.002]
     #[arg(long, value_name = "X", value_parser = within(0.0..=1.0), allow_hyphen_values = true)]
     energy_threshold: Option<f32>,
-    /// Lighting model. distance: grey by distance; diffuse: the diffuse colour alone (neither has lights, and --exposure is 0
-    /// unless it is given); lambert, phong, blinn-phong: lit by lights [default: blinn-phong]
+    /// Lighting model. distance: grey by distance; diffuse: the diffuse colour alone (neither has lights, and neither
+    /// exposure nor tone curve unless they are given); lambert, phong, blinn-phong: lit by lights [default: blinn-phong]
     #[arg(long, value_name = "MODEL", value_parser = lighting_models())]
     lighting: Option<LightingModel>,
     /// What surfaces between a point and a light do: nothing, block the light, or colour it if they are transparent [default:
@@ -117,6 +118,11 @@ pub(crate) struct SettingsFlags {
     /// Read colour textures as linear
     #[arg(long, overrides_with = "srgb_textures")]
     linear_textures: bool,
+    /// Tone curve, which keeps some detail of what is brighter than white. none: it is cut; neutral: Khronos PBR Neutral, colours as
+    /// they are up to 0.8 and compressed above; agx: AgX, soft contrast; aces: ACES by Hill's fit, strong contrast [default: none,
+    /// but neutral for path-traced glTF]
+    #[arg(long, value_name = "CURVE", value_parser = tone_curves())]
+    tone_curve: Option<ToneCurve>,
     /// Transfer curve from linear colours to bytes [default: srgb]
     #[arg(long, value_name = "CURVE", value_parser = transfers())]
     transfer: Option<Transfer>,
@@ -177,7 +183,11 @@ impl SettingsFlags {
             is_met: is_developed,
             needs: "a picture of the scene in bytes (.png, .jpg, .ppm, .data, .mp4), as .exr and .hdr stay linear",
         };
-        check(&[need("--exposure", self.exposure.is_some()), need("--transfer", self.transfer.is_some())])
+        check(&[
+            need("--exposure", self.exposure.is_some()),
+            need("--tone-curve", self.tone_curve.is_some()),
+            need("--transfer", self.transfer.is_some()),
+        ])
     }
 
     /// Whether they say the size.
@@ -186,15 +196,17 @@ impl SettingsFlags {
         self.size.is_some()
     }
 
-    /// How a file is read; `camera` is the one to take. Where flags bring light, files without any need none.
+    /// How a file is read; `camera` is the one to take. Where flags bring light, files without any need none. A preset has all
+    /// settings, and they are Whitted's.
     pub(crate) fn load_options(
         &self,
         camera: Option<String>,
-        are_lit: bool,
+        picture: &PictureFlags,
         textures: &TextureFlags,
     ) -> LoadOptions {
         let mut options = LoadOptions::default();
-        (options.camera, options.headlight) = (camera, self.headlight.unwrap_or(!are_lit));
+        (options.camera, options.headlight) = (camera, self.headlight.unwrap_or(!picture.are_lit()));
+        options.integrator = picture.preset.map(|_| Integrator::Whitted).or(self.integrator);
         options.texture_memory_bytes = textures.memory_bytes();
         options
     }
@@ -231,10 +243,10 @@ impl SettingsFlags {
         set(&mut settings.composition, self.composition);
         set(&mut settings.srgb_textures, switch(self.srgb_textures, self.linear_textures));
         set(&mut settings.transfer, self.transfer);
-        // Unlit models show colours, which need none.
-        let is_unlit = |model: LightingModel| !model.is_lit();
-        let unlit = self.lighting.filter(|&model| is_unlit(model)).map(|_| 0.0);
-        set(&mut settings.exposure, self.exposure.or(unlit));
+        // Unlit models show colours, which need neither.
+        let is_unlit = self.lighting.is_some_and(|model| !model.is_lit());
+        set(&mut settings.exposure, self.exposure.or(is_unlit.then_some(0.0)));
+        set(&mut settings.tone_curve, self.tone_curve.or(is_unlit.then_some(ToneCurve::None)));
         set(&mut settings.seed, self.seed);
     }
 }
@@ -305,6 +317,15 @@ fn compositions() -> impl TypedValueParser<Value = Composition> {
     named([("native", Composition::Native), ("pg1", Composition::Pg1), ("eos", Composition::Eos)])
 }
 
+fn tone_curves() -> impl TypedValueParser<Value = ToneCurve> {
+    named([
+        ("none", ToneCurve::None),
+        ("neutral", ToneCurve::Neutral),
+        ("agx", ToneCurve::Agx),
+        ("aces", ToneCurve::Aces),
+    ])
+}
+
 fn transfers() -> impl TypedValueParser<Value = Transfer> {
     named([("srgb", Transfer::Srgb), ("linear", Transfer::Linear)])
 }
@@ -343,8 +364,12 @@ mod tests {
 
     #[test]
     fn unlit_models_are_not_exposed_unless_a_flag_says_so() {
-        let exposed = RenderSettings { exposure: 2.0, ..RenderSettings::default() };
+        let exposed =
+            RenderSettings { exposure: 2.0, tone_curve: ToneCurve::Agx, ..RenderSettings::default() };
         assert_eq!(apply(&["--lighting", "diffuse"], exposed).exposure, 0.0);
+        assert_eq!(apply(&["--lighting", "diffuse"], exposed).tone_curve, ToneCurve::None);
+        let aces = ["--lighting", "diffuse", "--tone-curve", "aces"];
+        assert_eq!(apply(&aces, exposed).tone_curve, ToneCurve::Aces);
         assert_eq!(apply(&["--lighting", "distance", "--exposure", "1"], exposed).exposure, 1.0);
         assert_eq!(apply(&["--lighting", "lambert"], exposed).exposure, 2.0);
     }

@@ -182,6 +182,7 @@ fn defaults_are_in_the_help() {
         background: Vec3 { x, y, z },
         composition,
         srgb_textures,
+        tone_curve,
         transfer,
         exposure,
         seed,
@@ -191,9 +192,9 @@ fn defaults_are_in_the_help() {
     let default = |value: &dyn ToString| format!("[default: {}]", value.to_string());
     let expected = [
         ("size", default(&format!("{width}x{height}"))),
-        ("samples", default(&samples)),
+        ("samples", format!("[default: {samples}, but 32 for path-traced glTF]")),
         ("pixel-sampling", default(&shown(pixel_sampling))),
-        ("integrator", default(&shown(integrator))),
+        ("integrator", format!("[default: {}, but path for glTF]", shown(integrator))),
         ("roulette", default(&roulette)),
         ("light-samples", default(&light_samples)),
         ("depth", default(&depth)),
@@ -212,6 +213,7 @@ fn defaults_are_in_the_help() {
         ("background", default(&format!("{x},{y},{z}"))),
         ("composition", default(&shown(composition))),
         on(srgb_textures, ["srgb-textures", "linear-textures"]),
+        ("tone-curve", format!("[default: {}, but neutral for path-traced glTF]", shown(tone_curve))),
         ("transfer", default(&shown(transfer))),
         ("exposure", default(&exposure)),
         ("seed", default(&seed)),

@@ -11,8 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// The scene with everything that the flags change.
 pub(super) fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result<Scene, Failure> {
-    let options =
-        flags.settings.load_options(flags.camera.choice(), flags.picture.are_lit(), &flags.textures);
+    let options = flags.settings.load_options(flags.camera.choice(), &flags.picture, &flags.textures);
     let loaded = load(&flags.scene, &options)?;
     notes.extend(loaded.warnings.iter().map(ToString::to_string));
     let mut scene = loaded.scene;

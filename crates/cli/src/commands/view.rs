@@ -50,8 +50,7 @@ pub(crate) fn view(flags: &ViewFlags) -> Result<(), Failure> {
 }
 
 fn load_scene(flags: &ViewFlags) -> Result<SourceScene, Failure> {
-    let options =
-        flags.settings.load_options(flags.camera.choice(), flags.picture.are_lit(), &flags.textures);
+    let options = flags.settings.load_options(flags.camera.choice(), &flags.picture, &flags.textures);
     let loaded = load(&flags.scene, &options)?;
     loaded.warnings.iter().for_each(|warning| streams::message(&format!("eosphor: note: {warning}")));
     let mut scene = loaded.scene;
@@ -106,7 +105,9 @@ impl SceneSource for FlaggedScene {
             _ => std::path::absolute(file).map_err(|error| said(&error))?.to_str().map(str::to_owned),
         };
         let base = base.ok_or_else(|| SourceError("the path of the scene is not UTF-8 text".into()))?;
-        let mut before = load(file, &LoadOptions::default()).map_err(|error| said(&error))?.scene;
+        let mut options = LoadOptions::default();
+        options.integrator = Some(shown.settings.integrator);
+        let mut before = load(file, &options).map_err(|error| said(&error))?.scene;
         before.settle_orbit().map_err(|error| said(&error))?;
         let environment = self.flags.picture.lights.environment().map(std::path::absolute).transpose();
         let environment = environment.map_err(|error| said(&error))?;

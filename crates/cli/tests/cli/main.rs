@@ -9,6 +9,7 @@ mod compare;
 mod course;
 mod damage;
 mod folders;
+mod gltf;
 mod help;
 #[cfg(unix)]
 mod inputs;

@@ -243,6 +243,11 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
             &["--transfer", "linear", "-o", "a.hdr", "-o", "b.exr"],
             "--transfer would do nothing here: it needs a picture of the scene in bytes",
         ),
+        (
+            &["--tone-curve", "agx", "-o", "a.exr"],
+            "--tone-curve would do nothing here: it needs a picture of the scene in bytes",
+        ),
+        (&["--tone-curve", "filmic"], "neutral"),
         (&["--exposure", "1", "--show", "cost"], "--exposure would do nothing here"),
     ];
     for (flags, words) in bad {

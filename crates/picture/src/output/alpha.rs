@@ -67,7 +67,7 @@ mod tests {
         let own = premultiplied(&film, &features, background).pixels;
         assert_eq!(own, [Vec3::ZERO, vec3(0.125, 0.0625, 0.25), vec3(0.5, 0.25, 1.0)]);
         assert_eq!(features.pixels.iter().map(coverage).collect::<Vec<f32>>(), [0.0, 0.25, 1.0]);
-        let settings = DevelopSettings { exposure: 0.0, transfer: Transfer::Linear };
+        let settings = DevelopSettings { transfer: Transfer::Linear, ..DevelopSettings::default() };
         let bytes = developed(&film, &features, background, &settings);
         assert_eq!(bytes.rgb, [0, 0, 0, 128, 64, 255, 128, 64, 255]);
         assert_eq!(bytes.alpha, [0, 64, 255]);

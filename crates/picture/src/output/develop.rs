@@ -1,10 +1,11 @@
 //! Developing: linear film to display bytes.
 
+use super::tone_curve::{self, PIXELS, Planes};
 use eosphor_accel::SimdLevel;
 use eosphor_core::math::elementary::{exp2, linear_to_srgb};
 use eosphor_core::math::{Vec3, min};
 use eosphor_render::Film;
-use eosphor_scene::{RenderSettings, Transfer};
+use eosphor_scene::{RenderSettings, ToneCurve, Transfer};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -13,19 +14,22 @@ use serde::{Deserialize, Serialize};
 pub struct DevelopSettings {
     /// Stops: colours are multiplied by 2 to this power before anything else.
     pub exposure: f32,
+    /// What becomes of light that is brighter than a screen.
+    pub tone_curve: ToneCurve,
     /// The curve between linear light and byte.
     pub transfer: Transfer,
 }
 
 impl Default for DevelopSettings {
     fn default() -> DevelopSettings {
-        DevelopSettings { exposure: 0.0, transfer: Transfer::Srgb }
+        DevelopSettings { exposure: 0.0, tone_curve: ToneCurve::None, transfer: Transfer::Srgb }
     }
 }
 
 impl From<&RenderSettings> for DevelopSettings {
     fn from(settings: &RenderSettings) -> DevelopSettings {
-        DevelopSettings { exposure: settings.exposure, transfer: settings.transfer }
+        let RenderSettings { exposure, tone_curve, transfer, .. } = *settings;
+        DevelopSettings { exposure, tone_curve, transfer }
     }
 }
 
@@ -43,7 +47,7 @@ pub struct Developed {
 }
 
 impl Developed {
-    /// Exposure, transfer, clamp to 0..1, then rounding half up. NaN becomes 0. The same film gives the same bytes on
+    /// Exposure, tone curve, clamp to 0..1, transfer, then rounding half up. NaN becomes 0. The same film gives the same bytes on
     /// every machine.
     pub fn new(film: &Film, settings: &DevelopSettings) -> Developed {
         let gain = exp2(settings.exposure);
@@ -51,7 +55,7 @@ impl Developed {
         let mut rgb = vec![0; film.pixels.len() * 3];
         if width > 0 {
             let rows = rgb.par_chunks_mut(width * 3).zip(film.pixels.par_chunks(width));
-            rows.for_each(|(bytes, colours)| develop_row(bytes, colours, gain, settings.transfer));
+            rows.for_each(|(bytes, colours)| develop_row(bytes, colours, gain, settings));
         }
         Developed { width: film.width, height: film.height, rgb, alpha: Vec::new() }
     }
@@ -65,34 +69,34 @@ impl Developed {
 
 /// Develops a row with the best instructions that the CPU has: without them each fused multiply-add of the curve is a
 /// library call. All give the same bytes. `cargo xtask fma` looks for these functions by name.
-fn develop_row(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
+fn develop_row(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
     match SimdLevel::best() {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `SimdLevel::best` returns only levels that the CPU has, and both of these have AVX2 and FMA.
         SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe {
-            develop_row_avx2(bytes, colours, gain, transfer);
+            develop_row_avx2(bytes, colours, gain, settings);
         },
-        _ => develop_row_with(bytes, colours, gain, transfer),
+        _ => develop_row_with(bytes, colours, gain, settings),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn develop_row_avx2(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
-    develop_row_with(bytes, colours, gain, transfer);
+unsafe fn develop_row_avx2(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
+    develop_row_with(bytes, colours, gain, settings);
 }
 
-/// Pixels that are developed together.
-const PIXELS: usize = 16;
-
 #[inline(always)]
-fn develop_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
+fn develop_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
     for (bytes, colours) in bytes.chunks_mut(3 * PIXELS).zip(colours.chunks(PIXELS)) {
         let mut values = [0.0; 3 * PIXELS];
         for (values, colour) in values.as_chunks_mut::<3>().0.iter_mut().zip(colours) {
             *values = [colour.x * gain, colour.y * gain, colour.z * gain];
         }
-        match transfer {
+        if settings.tone_curve != ToneCurve::None {
+            bend(settings.tone_curve, &mut values);
+        }
+        match settings.transfer {
             Transfer::Srgb => {
                 for value in &mut values {
                     *value = linear_to_srgb(cut(*value));
@@ -112,7 +116,22 @@ fn develop_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Tra
     }
 }
 
-/// Clamps to 0..1, before the curve: outside its value does not matter, and NaN must not reach it.
+/// Applies a tone curve, to all pixels at once.
+#[inline(always)]
+fn bend(curve: ToneCurve, values: &mut [f32; 3 * PIXELS]) {
+    let mut planes: Planes = [[0.0; PIXELS]; 3];
+    for (pixel, colour) in values.as_chunks::<3>().0.iter().enumerate() {
+        for (plane, value) in planes.iter_mut().zip(colour) {
+            plane[pixel] = *value;
+        }
+    }
+    tone_curve::apply(curve, &mut planes);
+    for (pixel, colour) in values.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+        *colour = [planes[0][pixel], planes[1][pixel], planes[2][pixel]];
+    }
+}
+
+/// Clamps to 0..1, before the transfer curve: outside its value does not matter, and NaN must not reach it.
 #[inline(always)]
 fn cut(linear: f32) -> f32 {
     if linear > 0.0 { min(linear, 1.0) } else { 0.0 }
@@ -138,7 +157,7 @@ mod tests {
     }
 
     fn linear(value: f32) -> u8 {
-        develop(value, DevelopSettings { exposure: 0.0, transfer: Transfer::Linear })
+        develop(value, DevelopSettings { transfer: Transfer::Linear, ..DevelopSettings::default() })
     }
 
     #[test]
@@ -168,10 +187,66 @@ mod tests {
 
     #[test]
     fn a_stop_doubles() {
-        let stop = |exposure| DevelopSettings { exposure, transfer: Transfer::Linear };
+        let stop =
+            |exposure| DevelopSettings { exposure, transfer: Transfer::Linear, ..DevelopSettings::default() };
         assert_eq!(develop(0.25, stop(1.0)), linear(0.5));
         assert_eq!(develop(1.0, stop(-1.0)), linear(0.5));
         assert_eq!(develop(0.0, stop(f32::MAX)), 0, "0 times infinity is NaN");
+    }
+
+    const CURVES: [ToneCurve; 4] = [ToneCurve::None, ToneCurve::Aces, ToneCurve::Agx, ToneCurve::Neutral];
+
+    /// Grey of 0.18, white, and light of 100, in bytes: sRGB of what `tone_curve/truth.py` prints.
+    #[test]
+    fn tone_curves_come_before_the_transfer_curve() {
+        let bytes = CURVES.map(|tone_curve| {
+            let settings = DevelopSettings { tone_curve, ..DevelopSettings::default() };
+            [0.0, 0.18, 1.0, 100.0].map(|light| develop(light, settings))
+        });
+        assert_eq!(bytes, [[0, 118, 255, 255], [0, 91, 206, 255], [0, 128, 202, 255], [0, 105, 240, 255]]);
+    }
+
+    /// A stop of exposure comes before the curve.
+    #[test]
+    fn curves_bend_what_is_exposed() {
+        for tone_curve in CURVES {
+            let stop = |exposure| DevelopSettings { exposure, tone_curve, ..DevelopSettings::default() };
+            assert_eq!(develop(0.5, stop(1.0)), develop(1.0, stop(0.0)), "{tone_curve:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_light_has_bytes_on_every_curve() {
+        for tone_curve in CURVES {
+            let bytes = |light| develop(light, DevelopSettings { tone_curve, ..DevelopSettings::default() });
+            assert_eq!([f32::NAN, -1.0, f32::NEG_INFINITY, 0.0].map(bytes), [0; 4], "{tone_curve:?}");
+            assert_eq!([f32::INFINITY, f32::MAX].map(bytes), [255; 2], "{tone_curve:?}");
+        }
+    }
+
+    /// The bytes of the code for every CPU are those of the code for this one, for light of any size and of none.
+    #[test]
+    fn instructions_change_no_byte() {
+        let mut bits = 1u32;
+        let mut light = || {
+            bits = bits.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+            match bits >> 28 {
+                0 => f32::from_bits(bits.rotate_left(9)),
+                _ => exp2((bits >> 8) as f32 * (22.0 / (1 << 24) as f32) - 14.0),
+            }
+        };
+        let colours: Vec<Vec3> = (0..20_011).map(|_| Vec3 { x: light(), y: light(), z: light() }).collect();
+        for (tone_curve, transfer) in
+            CURVES.into_iter().flat_map(|c| [(c, Transfer::Srgb), (c, Transfer::Linear)])
+        {
+            let settings = DevelopSettings { exposure: 0.5, tone_curve, transfer };
+            let [mut plain, mut best] = [(); 2].map(|()| vec![0; colours.len() * 3]);
+            develop_row_with(&mut plain, &colours, exp2(0.5), &settings);
+            develop_row(&mut best, &colours, exp2(0.5), &settings);
+            assert!(plain == best, "{settings:?}");
+            // All shades are there.
+            assert!((0..=255).all(|byte| best.contains(&byte)), "{settings:?}");
+        }
     }
 
     #[test]

@@ -19,6 +19,7 @@ mod ppm;
 mod save;
 mod share;
 mod stream;
+mod tone_curve;
 #[cfg(feature = "video")]
 mod video;
 mod writer;

@@ -9,6 +9,7 @@ use crate::error::{Place, Problem, SceneError, Warning};
 use crate::model::origin::APART;
 use crate::model::{Image, Material, RenderSettings, Scene, Texture, share_words};
 use crate::solids::{PARQUET, parquet};
+use eosphor_core::settings::Integrator;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -22,6 +23,8 @@ pub(super) struct Loader {
     pub(super) warnings: Warnings,
     /// Meshes more of their sizes than this from 0 are counted from a point of their own.
     pub(super) apart: f64,
+    /// How a glTF file is to be rendered, where it is the scene or the base of one.
+    pub(super) integrator: Integrator,
     source: Source,
     options: LoadOptions,
     budget: Budget,
@@ -39,6 +42,7 @@ impl Loader {
             scene: Scene { settings, ..Scene::default() },
             warnings: Warnings::default(),
             apart: APART,
+            integrator: options.integrator.unwrap_or(Integrator::Path),
             source,
             options: options.clone(),
             budget: Budget::new(options.texture_memory_bytes),

@@ -26,6 +26,7 @@ mod winding_tests;
 
 use crate::error::{SceneError, Warning};
 use crate::model::{Image, Instance, Scene};
+use eosphor_core::settings::Integrator;
 use loader::Loader;
 use reference_systems::pg1;
 use source::Source;
@@ -58,6 +59,9 @@ pub struct LoadOptions {
     /// What [`crate::RenderSettings::headlight`] is where the file does not say it; without, models without lights get no
     /// grey surroundings either.
     pub headlight: bool,
+    /// How a glTF file is rendered, of which the format says nothing; `None`: by path tracing. The samples and the tone curve of
+    /// the scene go with it. All other files say this themselves, or are rendered by Whitted's method.
+    pub integrator: Option<Integrator>,
     /// Bytes that the texels of all textures together may take, in the depth that their files have; asked before a
     /// picture is decoded. More is [`SceneError::TextureMemory`]; `None`: no limit.
     pub texture_memory_bytes: Option<u64>,
@@ -65,7 +69,13 @@ pub struct LoadOptions {
 
 impl Default for LoadOptions {
     fn default() -> LoadOptions {
-        LoadOptions { textures: true, camera: None, headlight: true, texture_memory_bytes: None }
+        LoadOptions {
+            textures: true,
+            camera: None,
+            headlight: true,
+            integrator: None,
+            texture_memory_bytes: None,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The surroundings of models that bring no light.
 
-use crate::model::{Material, Scene};
+use crate::model::{Material, RenderSettings, Scene};
 use eosphor_core::math::Vec3;
 
 /// Their radiance. Metal shows nothing where there is nothing to reflect, and what is dark cannot be told from black.
@@ -11,6 +11,16 @@ pub(super) fn add(scene: &mut Scene, has_lamps: bool) {
     if scene.settings.headlight && scene.lights.is_empty() && !has_lamps {
         (scene.settings.background, scene.settings.ambient) = (Vec3::splat(GREY), GREY);
     }
+}
+
+/// The same for path tracing, which gives surroundings to all scenes without light by itself: what is left are models that shine
+/// through textures alone, such as displays and diodes. That is light, but none to see the rest by. Whether they were put.
+pub(super) fn add_for_paths(scene: &mut Scene, has_lamps: bool, has_shining_textures: bool) -> bool {
+    let is_meant = scene.settings.headlight && scene.lights.is_empty() && !has_lamps && has_shining_textures;
+    if is_meant {
+        scene.settings.background = Vec3::splat(RenderSettings::SURROUNDINGS);
+    }
+    is_meant
 }
 
 /// Whether triangles of the material are lights. Those that shine through a texture are none.

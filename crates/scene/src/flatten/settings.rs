@@ -8,9 +8,6 @@ use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{Integrator, PixelSampling as CoreSampling, Settings, ShadowMode};
 use eosphor_core::sums::MAX_RADIANCE;
 
-/// Radiance of the surroundings of a scene without any light, in path tracing.
-const SURROUNDINGS: f32 = 0.5;
-
 /// Whether anything but emission and the ambient term is black without a light.
 pub(super) fn needs_light(settings: &RenderSettings) -> bool {
     settings.lighting.is_lit()
@@ -19,7 +16,7 @@ pub(super) fn needs_light(settings: &RenderSettings) -> bool {
 /// What surrounds a scene in path tracing that has no light: grey, unless the settings bring light from all around themselves.
 pub(super) fn surroundings(settings: &RenderSettings) -> Option<Vec3> {
     let is_dark = settings.background.max_component() <= 0.0 && settings.ambient <= 0.0;
-    is_dark.then_some(Vec3::splat(SURROUNDINGS))
+    is_dark.then_some(Vec3::splat(RenderSettings::SURROUNDINGS))
 }
 
 /// The shadow mode that path tracing needs for these materials: coloured where light passes any.

@@ -40,7 +40,7 @@ pub use pbr::Pbr;
 pub(crate) use quadrilateral::Quadrilateral;
 pub(crate) use schema_types::Vector;
 pub use settings::{
-    Composition, LightSelection, LightUnits, NormalMode, PixelSampling, RenderSettings, Transfer,
+    Composition, LightSelection, LightUnits, NormalMode, PixelSampling, RenderSettings, ToneCurve, Transfer,
 };
 pub use sky::Sky;
 pub(crate) use texture::share_words;

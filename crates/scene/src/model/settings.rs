@@ -76,6 +76,8 @@ pub struct RenderSettings {
     pub composition: Composition,
     /// Colour textures are sRGB-coded; otherwise linear.
     pub srgb_textures: bool,
+    /// What becomes of light that is brighter than a screen. Linear files (EXR, HDR) keep it as it is.
+    pub tone_curve: ToneCurve,
     /// How linear colours become bytes.
     pub transfer: Transfer,
     /// Stops: colours are multiplied by 2 to this power before anything else.
@@ -148,6 +150,20 @@ pub enum LightUnits {
     Plain,
 }
 
+/// What becomes of light that is brighter than a screen. See `docs/units.md`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ToneCurve {
+    /// It is cut.
+    None,
+    /// ACES by Stephen Hill's fit: strong contrast, bright colours become white.
+    Aces,
+    /// AgX by Troy Sobotka, without a look: soft contrast, all colours become white bit by bit.
+    Agx,
+    /// Khronos PBR Neutral: colours stay as they are up to 0.8, less a reflection of 0.04; the rest is compressed.
+    Neutral,
+}
+
 /// How linear colours become bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -159,6 +175,9 @@ pub enum Transfer {
 }
 
 impl RenderSettings {
+    /// Radiance of the uniform surroundings that path tracing gives a scene without any light.
+    pub const SURROUNDINGS: f32 = 0.5;
+
     /// Keys of settings that an integrator does not read: those of the other one.
     pub fn keys_not_read(integrator: Integrator) -> &'static [&'static str] {
         match integrator {
@@ -208,6 +227,7 @@ impl Default for RenderSettings {
             background: Vec3::ZERO,
             composition: Composition::Native,
             srgb_textures: true,
+            tone_curve: ToneCurve::None,
             transfer: Transfer::Srgb,
             exposure: 0.0,
             seed: 0,

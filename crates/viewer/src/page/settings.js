@@ -16,6 +16,7 @@ export function showSettings() {
   for (const [id, key] of Object.entries(numbers)) $(id).value = view[key];
   $("exposure").value = view.exposure;
   $("exposure-value").textContent = view.exposure;
+  $("tone-curve").value = view["tone-curve"];
   $("lighting").value = view.lighting;
   $("shadows").value = view.shadows;
   for (const id of ofWhitted) $(id).closest("label").hidden = scene.integrator === "path";
@@ -48,7 +49,7 @@ for (const [id, key] of Object.entries(numbers)) {
 for (const [id, k] of [["width", 0], ["height", 1]]) {
   $(id).addEventListener("change", () => { state.view.size[k] = whole($(id)); showSettings(); changed(false); });
 }
-for (const id of ["lighting", "shadows", "show"]) {
+for (const id of ["tone-curve", "lighting", "shadows", "show"]) {
   $(id).addEventListener("change", () => { state.view[id] = $(id).value; changed(false); });
 }
 const length32 = (element) => Math.fround(Math.max(0, Math.min(1e12, Number(element.value) || 0)));

@@ -31,8 +31,7 @@ struct Report {
 
 pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     limit_threads(&flags.device)?;
-    let options =
-        flags.settings.load_options(flags.camera.choice(), flags.picture.are_lit(), &flags.textures);
+    let options = flags.settings.load_options(flags.camera.choice(), &flags.picture, &flags.textures);
     let mut scene = load(&flags.scene, &options)?.scene;
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
     let backend = backend_for(&flags.device, flags.picture.accel, false, Verbosity::Normal)?;

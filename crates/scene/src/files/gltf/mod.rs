@@ -32,14 +32,15 @@ use super::surroundings;
 use crate::error::{Place, SceneError};
 use crate::model::origin::is_apart;
 use crate::model::{AlphaMode, CameraMotion, Instance, Interpolation, LightMotion, Material, MaterialKind};
-use crate::model::{Move, Scene, Transform};
+use crate::model::{Move, RenderSettings, Scene, ToneCurve, Transform};
 use accessors::{Accessors, Budget};
 use animations::Animations;
 use buffers::Buffers;
 use cameras::NamedCamera;
 use container::Container;
 use document::Document;
-use eosphor_core::settings::ShadowMode;
+use eosphor_core::math::Vec3;
+use eosphor_core::settings::{Integrator, ShadowMode};
 use lights::PlacedLight;
 use meshes::Meshes;
 use nodes::{ExactNode, Nodes};
@@ -70,13 +71,37 @@ pub(super) fn read_scene(loader: &mut Loader, path: &Path, camera: Option<&str>)
     let first = file.first_material as usize;
     let used = loader.scene.materials[first..].iter().zip(&file.used_materials).filter(|(_, used)| **used);
     let used: Vec<&Material> = used.map(|(material, _)| material).collect();
-    let settings = &mut loader.scene.settings;
-    if used.iter().any(|m| lets_light_through(m)) {
-        settings.shadows = ShadowMode::Coloured;
-    }
     let is_lit = used.iter().any(|material| surroundings::shines(material));
-    surroundings::add(&mut loader.scene, is_lit);
+    match loader.integrator {
+        Integrator::Whitted => {
+            if used.iter().any(|m| lets_light_through(m)) {
+                loader.scene.settings.shadows = ShadowMode::Coloured;
+            }
+            surroundings::add(&mut loader.scene, is_lit);
+        }
+        Integrator::Path => {
+            let has_shining_textures = used.iter().any(|material| material.emission() != Vec3::ZERO);
+            loader.scene.settings = settings_of_paths(loader.scene.settings.headlight);
+            if surroundings::add_for_paths(&mut loader.scene, is_lit, has_shining_textures) {
+                let radiance = RenderSettings::SURROUNDINGS;
+                let message = format!("only textures shine: uniform surroundings of radiance {radiance}");
+                loader.warnings.add(path, None, message);
+            }
+        }
+    }
     Ok(())
+}
+
+/// How a file is rendered that says nothing about it, where its materials are to look as the format defines them: so many samples
+/// that noise is faint, and a tone curve made for these materials, as punctual lights know no white.
+fn settings_of_paths(headlight: bool) -> RenderSettings {
+    RenderSettings {
+        integrator: Integrator::Path,
+        samples: 32,
+        tone_curve: ToneCurve::Neutral,
+        headlight,
+        ..RenderSettings::default()
+    }
 }
 
 /// How the camera and the lights move.

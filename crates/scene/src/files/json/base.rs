@@ -44,6 +44,8 @@ impl Builder<'_> {
         let base = if builtin::name_of(base).is_some() { base.to_path_buf() } else { self.beside(base) };
         let headlight = self.loader.scene.settings.headlight;
         self.loader.scene.settings.headlight = headlight && !self.is_darkened(&file);
+        // A glTF file has no integrator of its own, and comes with the settings of this one.
+        self.loader.integrator = file.settings.integrator;
         self.read_base(&base)?;
         if let Some(environment) = self.environment(file.environment.take())? {
             self.loader.scene.environment = Some(environment);

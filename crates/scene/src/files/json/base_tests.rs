@@ -2,9 +2,10 @@
 
 use crate::files::{LoadOptions, LoadedScene, load, load_from_memory};
 use crate::model::{
-    Camera, CameraMotion, EnvironmentMap, EnvironmentSource, Light, PixelSampling, RenderSettings, Scene, Sky,
+    Camera, CameraMotion, EnvironmentMap, EnvironmentSource, Light, PixelSampling, RenderSettings, Scene,
+    Sky, ToneCurve,
 };
-use crate::{SceneData, SceneError, scene_requests};
+use crate::{SceneData, SceneError, scene_over_base, scene_requests};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::Integrator;
 use std::path::PathBuf;
@@ -214,8 +215,11 @@ fn over(base: &str, more: &str) -> String {
 
 #[test]
 fn a_base_of_any_kind_alone_is_the_scene_to_the_last_bit() {
+    // Scene files that name no integrator are Whitted's, whatever their base.
+    let whitted = LoadOptions { integrator: Some(Integrator::Whitted), ..LoadOptions::default() };
     for (name, text) in [("c.json", PG1), ("x.gltf", GLTF), ("t.obj", TRIANGLE), ("ball.json", BALL)] {
-        let base = scene(&[(name, text), ("t.obj", TRIANGLE)]);
+        let files = [(name, text), ("t.obj", TRIANGLE)].map(|(name, text)| (name.into(), text.into()));
+        let base = load_from_memory(files.to_vec(), name, &whitted).unwrap().scene;
         let over = scene(&[("a.json", &over(name, "")), (name, text), ("t.obj", TRIANGLE)]);
         assert_eq!(format!("{over:?}"), format!("{base:?}"), "{name}");
     }
@@ -364,6 +368,48 @@ fn skies_are_read() {
     };
     assert!((at_noon.sun_elevation_degrees - 39.872).abs() < 0.01, "{at_noon:?}");
     assert!((at_noon.sun_azimuth_degrees - 194.34).abs() < 0.01, "{at_noon:?}");
+}
+
+/// A glTF file has the settings of the integrator that the scene file names whose base it is.
+#[test]
+fn gltf_bases_follow_the_integrator() {
+    let alone = scene(&[("x.gltf", GLTF)]).settings;
+    assert_eq!((alone.integrator, alone.tone_curve), (Integrator::Path, ToneCurve::Neutral));
+    let none = over("x.gltf", "");
+    let path = over("x.gltf", r#", "settings": { "integrator": "path" }"#);
+    let few = over("x.gltf", r#", "settings": { "integrator": "path", "samples": 5, "tone-curve": "agx" }"#);
+    let read = |text: &str| scene(&[("a.json", text), ("x.gltf", GLTF)]).settings;
+    assert_eq!(
+        read(&none),
+        RenderSettings { background: Vec3::splat(0.25), ambient: 0.25, ..Default::default() }
+    );
+    assert_eq!(read(&path), alone);
+    assert_eq!(read(&few), RenderSettings { samples: 5, tone_curve: ToneCurve::Agx, ..alone });
+    // The nearest file decides what the base is, and those above it go over that.
+    let above = |text: &str, more: &str| {
+        scene(&[("b.json", &over("a.json", more)), ("a.json", text), ("x.gltf", GLTF)]).settings
+    };
+    assert_eq!(above(&path, ""), alone);
+    let paths = r#", "settings": { "integrator": "path" }"#;
+    assert_eq!(above(&none, paths), RenderSettings { integrator: Integrator::Path, ..read(&none) });
+}
+
+/// What is saved over a glTF file is read as it was, by either integrator.
+#[test]
+fn saved_scenes_over_gltf_name_the_integrator() {
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let options = LoadOptions { integrator: Some(integrator), ..LoadOptions::default() };
+        let files = vec![(PathBuf::from("x.gltf"), GLTF.as_bytes().to_vec())];
+        let before = load_from_memory(files, "x.gltf", &options).unwrap().scene;
+        for (samples, background) in [(before.settings.samples, before.settings.background), (7, Vec3::ZERO)]
+        {
+            let mut after = before.clone();
+            (after.settings.samples, after.settings.background) = (samples, background);
+            let text = scene_over_base("x.gltf", &before, &after, None).unwrap();
+            assert!(text.contains("\"integrator\""), "{text}");
+            assert_eq!(scene(&[("s.json", &text), ("x.gltf", GLTF)]).settings, after.settings, "{text}");
+        }
+    }
 }
 
 /// An environment is a file name, or a file and how it surrounds the scene; it takes the place of the base's.

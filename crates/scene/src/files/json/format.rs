@@ -35,7 +35,8 @@ pub(super) struct SceneFile {
     pub(super) _description: Option<String>,
     /// The scene to start from: a file of any kind that can be rendered, relative to this file or absolute, or `builtin:NAME`. Keys
     /// of `settings` and `device` given here override those of the base one by one; `camera` (which then does not move), `lights`,
-    /// `environment` and `output` replace the base's. No other keys may stand beside it.
+    /// `environment` and `output` replace the base's. No other keys may stand beside it. A glTF file, which alone is path-traced,
+    /// has here the settings of the integrator that this file names, and those of `whitted` where it names none.
     #[serde(default)]
     #[schemars(extend("examples" = ["builtin:glass"]))]
     pub(super) base: Option<PathBuf>,

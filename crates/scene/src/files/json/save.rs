@@ -5,9 +5,9 @@ use super::build::Builder;
 use super::file_of;
 use super::reference::Inline;
 use crate::error::{Problem, SceneError};
-use crate::files::LoadOptions;
 use crate::files::loader::Loader;
 use crate::files::source::Source;
+use crate::files::{LoadOptions, extension};
 use crate::model::{
     Camera, CameraMotion, EnvironmentMap, EnvironmentSource, Light, PixelSampling, Scene, Sky,
 };
@@ -44,7 +44,8 @@ pub enum CannotSave {
 
 /// The text of a scene file with this `base`, which loads as `after` where the base alone loads as `before`. Camera, lights,
 /// settings, environment, device and output are written where they differ; size, samples and seed always. `environment_file` is the
-/// picture of the environment, where that is the only picture of `after` that `before` has not, and its last.
+/// picture of the environment, where that is the only picture of `after` that `before` has not, and its last. Where the base is a
+/// glTF file, `before` is what it is with the integrator of `after` ([`LoadOptions::integrator`]), which is written, too.
 ///
 /// # Errors
 /// Where something else differs, or `after` is no scene that can be rendered.
@@ -72,8 +73,11 @@ pub fn scene_over_base(
     }
     // Samples alone would take the place of a grid.
     let has_grid = matches!(after.settings.pixel_sampling, PixelSampling::Grid(_));
+    // A glTF file as a base has the settings of the integrator that is named.
+    let is_over_gltf = matches!(extension(Path::new(base)).as_deref(), Some("gltf" | "glb"));
     let settings = changed_keys(&before.settings, &after.settings, |key| {
         ALWAYS.contains(&key)
+            || is_over_gltf && key == "integrator"
             || has_grid && key == "pixel-sampling"
             || is_darkened && ["ambient", "background"].contains(&key)
     });

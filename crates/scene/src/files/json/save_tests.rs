@@ -5,6 +5,7 @@ use crate::files::{LoadOptions, load, load_from_memory};
 use crate::flatten::SceneData;
 use crate::model::{
     Camera, CameraMotion, DeviceKind, EnvironmentMap, Image, Lens, Light, PixelSampling, Scene, Sky, Texels,
+    ToneCurve,
 };
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{Integrator, LightingModel, ShadowMode};
@@ -221,6 +222,7 @@ proptest! {
         lens in proptest::option::of((1e-4..1.0f32, proptest::option::of(0.1..50.0f32))),
         (size, samples, depth) in ([1..300u32, 1..300u32], 1..65_536u32, 0..64u32),
         (exposure, seed) in (-9.0..9.0f32, any::<u32>()),
+        curve in 0..4usize,
         shadows in 0..3usize,
     ) {
         let before = read(BASES[base], None);
@@ -244,6 +246,7 @@ proptest! {
         let settings = &mut after.settings;
         (settings.size, settings.samples, settings.depth) = (size, samples, depth);
         (settings.exposure, settings.seed) = (exposure, seed);
+        settings.tone_curve = [ToneCurve::None, ToneCurve::Aces, ToneCurve::Agx, ToneCurve::Neutral][curve];
         settings.shadows = [ShadowMode::None, ShadowMode::Opaque, ShadowMode::Coloured][shadows];
         // A view along what is up is none.
         prop_assume!(after.validate().is_ok() && SceneData::flatten(&after).is_ok());

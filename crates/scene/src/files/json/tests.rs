@@ -259,6 +259,10 @@ const WRONG_FORM: &[(&str, &str)] = &[
     (r#""settings": {"depth": §1.5}"#, r#""depth" must be a whole number, not 1.5"#),
     (r#""settings": {"depth": §1e1}"#, r#""depth" must be a whole number, not 1e1"#),
     (r#""settings": {"cull-back-faces": §1}"#, r#""cull-back-faces" must be true or false, not a number"#),
+    (
+        r#""settings": {"tone-curve": §"filmic"}"#,
+        r#""tone-curve" is "filmic"; it must be "none", "aces", "agx" or "neutral""#,
+    ),
     (r#""settings": {"transfer": §1}"#, r#""transfer" must be "srgb" or "linear", not a number"#),
     (
         r#""meshes": [{"file": "a.obj", "transform": {"scale": §"2"}}]"#,

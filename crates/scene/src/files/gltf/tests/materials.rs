@@ -1,6 +1,6 @@
 //! Materials, textures and pictures.
 
-use super::{File, read, read_with, triangle};
+use super::{File, read, read_with, triangle, whitted};
 use crate::files::{LoadOptions, LoadedScene};
 use crate::model::{
     AlphaMode, Channel, Material, MaterialKind, Pbr, Texture, TextureChannel, TextureContent,
@@ -73,7 +73,7 @@ fn factors_and_extensions() {
 #[test]
 fn alpha_modes_and_coloured_shadows() {
     let alpha = |material: Value| {
-        let scene = load(material, textures()).scene;
+        let scene = load_with(material, textures(), &whitted()).scene;
         (scene.materials[0].alpha, scene.materials[0].textures.opacity, scene.settings.shadows)
     };
     let base = json!({"baseColorTexture": {"index": 0}});
@@ -101,7 +101,7 @@ fn textures_by_channel_and_content() {
             "KHR_materials_specular": {"specularTexture": info(0)}}});
     let more = json!({"images": [{"uri": "t.ppm"}, {"uri": "./t.ppm"}], "textures": [{"source": 0},
         {"source": 1, "sampler": 0}], "samplers": [{"magFilter": 9728, "wrapS": 33071, "wrapT": 33648}]});
-    let loaded = load(material.clone(), more.clone());
+    let loaded = load_with(material.clone(), more.clone(), &whitted());
     let scene = &loaded.scene;
     let (textures, all) = (scene.materials[0].textures, &scene.textures);
     let texture = |number: Option<u32>| all[number.unwrap() as usize];
@@ -220,7 +220,7 @@ fn unlit_shines_without_being_a_light() {
         for (key, value) in more.as_object().unwrap() {
             material["pbrMetallicRoughness"][key] = value.clone();
         }
-        load(material, textures()).scene
+        load_with(material, textures(), &whitted()).scene
     };
     for (more, images) in [(json!({}), ["white"]), (json!({"baseColorTexture": {"index": 0}}), ["t.ppm"])] {
         let scene = material(more);

@@ -12,6 +12,7 @@ mod wrong;
 use crate::error::SceneError;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene, load_from};
+use eosphor_core::settings::Integrator;
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -134,6 +135,11 @@ fn read_with(files: &[(&str, &[u8])], options: &LoadOptions) -> Result<LoadedSce
 
 fn read(files: &[(&str, &[u8])]) -> Result<LoadedScene, SceneError> {
     read_with(files, &LoadOptions::default())
+}
+
+/// As what Whitted's method renders.
+fn whitted() -> LoadOptions {
+    LoadOptions { integrator: Some(Integrator::Whitted), ..LoadOptions::default() }
 }
 
 /// Three corners of a triangle in the plane z = 0.

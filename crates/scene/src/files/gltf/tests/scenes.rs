@@ -1,12 +1,14 @@
 //! Cameras, lights and the settings that suit them.
 
-use super::{File, read_with, triangle};
+use super::{File, read_with, triangle, whitted};
 use crate::files::gltf::read_model;
 use crate::files::loader::Loader;
 use crate::files::source::Source;
 use crate::files::{LoadOptions, LoadedScene};
-use crate::model::{Light, RenderSettings, Scene};
+use crate::model::{Light, RenderSettings, Scene, ToneCurve};
+use crate::{Note, SceneData};
 use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::settings::Integrator;
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
@@ -144,12 +146,74 @@ fn lights_that_are_wrong() {
 #[test]
 fn files_without_light_get_surroundings() {
     let settings = |emission: f32| {
-        let mut file = triangle(json!({"materials": [{"emissiveFactor": [emission, 0, 0]}]}));
-        file.root["meshes"][0]["primitives"][0]["material"] = 0.into();
-        file.load().scene.settings
+        let file = shining(json!({"emissiveFactor": [emission, 0, 0]}));
+        read_with(&[("a.glb", &file.glb())], &whitted()).unwrap().scene.settings
     };
     assert_eq!((settings(0.0).background, settings(0.0).ambient), (Vec3::splat(0.25), 0.25));
     assert_eq!((settings(1.0).background, settings(1.0).ambient), (Vec3::ZERO, 0.0));
+}
+
+/// A triangle of one material; `t.ppm` is texture 0.
+fn shining(material: Value) -> File {
+    let images = json!([{"uri": "data:image/x-portable-pixmap;base64,UDMKMSAxCjI1NQoyNTUgMCAwCg=="}]);
+    let mut file = triangle(json!({"images": images, "textures": [{"source": 0}], "materials": [material]}));
+    file.root["meshes"][0]["primitives"][0]["material"] = 0.into();
+    file
+}
+
+/// Path tracing gives surroundings to what has no light at all by itself. What shines through textures is light, but none to see
+/// the rest by.
+#[test]
+fn shining_textures_do_not_keep_surroundings_away() {
+    let textured = json!({"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}});
+    let light = json!({"KHR_lights_punctual": {"lights": [{"type": "point"}]}});
+    let mut lit = shining(textured.clone());
+    lit.root["extensions"] = light;
+    lit.root["nodes"][0]["extensions"] = json!({"KHR_lights_punctual": {"light": 0}});
+    let dark = LoadOptions { headlight: false, ..LoadOptions::default() };
+    for (file, options, radiance, notes) in [
+        (shining(json!({})), LoadOptions::default(), 0.0, vec![]),
+        (shining(json!({"emissiveFactor": [1, 1, 1]})), LoadOptions::default(), 0.0, vec![]),
+        (
+            shining(textured.clone()),
+            LoadOptions::default(),
+            0.5,
+            vec!["a.glb: only textures shine: uniform surroundings of radiance 0.5".to_owned()],
+        ),
+        (shining(textured), dark, 0.0, vec![]),
+        (lit, LoadOptions::default(), 0.0, vec![]),
+    ] {
+        let loaded = read_with(&[("a.glb", &file.glb())], &options).unwrap();
+        let settings = loaded.scene.settings;
+        assert_eq!((settings.background, settings.ambient), (Vec3::splat(radiance), 0.0));
+        assert_eq!(loaded.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(), notes);
+    }
+    let flattened = |file: File| SceneData::flatten(&file.load().scene).unwrap();
+    let (data, notes) = flattened(shining(json!({})));
+    assert_eq!(data.settings.background, Vec3::splat(0.5));
+    assert!(notes.contains(&Note::Surroundings { radiance: 0.5 }), "{notes:?}");
+    // Not where a lamp is all the light.
+    let (data, _) = flattened(shining(json!({"emissiveFactor": [1, 1, 1]})));
+    assert_eq!(data.settings.background, Vec3::ZERO);
+}
+
+/// Materials of glTF are defined for light from everywhere. Whoever loads the file may ask for the other method, whose settings are
+/// as they were.
+#[test]
+fn paths_are_what_files_are_rendered_by() {
+    let file = cameras();
+    let paths = file.load().scene.settings;
+    let expected = RenderSettings {
+        integrator: Integrator::Path,
+        samples: 32,
+        tone_curve: ToneCurve::Neutral,
+        ..RenderSettings::default()
+    };
+    assert_eq!(paths, expected);
+    let other = read_with(&[("a.glb", &file.glb())], &whitted()).unwrap().scene.settings;
+    let expected =
+        RenderSettings { background: Vec3::splat(0.25), ambient: 0.25, ..RenderSettings::default() };
+    assert_eq!(other, expected);
 }
 
 #[test]
