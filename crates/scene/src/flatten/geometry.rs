@@ -102,9 +102,8 @@ impl Flat {
         let positions: Vec<Vec3> = mesh.positions.iter().map(|&p| map.point(p)).collect();
         if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_component() > MAX_COORDINATE)
         {
-            let by = if mesh.deformation.is_some() { "skin, morph targets or" } else { "" };
-            let message =
-                format!("its {by} transform takes a vertex to ({}, {}, {}), out of range", p.x, p.y, p.z);
+            let by = if mesh.deformation.is_some() { "skin or morph target" } else { "transform" };
+            let message = format!("its {by} takes a vertex to ({}, {}, {}), out of range", p.x, p.y, p.z);
             return Err(Problem::new(format!("mesh \"{}\"", mesh.name), message).into());
         }
         let settings = &scene.settings;
