@@ -34,8 +34,8 @@ impl ShapedScenes {
         ShapedScenes { scene, hierarchy, options, kept: Mutex::default() }
     }
 
-    /// The scene in a frame; `None` where no vertex is elsewhere. Trees of meshes whose vertices move are built anew, on the threads
-    /// of the current rayon pool, and all others stay.
+    /// The scene in a frame; `None` where no vertex is elsewhere. Trees of meshes whose vertices move are built anew, on the
+    /// threads of the current rayon pool, and all others stay.
     ///
     /// # Errors
     /// [`BackendError::Failed`] where the shapes are not of this scene, or out of range.

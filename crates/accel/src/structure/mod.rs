@@ -32,8 +32,8 @@ pub trait UseBatchTracer {
 }
 
 /// The table of structures: everything that is said of each is said here. A line gives its documentation, its name in
-/// [`Accel`], on the command line and in [`Hierarchy`], its type, how it is built and built in part, the scalar tracer that counts, and the
-/// tracer that is fast, and the binary tree over its instances where it has one.
+/// [`Accel`], on the command line and in [`Hierarchy`], its type, how it is built, and from a geometry on,
+/// the scalar tracer that counts, and the tracer that is fast, and the binary tree over its instances where it has one.
 macro_rules! structures {
     ($(
         $(#[$doc:meta])*

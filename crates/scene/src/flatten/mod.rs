@@ -94,7 +94,8 @@ pub struct SceneData {
 impl SceneData {
     /// Makes the arrays of a scene. The notes say what the scene left open and what was done about it.
     ///
-    /// A mesh that moves, whose vertices move, or that is placed more than once and has more than 256 triangles, becomes a geometry of its own with
+    /// A mesh that moves, whose vertices move, or that is placed more than once and has more than 256 triangles, becomes a
+    /// geometry of its own with
     /// instances; everything else is baked into the world, geometry 0, in the order of the scene's instances, then
     /// parallelograms, then spheres. Nothing but the scene decides this. What moves is where it is in frame 0; meshes whose
     /// vertices move are the last geometries.

@@ -46,8 +46,8 @@ impl<'a> Accessors<'a> {
         Accessors { root, buffers, budget: Budget(Cell::new(elements)) }
     }
 
-    /// The elements of an accessor with `N` components each (16 are a matrix), as numbers: normalised ones from -1 or 0 to 1, others as
-    /// they are.
+    /// The elements of an accessor with `N` components each (16 are a matrix), as numbers: normalised ones from -1 or 0
+    /// to 1, others as they are.
     pub(super) fn read<const N: usize, T: Clone>(
         &self,
         number: usize,
