@@ -68,21 +68,28 @@ impl InstanceTree {
     }
 }
 
-/// Brings triangles into the order in which cells name them first, so that what is tested together lies together.
-pub(crate) fn order_by_first_use(primitives: &mut PackedPrimitives, references: &mut [u32]) {
+/// Brings the triangles of the geometries from number `first_geometry` on into the order in which their cells name them first,
+/// so that what is tested together lies together.
+pub(crate) fn order_by_first_use(
+    primitives: &mut PackedPrimitives,
+    references: &mut [u32],
+    first_geometry: usize,
+) {
     // Cells of one geometry follow those of another, so each geometry keeps its range: cells name all its triangles.
-    let mut new_numbers = vec![u32::MAX; primitives.triangles.len()];
-    let mut triangles = Vec::with_capacity(primitives.triangles.len());
+    let Some(geometry) = primitives.geometries.get(first_geometry) else { return };
+    let first = geometry.first_triangle;
+    let old = primitives.triangles.split_off(first as usize);
+    let mut new_numbers = vec![u32::MAX; old.len()];
+    primitives.triangles.reserve_exact(old.len());
     for reference in references.iter_mut().filter(|r| **r & SPHERE_REFERENCE == 0) {
-        let new_number = &mut new_numbers[*reference as usize];
+        let new_number = &mut new_numbers[(*reference - first) as usize];
         if *new_number == u32::MAX {
-            *new_number = triangles.len() as u32;
-            triangles.push(primitives.triangles[*reference as usize]);
+            *new_number = primitives.triangles.len() as u32;
+            primitives.triangles.push(old[(*reference - first) as usize]);
         }
         *reference = *new_number;
     }
-    assert_eq!(triangles.len(), primitives.triangles.len(), "every triangle is in a cell");
-    primitives.triangles = triangles;
+    assert_eq!(primitives.triangles.len(), first as usize + old.len(), "every triangle is in a cell");
 }
 
 /// Bytes of the packed primitives.

@@ -1,5 +1,6 @@
 //! No hierarchy.
 
+use crate::bvh::{RefitError, check_before};
 use crate::cost::{around, half_area};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
 use eosphor_core::geometry::{Bounds, Geometry, Instance};
@@ -16,6 +17,17 @@ impl Exhaustive {
     /// Copies the primitives of a scene into the form in which they are tested.
     pub fn new(scene: &SceneGeometry) -> Exhaustive {
         Exhaustive { primitives: PackedPrimitives::new(scene) }
+    }
+
+    /// Takes the shapes of the geometries from number `first` on, and all instances, from a scene. The result is what
+    /// [`Exhaustive::new`] makes of the scene, if the geometries before are as they were.
+    ///
+    /// # Errors
+    /// Where the geometries before have other ranges in the scene; nothing is changed then.
+    pub fn rebuild_from(&mut self, first: usize, scene: &SceneGeometry) -> Result<(), RefitError> {
+        check_before(&self.primitives.geometries, first, scene)?;
+        self.primitives.repack_from(first, scene);
+        Ok(())
     }
 
     /// The arrays, borrowed, with the instances of another one, `top`, in place of the own ones. That one may be made of the

@@ -36,16 +36,46 @@ impl PackedPrimitives {
     pub fn new(scene: &SceneGeometry) -> PackedPrimitives {
         let mut packed = PackedPrimitives {
             triangles: Vec::with_capacity(scene.triangles().len()),
-            spheres: scene.spheres().to_vec(),
+            spheres: Vec::with_capacity(scene.spheres().len()),
             sphere_primitives: Vec::with_capacity(scene.spheres().len()),
             ..PackedPrimitives::without_primitives(scene)
         };
-        for g in scene.geometries() {
-            let triangles = &scene.triangles()[g.first_triangle as usize..][..g.triangle_count as usize];
-            packed.triangles.extend((0..).zip(triangles).map(|(i, v)| PackedTriangle::new(*v, i)));
-            packed.sphere_primitives.extend((0..g.sphere_count).map(|i| g.triangle_count + i));
-        }
+        packed.repack_from(0, scene);
         packed
+    }
+
+    /// Takes the geometries and instances of another scene, which has the same geometries before this number.
+    pub(crate) fn take_ranges(&mut self, scene: &SceneGeometry) {
+        self.geometries.clear();
+        self.geometries.extend_from_slice(scene.geometries());
+        self.instances.clear();
+        self.instances.extend_from_slice(scene.instances());
+        self.named_geometries = scene.named_geometries();
+    }
+
+    /// Packs the primitives of the geometries from this number on, in the scene's order, in place of those that are there.
+    /// Triangles before stand as many as in the scene.
+    pub(crate) fn repack_from(&mut self, first: usize, scene: &SceneGeometry) {
+        self.take_ranges(scene);
+        let tail = &scene.geometries()[first..];
+        let ends = (scene.triangles().len(), scene.spheres().len());
+        let begins = |g: &Geometry| (g.first_triangle as usize, g.first_sphere as usize);
+        let (triangles, spheres) = tail.first().map_or(ends, begins);
+        self.triangles.truncate(triangles);
+        self.truncate_spheres(spheres);
+        for g in tail {
+            let triangles = &scene.triangles()[g.first_triangle as usize..][..g.triangle_count as usize];
+            self.triangles.extend((0..).zip(triangles).map(|(i, v)| PackedTriangle::new(*v, i)));
+            let spheres = &scene.spheres()[g.first_sphere as usize..][..g.sphere_count as usize];
+            self.spheres.extend_from_slice(spheres);
+            self.sphere_primitives.extend((0..g.sphere_count).map(|i| g.triangle_count + i));
+        }
+    }
+
+    /// Leaves only so many spheres.
+    pub(crate) fn truncate_spheres(&mut self, count: usize) {
+        self.spheres.truncate(count);
+        self.sphere_primitives.truncate(count);
     }
 
     /// Bounds of the triangles of a geometry, in their present order, with slack.

@@ -4,15 +4,15 @@ use crate::bands::{BandHeight, Rows, rays_per_sample, sharing};
 use crate::device::{Device, devices};
 use crate::launch::{Launched, Launcher, Pixel};
 use crate::options::CudaOptions;
-use crate::scene::DeviceScene;
+use crate::scene::{DeviceScene, ShapedFrame};
 use crate::structure::{Structure, kernel};
 use crate::traversal::Traversal;
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyOptions, HierarchyStatistics, PreparedScene,
-    Progress, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, build_hierarchy, check_rows,
-    check_samples, check_scene,
+    Progress, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, ShapedScenes, build_hierarchy,
+    check_rows, check_samples, check_scene,
 };
 use eosphor_scene::SceneData;
 use std::ops::Range;
@@ -70,7 +70,7 @@ impl Backend for CudaBackend {
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
-        let hierarchy = build_hierarchy(self.accel, &self.options, &scene)?;
+        let hierarchy = Arc::new(build_hierarchy(self.accel, &self.options, &scene)?);
         let moving = if scene.instances_move { scene.instances.len() } else { 0 };
         let structure = match self.count_work {
             true => Structure::for_counting(&hierarchy),
@@ -93,6 +93,11 @@ impl Backend for CudaBackend {
             statistics: hierarchy.statistics(),
             width: scene.settings.width,
             height: scene.settings.height,
+            shaped: (scene.deforming_geometries > 0).then(|| Shaped {
+                scenes: ShapedScenes::new(Arc::clone(&scene), Arc::clone(&hierarchy), self.options),
+                scene: Arc::clone(&scene),
+                traversal: self.traversal,
+            }),
         }))
     }
 }
@@ -122,6 +127,15 @@ struct PreparedCuda {
     statistics: HierarchyStatistics,
     width: u32,
     height: u32,
+    /// For scenes with meshes whose vertices move.
+    shaped: Option<Shaped>,
+}
+
+/// What frames need in which vertices of meshes are elsewhere.
+struct Shaped {
+    scene: Arc<SceneData>,
+    scenes: ShapedScenes,
+    traversal: Traversal,
 }
 
 impl PreparedScene for PreparedCuda {
@@ -189,6 +203,8 @@ struct Task<'a, T> {
     pixels_total: u64,
     done: Mutex<Done>,
     control: &'a RenderControl<'a>,
+    /// Where vertices of meshes are elsewhere than in the prepared scene.
+    shaped: Option<ShapedFrame<'a>>,
 }
 
 impl PreparedCuda {
@@ -206,7 +222,16 @@ impl PreparedCuda {
         }
         let pixels_total = pixels.len() as u64;
         let size = control.size_of(self);
+        // Once for all devices.
+        let own = match &self.shaped {
+            Some(shaped) => shaped.scenes.of_frame(control.frame)?.map(|own| (shaped, own)),
+            None => None,
+        };
+        let frame = own
+            .as_ref()
+            .map(|(shaped, own)| ShapedFrame::new(&shaped.scene, own, shaped.traversal, self.count_work));
         let task = Task {
+            shaped: frame.transpose()?,
             size,
             pixels: PixelRows::new(pixels, rows.start, size.0),
             rows: Rows::new(rows, self.devices.len() as u32),
@@ -239,7 +264,7 @@ impl PreparedCuda {
         let control = task.control;
         let (width, height) = task.size;
         let mut room = scene.take_room(device, largest_band(width, height)).map_err(fail)?;
-        let parameters = &scene.at(device, control.frame).map_err(fail)?;
+        let parameters = &scene.at(device, control.frame, task.shaped.as_ref())?;
         let (block_size, samples) = (self.block_size, task.samples.clone());
         let sharing = sharing(samples.len() as u32);
         let rays_per_pixel = self.rays_per_sample * samples.len() as f64;

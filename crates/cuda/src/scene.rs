@@ -6,11 +6,12 @@ use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
 use crate::structure::{Structure, add_structure};
 use crate::top_level::{Taken, TopLevel};
+use crate::traversal::Traversal;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
 use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneView, SceneVisitor};
-use eosphor_render::BackendError;
-use eosphor_scene::FrameState;
+use eosphor_render::{BackendError, ShapedScene};
+use eosphor_scene::{FrameState, SceneData};
 use std::sync::{Mutex, PoisonError};
 
 /// A scene on a device: its arrays, and the kernel that renders it.
@@ -74,18 +75,25 @@ impl DeviceScene {
         self.rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
     }
 
-    /// What a kernel takes for a frame before the launch.
+    /// What a kernel takes for a frame before the launch. `shaped` has what is the frame's own where vertices of meshes are
+    /// elsewhere.
     pub(crate) fn at(
         &self,
         device: &Device,
         state: Option<&FrameState>,
-    ) -> Result<FrameParameters<'_>, DriverError> {
+        shaped: Option<&ShapedFrame<'_>>,
+    ) -> Result<FrameParameters<'_>, BackendError> {
+        let fail = |error| device.failure("rendering", error);
         let (mut values, mut counts) = (self.parameters.clone(), self.counts);
         // Without `..`, so that a new field does not compile before frames have their own of it.
-        let Some(FrameState { camera, lights, light_nodes, light_places, settings, places }) = state else {
+        let Some(FrameState { camera, lights, light_nodes, light_places, settings, places, shapes: _ }) =
+            state
+        else {
             return Ok(FrameParameters { values, counts, _memory: None, _room: None });
         };
-        let top = places.as_ref().map(|places| self.top_level.build(&places.instances));
+        let places = places.as_ref();
+        let moved = places.filter(|_| shaped.is_none());
+        let top = moved.map(|places| self.top_level.build(&places.instances));
         let mut own = Parameters::default();
         own.array(SceneArray::Camera.label(), std::slice::from_ref(camera));
         own.array(SceneArray::Settings.label(), std::slice::from_ref(settings));
@@ -95,15 +103,54 @@ impl DeviceScene {
         counts.lights = lights.len() as u64;
         counts.light_nodes = light_nodes.len() as u64;
         counts.light_places = light_places.len() as u64;
-        let mut room = None;
-        if let (Some(places), Some(top)) = (places, &top) {
+        if let Some(places) = places {
             own.array(SceneArray::Instances.label(), &places.instances);
-            // The array that trees are in comes first of all.
-            room = self.top_level.add(&mut own, top, &device.stream, values[0])?;
         }
-        let (memory, base) = upload(&device.stream, &own)?;
+        let mut room = None;
+        if let Some(top) = &top {
+            // The array that trees are in comes first of all.
+            room = self.top_level.add(&mut own, top, &device.stream, values[0]).map_err(fail)?;
+        }
+        if let Some(ShapedFrame { structure, view }) = shaped {
+            let primitives = add_structure(&mut own, structure)?;
+            add_packed(&mut own, &primitives);
+            own.array(SceneArray::Geometries.label(), view.geometries);
+            own.array(SceneArray::Triangles.label(), view.triangles);
+            own.array(SceneArray::TriangleShading.label(), view.triangle_shading);
+            own.array(SceneArray::TriangleExtras.label(), view.triangle_extras);
+        }
+        let (memory, base) = upload(&device.stream, &own).map_err(fail)?;
         own.replace(base, &self.names, &mut values);
         Ok(FrameParameters { values, counts, _memory: Some(memory), _room: room })
+    }
+}
+
+/// A scene in a frame in which vertices of meshes are elsewhere, as devices read it.
+///
+/// It is copied to the device for each frame, whole: a scene with such meshes is seldom large beside them.
+pub(crate) struct ShapedFrame<'a> {
+    structure: Structure<'a>,
+    view: SceneView<'a>,
+}
+
+impl<'a> ShapedFrame<'a> {
+    /// `is_counting` says that the kernel counts.
+    ///
+    /// # Errors
+    ///
+    /// As [`Structure::new`].
+    pub(crate) fn new(
+        scene: &'a SceneData,
+        shaped: &'a ShapedScene,
+        traversal: Traversal,
+        is_counting: bool,
+    ) -> Result<ShapedFrame<'a>, BackendError> {
+        let structure = match is_counting {
+            true => Structure::for_counting(&shaped.hierarchy),
+            // The tree over the instances is the frame's own already.
+            false => Structure::new(&shaped.hierarchy, traversal, 0)?,
+        };
+        Ok(ShapedFrame { structure, view: shaped.arrays.view(scene) })
     }
 }
 

@@ -236,6 +236,21 @@ fn frames_of_moving_instances() {
     }
 }
 
+/// Every frame has trees and vertices of its own.
+#[test]
+fn frames_of_moving_vertices() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/reed.glb");
+    let mut scene = common::scene(path, None).unwrap();
+    scene.settings.size = [61, 47];
+    scene.animation = Some(Animation { fps: 4.0, ..Animation::of_frames(8) });
+    for accel in structures() {
+        assert_frames_identical(&scene, CudaOptions { accel, ..CudaOptions::default() });
+    }
+    for traversal in Traversal::ALL {
+        assert_frames_identical(&scene, CudaOptions { traversal, ..CudaOptions::default() });
+    }
+}
+
 #[test]
 fn one_pixel_and_nothing_in_it() {
     let mut scene = Scene { camera: Some(Default::default()), ..Scene::default() };

@@ -112,21 +112,21 @@ pub use eosphor_render::{
     FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions, HierarchyStatistics,
     MisfitKind, OptionMisfit, PickedRows, PixelFeatures, PreparedRegion, PreparedRows, PreparedScene,
     Progress, Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts, SampleSums,
-    Sampled, Scheduler, SimdLevel, build_hierarchy, check_rows, check_samples,
+    Sampled, Scheduler, ShapedScene, ShapedScenes, SimdLevel, build_hierarchy, check_rows, check_samples,
 };
 #[doc(inline)]
 pub use eosphor_scene::{
     AlphaMode, Animation, BUILTINS, Body, BodyLighting, Builtin, Camera, CameraKey, CameraMotion, CannotSave,
     Channel, Composition, ConfigKey, CourseBody, CourseFloor, CourseInput, CourseLight, CourseLines,
-    CourseOptions, DeviceKind, DeviceSettings, EnvironmentMap, EnvironmentSource, FrameBounds, FrameState,
-    FrameStates, Image, Instance, Interpolation, KeyUse, Law, LeftOut, Lens, Light, LightKey, LightMotion,
-    LightSelection, LightUnits, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind,
+    CourseOptions, Deformation, DeviceKind, DeviceSettings, EnvironmentMap, EnvironmentSource, FrameBounds,
+    FrameState, FrameStates, Image, Instance, Interpolation, KeyUse, Law, LeftOut, Lens, Light, LightKey,
+    LightMotion, LightSelection, LightUnits, LoadOptions, LoadedScene, MAX_FRAMES, Material, MaterialKind,
     MaterialTextures, Mesh, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr,
     PixelSampling, Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData,
-    SceneError, SceneRequests, Sky, Snippet, Solid, Sphere, Structure, SunPosition, TexelLayout, Texels,
-    Texture, TextureChannel, TextureContent, ToneCurve, Transfer, Transform, TreeBuilder, Triangle,
-    UnknownPreset, UnknownSolid, View, Warning, config_keys, load, load_image, near_name, scene_over_base,
-    scene_reference, scene_requests, scene_schema, sun_position,
+    SceneError, SceneRequests, ShapedArrays, Shapes, Sky, Snippet, Solid, Sphere, Structure, SunPosition,
+    TexelLayout, Texels, Texture, TextureChannel, TextureContent, ToneCurve, Transfer, Transform,
+    TreeBuilder, Triangle, UnknownPreset, UnknownSolid, View, Warning, config_keys, load, load_image,
+    near_name, scene_over_base, scene_reference, scene_requests, scene_schema, sun_position,
 };
 
 /// Rendering animations to numbered files: names, the account of the frames, sharing them among processes.

@@ -11,6 +11,7 @@ mod picked_rows;
 mod ray_sets;
 mod sample_sums;
 mod scene_hierarchy;
+mod shaped_scenes;
 mod statistics;
 
 pub use backend::{
@@ -30,4 +31,5 @@ pub use picked_rows::{PickedRows, PreparedRows};
 pub use ray_sets::RaySets;
 pub use sample_sums::SampleSums;
 pub use scene_hierarchy::{build_hierarchy, check_scene, geometry_of};
+pub use shaped_scenes::{ShapedScene, ShapedScenes};
 pub use statistics::{QueryTimes, RayStatistics};

@@ -34,6 +34,6 @@ pub fn check_scene(scene: &SceneData) -> Result<(), BackendError> {
     scene.check().map_err(|problem| does_not_hold_together(&problem))
 }
 
-fn does_not_hold_together(why: &dyn std::fmt::Display) -> BackendError {
+pub(crate) fn does_not_hold_together(why: &dyn std::fmt::Display) -> BackendError {
     BackendError::Failed(format!("the scene does not hold together: {why}"))
 }

@@ -6,6 +6,7 @@ mod doubles;
 mod features;
 mod identity;
 mod locality;
+mod moving_vertices;
 mod regions;
 mod schedulers;
 mod statistics;

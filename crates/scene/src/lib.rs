@@ -39,7 +39,9 @@ pub use files::{
     course_settings, load, load_from_memory, load_image, near_name, read_data, read_hdr, read_jpeg, read_png,
     read_ppm, scene_over_base, scene_reference, scene_requests, scene_schema,
 };
-pub use flatten::{FrameBounds, FrameState, FrameStates, LeftOut, Note, Places, SceneData, View};
+pub use flatten::{
+    FrameBounds, FrameState, FrameStates, LeftOut, Note, Places, SceneData, ShapedArrays, Shapes, View,
+};
 pub use model::*;
 pub use sky::{SunPosition, sun_position};
 pub use snippet::Snippet;

@@ -5,5 +5,6 @@ mod gltf_files;
 mod obj_awkward;
 mod pg1_config;
 mod ply_files;
+mod posed_files;
 mod real_files;
 mod support;

@@ -27,7 +27,7 @@ pub use options::{BuildOptions, Builder, Quality};
 pub(crate) use pack::{AHEAD, fill_in_parallel, pack, prefetch};
 pub(crate) use policy::Purpose;
 pub use refit::RefitError;
-pub(crate) use refit::{check, union};
+pub(crate) use refit::{check, check_before, union};
 pub(crate) use shape::{Shape, finite_box};
 pub(crate) use tree::Tree;
 
@@ -47,7 +47,9 @@ pub struct Bvh {
     pub(crate) nodes: Vec<BvhNode>,
     /// For each geometry, the number of its root.
     pub(crate) roots: Vec<u32>,
-    /// Root of the tree over the instances but the world.
+    /// For each geometry, how many triangles [`Bvh::primitives`] has before those of the geometry.
+    first_triangles: Vec<u32>,
+    /// Root of the tree over the instances but the world. Its nodes come after those of the geometries.
     pub(crate) instance_root: u32,
     /// Numbers of instances, in the order of its leaves.
     pub(crate) instance_order: Vec<u32>,
@@ -67,20 +69,54 @@ impl Bvh {
         let mut bvh = Bvh {
             nodes: Vec::new(),
             roots: Vec::new(),
+            first_triangles: Vec::new(),
             instance_root: 0,
             instance_order: Vec::new(),
             primitives: PackedPrimitives::without_primitives(scene),
             builder: options.builder,
             build_seconds: 0.0,
         };
-        for geometry in scene.geometries() {
-            bvh.add_geometry(scene, geometry, options);
-        }
-        let tree = instance_tree(scene, options, Purpose::Two);
-        bvh.instance_root = bvh.append(tree.nodes, 0, 0);
-        bvh.instance_order = tree.order.iter().map(|i| i + 1).collect();
+        bvh.add_from(0, scene, options);
         bvh.build_seconds = start.elapsed().as_secs_f64();
         bvh
+    }
+
+    /// Builds the trees of the geometries from number `first` on anew, and that over the instances. The result is what
+    /// [`Bvh::build`] makes of the scene, if the geometries before are as they were.
+    ///
+    /// # Errors
+    /// Where the geometries before have other ranges in the scene; nothing is changed then.
+    pub fn rebuild_from(
+        &mut self,
+        first: usize,
+        scene: &SceneGeometry,
+        options: &BuildOptions,
+    ) -> Result<(), RefitError> {
+        check_before(&self.primitives.geometries, first, scene)?;
+        let start = Instant::now();
+        self.nodes.truncate(*self.roots.get(first).unwrap_or(&self.instance_root) as usize);
+        if let (Some(&triangles), Some(old)) =
+            (self.first_triangles.get(first), self.primitives.geometries.get(first).copied())
+        {
+            self.primitives.triangles.truncate(triangles as usize);
+            self.primitives.truncate_spheres(old.first_sphere as usize);
+        }
+        self.roots.truncate(first);
+        self.first_triangles.truncate(first);
+        self.primitives.take_ranges(scene);
+        self.add_from(first, scene, options);
+        (self.builder, self.build_seconds) = (options.builder, start.elapsed().as_secs_f64());
+        Ok(())
+    }
+
+    /// Appends the trees of the geometries from this number on, and then that over the instances.
+    fn add_from(&mut self, first: usize, scene: &SceneGeometry, options: &BuildOptions) {
+        for geometry in &scene.geometries()[first..] {
+            self.add_geometry(scene, geometry, options);
+        }
+        let tree = instance_tree(scene, options, Purpose::Two);
+        self.instance_root = self.append(tree.nodes, 0, 0);
+        self.instance_order = tree.order.iter().map(|i| i + 1).collect();
     }
 
     /// The arrays of the hierarchy, borrowed, for devices and for tracers of eosphor-core.
@@ -175,6 +211,7 @@ impl Bvh {
         let mut tree = geometry_tree(scene, geometry, options, Purpose::Two);
         let (first_triangle, first_sphere) =
             (self.primitives.triangles.len() as u32, self.primitives.spheres.len() as u32);
+        self.first_triangles.push(first_triangle);
         if geometry.sphere_count > 0 {
             self.take_spheres(scene, geometry, &mut tree);
         }

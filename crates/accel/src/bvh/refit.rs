@@ -84,6 +84,24 @@ pub(crate) fn check(
     Ok(())
 }
 
+/// Whether the geometries before number `first` are those that a hierarchy was built over, but for their vertices.
+pub(crate) fn check_before(
+    geometries: &[Geometry],
+    first: usize,
+    scene: &SceneGeometry,
+) -> Result<(), RefitError> {
+    let new = scene.geometries();
+    if first > geometries.len() || first > new.len() {
+        let (built, scene) = (geometries.len(), new.len());
+        return Err(RefitError::Counts { what: "geometries", built, scene });
+    }
+    let ranges = |g: &Geometry| (g.first_triangle, g.triangle_count, g.first_sphere, g.sphere_count);
+    match (0..first).find(|&k| ranges(&geometries[k]) != ranges(&new[k])) {
+        Some(number) => Err(RefitError::Geometry { number }),
+        None => Ok(()),
+    }
+}
+
 impl Bvh {
     /// Takes new vertices, spheres and transforms for the primitives and instances it was built over: boxes are made
     /// anew from the leaves up, so hits are those of a hierarchy that was built over the new scene. The farther things

@@ -13,7 +13,7 @@ mod view;
 pub use node::{Child, EMPTY, INSTANCE, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 pub use trace::{Bvh8CountingTracer, Bvh8Tracer, MaskedTracer};
 
-use crate::bvh::{Purpose, geometry_tree, instance_tree, room_for};
+use crate::bvh::{Purpose, RefitError, check_before, geometry_tree, instance_tree, room_for};
 use crate::{BuildOptions, Builder, SceneGeometry};
 use collapse::Cut;
 use emit::Contents;
@@ -34,6 +34,8 @@ pub struct Bvh8 {
     sphere_primitives: Vec<u32>,
     /// For each geometry, its root: a node, a leaf or [`EMPTY`].
     roots: Vec<Child>,
+    /// How many nodes, blocks and spheres there are before those of each geometry, and of the tree over the instances.
+    starts: Vec<[usize; 3]>,
     /// For each geometry, how far a first vertex is from 0 (the sum of its coordinates' sizes), together with the lengths of
     /// its two edges: the largest of all triangles.
     farthest: Vec<f32>,
@@ -78,24 +80,74 @@ impl Bvh8 {
             spheres: Vec::with_capacity(scene.spheres().len()),
             sphere_primitives: Vec::with_capacity(scene.spheres().len()),
             roots: Vec::with_capacity(cuts.len()),
+            starts: Vec::with_capacity(cuts.len() + 1),
             farthest: Vec::with_capacity(scene.geometries().len()),
             instance_root: EMPTY,
             geometries: scene.geometries().to_vec(),
             instances: scene.instances().to_vec(),
-            bounds: cuts.iter().map(Cut::bounds).collect(),
+            bounds: Vec::with_capacity(cuts.len()),
             instance_bounds: instance_bounds(scene.instances()),
             named_geometries: scene.named_geometries(),
             builder: options.builder,
             build_seconds: 0.0,
         };
-        for (cut, geometry) in cuts.into_iter().zip(scene.geometries()) {
-            let (root, farthest) = cut.emit(scene, Contents::Primitives(geometry), &mut bvh8);
-            bvh8.roots.push(root);
-            bvh8.farthest.push(farthest);
-        }
-        (bvh8.instance_root, _) = instances.emit(scene, Contents::Instances, &mut bvh8);
+        bvh8.emit(cuts, instances, scene, 0);
         bvh8.build_seconds = start.elapsed().as_secs_f64();
         bvh8
+    }
+
+    /// Builds the trees of the geometries from number `first` on anew, and that over the instances. The result is what
+    /// [`Bvh8::build`] makes of the scene, if the geometries before are as they were.
+    ///
+    /// # Errors
+    /// Where the geometries before have other ranges in the scene; nothing is changed then.
+    pub fn rebuild_from(
+        &mut self,
+        first: usize,
+        scene: &SceneGeometry,
+        options: &BuildOptions,
+    ) -> Result<(), RefitError> {
+        check_before(&self.geometries, first, scene)?;
+        let start = Instant::now();
+        let tail = &scene.geometries()[first..];
+        let cuts: Vec<Cut> = tail.iter().map(|g| Bvh8::cut_geometry(scene, g, options)).collect();
+        let instances = Cut::best(instance_tree(scene, options, Purpose::Eight));
+        let [nodes, blocks, spheres] = self.starts[first];
+        let more = cuts.iter().map(|c| c.wide.len()).sum::<usize>() + instances.wide.len();
+        assert!(nodes + more < LEAF as usize, "more nodes than can be numbered");
+        self.nodes.truncate(nodes);
+        self.blocks.truncate(blocks);
+        self.spheres.truncate(spheres);
+        self.sphere_primitives.truncate(spheres);
+        self.roots.truncate(first);
+        self.starts.truncate(first);
+        self.farthest.truncate(first);
+        self.bounds.truncate(first);
+        self.geometries = scene.geometries().to_vec();
+        self.instances = scene.instances().to_vec();
+        self.instance_bounds = instance_bounds(scene.instances());
+        self.named_geometries = scene.named_geometries();
+        self.emit(cuts, instances, scene, first);
+        (self.builder, self.build_seconds) = (options.builder, start.elapsed().as_secs_f64());
+        Ok(())
+    }
+
+    /// Appends the trees of the geometries from number `first` on, and that over the instances.
+    fn emit(&mut self, cuts: Vec<Cut>, instances: Cut, scene: &SceneGeometry, first: usize) {
+        for (cut, geometry) in cuts.into_iter().zip(&scene.geometries()[first..]) {
+            self.starts.push(self.lengths());
+            self.bounds.push(cut.bounds());
+            let (root, farthest) = cut.emit(scene, Contents::Primitives(geometry), self);
+            self.roots.push(root);
+            self.farthest.push(farthest);
+        }
+        self.starts.push(self.lengths());
+        (self.instance_root, _) = instances.emit(scene, Contents::Instances, self);
+    }
+
+    /// How many nodes, blocks and spheres there are.
+    fn lengths(&self) -> [usize; 3] {
+        [self.nodes.len(), self.blocks.len(), self.spheres.len()]
     }
 
     /// Nodes of all trees.

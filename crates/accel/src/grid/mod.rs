@@ -4,6 +4,7 @@ mod build;
 
 pub use build::GridOptions;
 
+use crate::bvh::{RefitError, check_before};
 use crate::cells::{self, InstanceTree, LeafCounts};
 use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
@@ -40,14 +41,45 @@ impl Grid {
             build_seconds: 0.0,
             instances: InstanceTree::build(scene),
         };
-        for geometry in scene.geometries() {
-            let items = cells::items(&grid.primitives, geometry);
-            grid.roots.push(build::build_grid(&items, options, &mut grid.starts, &mut grid.references));
-        }
-        grid.starts.push(grid.references.len() as u32);
-        cells::order_by_first_use(&mut grid.primitives, &mut grid.references);
+        grid.add_from(0, scene, options);
         grid.build_seconds = start.elapsed().as_secs_f64();
         grid
+    }
+
+    /// Builds the grids of the geometries from number `first` on anew, and the tree over the instances. The result is what
+    /// [`Grid::build`] makes of the scene, if the geometries before are as they were.
+    ///
+    /// # Errors
+    /// Where the geometries before have other ranges in the scene; nothing is changed then.
+    pub fn rebuild_from(
+        &mut self,
+        first: usize,
+        scene: &SceneGeometry,
+        options: &GridOptions,
+    ) -> Result<(), RefitError> {
+        check_before(&self.primitives.geometries, first, scene)?;
+        let start = Instant::now();
+        // The last of the starts is the end of the references.
+        let cells = self.roots.get(first).map_or(self.starts.len() - 1, |root| root.first_cell as usize);
+        self.references.truncate(self.starts[cells] as usize);
+        self.starts.truncate(cells);
+        self.roots.truncate(first);
+        self.primitives.repack_from(first, scene);
+        self.instances = InstanceTree::build(scene);
+        self.add_from(first, scene, options);
+        self.build_seconds = start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Appends the grids of the geometries from this number on, whose primitives are packed.
+    fn add_from(&mut self, first: usize, scene: &SceneGeometry, options: &GridOptions) {
+        let before = self.references.len();
+        for geometry in &scene.geometries()[first..] {
+            let items = cells::items(&self.primitives, geometry);
+            self.roots.push(build::build_grid(&items, options, &mut self.starts, &mut self.references));
+        }
+        self.starts.push(self.references.len() as u32);
+        cells::order_by_first_use(&mut self.primitives, &mut self.references[before..], first);
     }
 
     /// The arrays of the hierarchy, borrowed, for devices and for tracers of eosphor-core.

@@ -5,6 +5,7 @@ mod sah;
 
 pub use build::KdTreeOptions;
 
+use crate::bvh::{RefitError, check_before};
 use crate::cells::{self, InstanceTree, LeafCounts};
 use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
@@ -20,6 +21,8 @@ pub struct KdTree {
     nodes: Vec<KdNode>,
     /// The tree of each geometry, by the geometry's number.
     roots: Vec<KdRoot>,
+    /// For each geometry, how many nodes and references there are before its own.
+    starts: Vec<[usize; 2]>,
     /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     references: Vec<u32>,
     /// Primitives; triangles in the order in which leaves name them first.
@@ -36,23 +39,57 @@ impl KdTree {
         let mut tree = KdTree {
             nodes: Vec::new(),
             roots: Vec::new(),
+            starts: Vec::new(),
             references: Vec::new(),
             primitives: PackedPrimitives::new(scene),
             build_seconds: 0.0,
             instances: InstanceTree::build(scene),
         };
-        for geometry in scene.geometries() {
-            let items = cells::items(&tree.primitives, geometry);
-            if items.is_empty() {
-                tree.roots.push(KdRoot { bounds: Bounds::EMPTY, node: NONE });
-                continue;
-            }
-            tree.roots.push(KdRoot { bounds: cells::bounds_of(&items), node: tree.nodes.len() as u32 });
-            build::build_tree(items, options, &mut tree.nodes, &mut tree.references);
-        }
-        cells::order_by_first_use(&mut tree.primitives, &mut tree.references);
+        tree.add_from(0, scene, options);
         tree.build_seconds = start.elapsed().as_secs_f64();
         tree
+    }
+
+    /// Builds the trees of the geometries from number `first` on anew, and the tree over the instances. The result is what
+    /// [`KdTree::build`] makes of the scene, if the geometries before are as they were.
+    ///
+    /// # Errors
+    /// Where the geometries before have other ranges in the scene; nothing is changed then.
+    pub fn rebuild_from(
+        &mut self,
+        first: usize,
+        scene: &SceneGeometry,
+        options: &KdTreeOptions,
+    ) -> Result<(), RefitError> {
+        check_before(&self.primitives.geometries, first, scene)?;
+        let start = Instant::now();
+        if let Some(&[nodes, references]) = self.starts.get(first) {
+            self.nodes.truncate(nodes);
+            self.references.truncate(references);
+        }
+        self.roots.truncate(first);
+        self.starts.truncate(first);
+        self.primitives.repack_from(first, scene);
+        self.instances = InstanceTree::build(scene);
+        self.add_from(first, scene, options);
+        self.build_seconds = start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Appends the trees of the geometries from this number on, whose primitives are packed.
+    fn add_from(&mut self, first: usize, scene: &SceneGeometry, options: &KdTreeOptions) {
+        let before = self.references.len();
+        for geometry in &scene.geometries()[first..] {
+            self.starts.push([self.nodes.len(), self.references.len()]);
+            let items = cells::items(&self.primitives, geometry);
+            if items.is_empty() {
+                self.roots.push(KdRoot { bounds: Bounds::EMPTY, node: NONE });
+                continue;
+            }
+            self.roots.push(KdRoot { bounds: cells::bounds_of(&items), node: self.nodes.len() as u32 });
+            build::build_tree(items, options, &mut self.nodes, &mut self.references);
+        }
+        cells::order_by_first_use(&mut self.primitives, &mut self.references[before..], first);
     }
 
     /// The arrays of the hierarchy, borrowed, for devices and for tracers of eosphor-core.

@@ -5,6 +5,7 @@ mod overlap;
 
 pub use build::{OctreeOptions, Overlap};
 
+use crate::bvh::{RefitError, check_before};
 use crate::cells::{self, InstanceTree, LeafCounts};
 use crate::cost::{self, TreeCost};
 use crate::{HierarchyStatistics, PackedPrimitives, SceneGeometry};
@@ -22,6 +23,8 @@ pub struct Octree {
     nodes: Vec<OctreeNode>,
     /// The tree of each geometry, by the geometry's number.
     roots: Vec<OctreeRoot>,
+    /// For each geometry, how many nodes and references there are before its own.
+    starts: Vec<[usize; 2]>,
     /// What leaves hold: numbers of triangles, or of spheres with [`eosphor_core::hierarchy::SPHERE_REFERENCE`].
     references: Vec<u32>,
     /// Primitives; triangles in the order in which leaves name them first.
@@ -38,24 +41,58 @@ impl Octree {
         let mut tree = Octree {
             nodes: Vec::new(),
             roots: Vec::new(),
+            starts: Vec::new(),
             references: Vec::new(),
             primitives: PackedPrimitives::new(scene),
             build_seconds: 0.0,
             instances: InstanceTree::build(scene),
         };
-        for geometry in scene.geometries() {
-            let items = cells::items(&tree.primitives, geometry);
-            if items.is_empty() {
-                tree.roots.push(OctreeRoot { bounds: Bounds::EMPTY, node: NONE });
-                continue;
-            }
-            let root = build::Builder::new(&tree.primitives, geometry, items, options)
-                .build(&mut tree.nodes, &mut tree.references);
-            tree.roots.push(root);
-        }
-        cells::order_by_first_use(&mut tree.primitives, &mut tree.references);
+        tree.add_from(0, scene, options);
         tree.build_seconds = start.elapsed().as_secs_f64();
         tree
+    }
+
+    /// Builds the trees of the geometries from number `first` on anew, and the tree over the instances. The result is what
+    /// [`Octree::build`] makes of the scene, if the geometries before are as they were.
+    ///
+    /// # Errors
+    /// Where the geometries before have other ranges in the scene; nothing is changed then.
+    pub fn rebuild_from(
+        &mut self,
+        first: usize,
+        scene: &SceneGeometry,
+        options: &OctreeOptions,
+    ) -> Result<(), RefitError> {
+        check_before(&self.primitives.geometries, first, scene)?;
+        let start = Instant::now();
+        if let Some(&[nodes, references]) = self.starts.get(first) {
+            self.nodes.truncate(nodes);
+            self.references.truncate(references);
+        }
+        self.roots.truncate(first);
+        self.starts.truncate(first);
+        self.primitives.repack_from(first, scene);
+        self.instances = InstanceTree::build(scene);
+        self.add_from(first, scene, options);
+        self.build_seconds = start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Appends the trees of the geometries from this number on, whose primitives are packed.
+    fn add_from(&mut self, first: usize, scene: &SceneGeometry, options: &OctreeOptions) {
+        let before = self.references.len();
+        for geometry in &scene.geometries()[first..] {
+            self.starts.push([self.nodes.len(), self.references.len()]);
+            let items = cells::items(&self.primitives, geometry);
+            if items.is_empty() {
+                self.roots.push(OctreeRoot { bounds: Bounds::EMPTY, node: NONE });
+                continue;
+            }
+            let root = build::Builder::new(&self.primitives, geometry, items, options)
+                .build(&mut self.nodes, &mut self.references);
+            self.roots.push(root);
+        }
+        cells::order_by_first_use(&mut self.primitives, &mut self.references[before..], first);
     }
 
     /// The arrays of the hierarchy, borrowed, for devices and for tracers of eosphor-core.

@@ -6,7 +6,7 @@ pub use options::{HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, S
 
 use crate::{
     BatchTracer, Bvh, Bvh8, Exhaustive, GeometryError, Grid, GridOptions, HierarchyStatistics, KdTree,
-    Octree, OctreeOptions, OneByOne, SceneGeometry, SimdLevel,
+    Octree, OctreeOptions, OneByOne, RefitError, SceneGeometry, SimdLevel,
 };
 use eosphor_core::geometry::Instance;
 use eosphor_core::hierarchy::{IgnoreWork, InstanceTreeView, Tracer, Work};
@@ -32,13 +32,14 @@ pub trait UseBatchTracer {
 }
 
 /// The table of structures: everything that is said of each is said here. A line gives its documentation, its name in
-/// [`Accel`], on the command line and in [`Hierarchy`], its type, how it is built, the scalar tracer that counts, and the
-/// tracer that is fast, and the binary tree over its instances where it has one.
+/// [`Accel`], on the command line and in [`Hierarchy`], its type, how it is built, and from a geometry on,
+/// the scalar tracer that counts, and the tracer that is fast, and the binary tree over its instances where it has one.
 macro_rules! structures {
     ($(
         $(#[$doc:meta])*
         $accel:ident, $name:literal, $hierarchy:ident($structure:ty),
         build: |$scene:ident, $options:ident| $build:expr,
+        rebuild: |$r:ident, $first:ident, $r_scene:ident, $r_options:ident| $rebuild:expr,
         scalar: |$s:ident, $s_top:ident, $work:ident| $scalar:expr,
         batches: |$b:ident, $b_top:ident, $simd:ident| $batches:expr,
         instances: |$i:ident| $instances:expr;
@@ -91,6 +92,26 @@ macro_rules! structures {
             pub fn build_top(accel: Accel, instances: &[Instance]) -> Result<Hierarchy, GeometryError> {
                 let instances = SceneGeometry::of_instances(instances)?;
                 Ok(Hierarchy::build(accel, &HierarchyOptions::default(), &instances))
+            }
+
+            /// Builds what is over the geometries from number `first` on anew, and what is over the instances. The result is
+            /// what [`Hierarchy::build`] makes of the scene, if the geometries before are as they were. It is what has to be
+            /// done for a frame in which the last geometries have other shapes.
+            ///
+            /// # Errors
+            /// Where the geometries before have other ranges in the scene; nothing is changed then.
+            pub fn rebuild_from(
+                &mut self,
+                first: usize,
+                scene: &SceneGeometry,
+                options: &HierarchyOptions,
+            ) -> Result<(), RefitError> {
+                match self {
+                    $(Hierarchy::$hierarchy($r) => {
+                        let ($first, $r_scene, $r_options) = (first, scene, options);
+                        $rebuild
+                    })*
+                }
             }
 
             /// Which structure it is.
@@ -155,6 +176,7 @@ structures! {
     /// Every ray tests every primitive.
     None, "none", Exhaustive(Exhaustive),
     build: |scene, _options| Exhaustive::new(scene),
+    rebuild: |s, first, scene, _options| s.rebuild_from(first, scene),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |_s| None;
@@ -162,6 +184,7 @@ structures! {
     /// Bounding volume hierarchy with two children a node.
     Bvh, "bvh", Bvh(Bvh),
     build: |scene, options| Bvh::build(scene, &options.bvh()),
+    rebuild: |s, first, scene, options| s.rebuild_from(first, scene, &options.bvh()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |s| Some(s.instance_tree());
@@ -169,6 +192,7 @@ structures! {
     /// Bounding volume hierarchy with eight children a node and SIMD traversals: the fastest on the CPU.
     Bvh8, "bvh8", Bvh8(Bvh8),
     build: |scene, options| Bvh8::build(scene, &options.bvh()),
+    rebuild: |s, first, scene, options| s.rebuild_from(first, scene, &options.bvh()),
     scalar: |s, top, work| s.counting_tracer(work).with_instances_of(top),
     batches: |s, top, simd| s.tracer_at(simd).unwrap_or_else(|| s.tracer()).with_instances_of(top),
     instances: |_s| None;
@@ -176,6 +200,7 @@ structures! {
     /// Octree, whose traversal visits all octants that a ray meets, as PG1's does.
     Octree, "octree", Octree(Octree),
     build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::default())),
+    rebuild: |s, first, scene, options| s.rebuild_from(first, scene, &options.octree(OctreeOptions::default())),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |s| Some(s.instance_tree());
@@ -183,6 +208,7 @@ structures! {
     /// Octree of smaller leaves, whose traversal visits octants in the order of the ray (Revelles et al. 2000).
     OctreeParametric, "octree-parametric", OctreeParametric(Octree),
     build: |scene, options| Octree::build(scene, &options.octree(OctreeOptions::parametric())),
+    rebuild: |s, first, scene, options| s.rebuild_from(first, scene, &options.octree(OctreeOptions::parametric())),
     scalar: |s, top, work| s.parametric_tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.parametric_tracer_with_instances_of(top, IgnoreWork)),
     instances: |s| Some(s.instance_tree());
@@ -190,6 +216,7 @@ structures! {
     /// Uniform grid.
     Grid, "grid", Grid(Grid),
     build: |scene, _options| Grid::build(scene, &GridOptions::default()),
+    rebuild: |s, first, scene, _options| s.rebuild_from(first, scene, &GridOptions::default()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |s| Some(s.instance_tree());
@@ -197,6 +224,7 @@ structures! {
     /// kd-tree, built by the surface area heuristic.
     KdTree, "kdtree", KdTree(KdTree),
     build: |scene, options| KdTree::build(scene, &options.kdtree()),
+    rebuild: |s, first, scene, options| s.rebuild_from(first, scene, &options.kdtree()),
     scalar: |s, top, work| s.tracer_with_instances_of(top, work),
     batches: |s, top, _simd| OneByOne(s.tracer_with_instances_of(top, IgnoreWork)),
     instances: |s| Some(s.instance_tree());

@@ -166,6 +166,16 @@ mod tests {
         let read: Unit = decode(&encode(&unit).unwrap()).unwrap();
         assert_eq!((read.rows, read.samples), (3..9, Some(2..5)));
         assert_eq!((read.count_work, read.frame), (true, state));
+        // Where vertices move, frames have more of their own.
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/reed.glb");
+        let scene = load(path, &LoadOptions::default()).unwrap().scene;
+        let (data, _) = SceneData::flatten(&scene).unwrap();
+        let Ok(Order::Prepare(read)) = Order::from_bytes(&Order::prepare(&data).unwrap()) else { panic!() };
+        assert_eq!(read.deforming_geometries, 2);
+        let state = FrameStates::new(&scene, &data).at(7).unwrap();
+        let unit = Unit { rows: 0..1, samples: None, count_work: false, frame: Some(state.clone()) };
+        let read: Unit = decode(&encode(&unit).unwrap()).unwrap();
+        assert!(state.shapes.is_some() && read.frame == Some(state));
         for order in [Order::Work, Order::Wait, Order::Leave] {
             let bytes = order.to_bytes();
             assert_eq!(Order::from_bytes(&bytes).unwrap().to_bytes(), bytes);

@@ -147,7 +147,12 @@ impl<'a> FlatSequence<'a> {
         let [width, height] = scene.settings.size;
         let animation = match made_from {
             Some(MadeFrom { motion, .. }) => FramesIdentity::hash(motion),
-            None => FramesIdentity::hash(&format!("{:?} {:?}", scene.animation, motions(scene))),
+            None => {
+                let shapes: Vec<u64> = scene.placed_deformations().map(|d| d.fingerprint()).collect();
+                // Frames of scenes without any keep the identity that they had.
+                let shapes = if shapes.is_empty() { String::new() } else { format!(" {shapes:?}") };
+                FramesIdentity::hash(&format!("{:?} {:?}{shapes}", scene.animation, motions(scene)))
+            }
         };
         FramesIdentity {
             scene: scene_hash(&self.data, &self.options.develop),

@@ -5,9 +5,9 @@
 use super::super::{BackendError, check_rows};
 use super::queries::{AnyTracer, Queries, with_counting};
 use super::tile::{Tile, Tiling};
-use super::{SimdLevel, Watch, top_of};
+use super::{CpuFrame, SimdLevel, Watch};
 use crate::backend::check_region;
-use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics, Region};
+use crate::{CameraWork, FeatureRows, Hierarchy, HierarchyStatistics, Region, ShapedScenes};
 use eosphor_core::integrator::{PixelFeatures, pixel_features};
 use eosphor_core::view::SceneView;
 use eosphor_scene::{FrameState, SceneData};
@@ -21,6 +21,7 @@ use std::sync::{Arc, Mutex};
 pub struct FeaturePass {
     pub(super) scene: Arc<SceneData>,
     pub(super) hierarchy: Arc<Hierarchy>,
+    pub(super) shaped: Arc<ShapedScenes>,
     pub(super) simd: SimdLevel,
     pub(super) tile: Option<u32>,
     pub(super) pool: Arc<rayon::ThreadPool>,
@@ -66,16 +67,14 @@ impl FeaturePass {
         let region = self.region_of(state);
         check_rows(&rows, region.height)?;
         let region = region.rows(&rows);
-        let view = self.scene.view_at(state);
-        let top = top_of(&self.hierarchy, state, &self.pool);
-        let top = top.as_ref().unwrap_or(&self.hierarchy);
+        let frame = CpuFrame::new((&self.scene, &self.hierarchy), &self.shaped, state, &self.pool)?;
+        let (view, hierarchies) = (frame.view(), frame.hierarchies());
         let tiling = Tiling::for_threads(region, self.tile, self.pool.current_num_threads());
         let features = Mutex::new(FeatureRows::new(region.width, region.height));
         self.pool.install(|| {
             (0..tiling.len()).into_par_iter().with_max_len(1).for_each(|number| {
                 let tile = tiling.tile(number);
-                let Some((pixels, work)) = trace(&view, (&self.hierarchy, top), tile, cancel, self.simd)
-                else {
+                let Some((pixels, work)) = trace(&view, hierarchies, tile, cancel, self.simd) else {
                     return;
                 };
                 let mut features = features.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

@@ -22,13 +22,16 @@ use super::{
     check_samples,
 };
 use crate::backend::check_region;
-use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, Region, SampleSums};
+use crate::{
+    Film, Hierarchy, HierarchyStatistics, RayStatistics, Region, SampleSums, ShapedScene, ShapedScenes,
+};
 use crate::{build_hierarchy, check_scene};
 use batched::Workspace;
 use dispatch::TileJob;
 use eosphor_core::integrator::pixel_color;
 use eosphor_core::sums::ExactSum;
-use eosphor_scene::{FrameState, SceneData};
+use eosphor_core::view::SceneView;
+use eosphor_scene::{FrameState, Places, SceneData};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -92,7 +95,13 @@ impl CpuBackend {
             None => Arc::new(self.build(&scene)?),
         };
         let (simd, tile, pool) = (self.simd, self.options.tile, Arc::clone(&self.pool));
-        Ok(FeaturePass { scene, hierarchy, simd, tile, pool, region: None })
+        let shaped = self.shaped_scenes(&scene, &hierarchy);
+        Ok(FeaturePass { scene, hierarchy, shaped, simd, tile, pool, region: None })
+    }
+
+    fn shaped_scenes(&self, scene: &Arc<SceneData>, hierarchy: &Arc<Hierarchy>) -> Arc<ShapedScenes> {
+        let options = self.options.hierarchy;
+        Arc::new(ShapedScenes::new(Arc::clone(scene), Arc::clone(hierarchy), options))
     }
 
     fn build(&self, scene: &SceneData) -> Result<Hierarchy, BackendError> {
@@ -108,10 +117,11 @@ impl Backend for CpuBackend {
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
-        let hierarchy = self.build(&scene)?;
+        let hierarchy = Arc::new(self.build(&scene)?);
         let prepared = PreparedCpu {
+            shaped: self.shaped_scenes(&scene, &hierarchy),
             scene,
-            hierarchy: Arc::new(hierarchy),
+            hierarchy,
             simd: self.simd,
             tile: self.options.tile,
             scheduler: self.options.scheduler,
@@ -121,17 +131,48 @@ impl Backend for CpuBackend {
     }
 }
 
-/// The tree over the instances of a frame, where they are elsewhere than in the prepared scene.
-fn top_of(hierarchy: &Hierarchy, state: Option<&FrameState>, pool: &rayon::ThreadPool) -> Option<Hierarchy> {
-    let places = state?.places.as_ref()?;
-    // It is built again for each frame, and most have few instances.
-    let build = || Hierarchy::build_top(hierarchy.accel(), &places.instances);
-    Some(pool.install(build).expect("a frame's instances are in range"))
+/// A scene and the hierarchies over it, in a frame.
+struct CpuFrame<'a> {
+    scene: &'a SceneData,
+    state: Option<&'a FrameState>,
+    hierarchy: &'a Hierarchy,
+    /// Where vertices of meshes are elsewhere than in the prepared scene.
+    shaped: Option<Arc<ShapedScene>>,
+    /// The tree over the instances, where these alone are elsewhere.
+    top: Option<Hierarchy>,
+}
+
+impl<'a> CpuFrame<'a> {
+    fn new(
+        (scene, hierarchy): (&'a SceneData, &'a Hierarchy),
+        shaped: &ShapedScenes,
+        state: Option<&'a FrameState>,
+        pool: &rayon::ThreadPool,
+    ) -> Result<CpuFrame<'a>, BackendError> {
+        let shaped = pool.install(|| shaped.of_frame(state))?;
+        let places = state.and_then(|state| state.places.as_ref()).filter(|_| shaped.is_none());
+        // It is built again for each frame, and most have few instances.
+        let build = |places: &Places| Hierarchy::build_top(hierarchy.accel(), &places.instances);
+        let top =
+            places.map(|places| pool.install(|| build(places)).expect("a frame's instances are in range"));
+        Ok(CpuFrame { scene, state, hierarchy, shaped, top })
+    }
+
+    fn view(&self) -> SceneView<'_> {
+        self.scene.view_at(self.state, self.shaped.as_ref().map(|shaped| &shaped.arrays))
+    }
+
+    /// The one with the geometries, and the one with the instances.
+    fn hierarchies(&self) -> (&Hierarchy, &Hierarchy) {
+        let hierarchy = self.shaped.as_ref().map_or(self.hierarchy, |shaped| &shaped.hierarchy);
+        (hierarchy, self.top.as_ref().unwrap_or(hierarchy))
+    }
 }
 
 struct PreparedCpu {
     scene: Arc<SceneData>,
     hierarchy: Arc<Hierarchy>,
+    shaped: Arc<ShapedScenes>,
     simd: SimdLevel,
     tile: Option<u32>,
     scheduler: Scheduler,
@@ -166,9 +207,10 @@ impl PreparedScene for PreparedCpu {
         let region = Region::whole((width, height)).rows(&rows);
         let film = Mutex::new(Film::new(width, region.height));
         let samples = 0..control.samples_of(self);
-        let view = self.scene.view_at(control.frame);
+        let frame = self.frame(control)?;
+        let view = frame.view();
         let color = |sum: &ExactSum| pixel_color(&view, sum);
-        let (complete, statistics) = self.trace_tiles(region, samples, control, &|tile, sums| {
+        let (complete, statistics) = self.trace_tiles(&frame, region, samples, control, &|tile, sums| {
             // A tile is done or not: nothing panics between here and the end.
             let mut film = film.lock().unwrap_or_else(PoisonError::into_inner);
             tile.put_to(sums, &mut film.pixels, &region, color);
@@ -197,7 +239,8 @@ impl PreparedScene for PreparedCpu {
         check_region(region, control.size_of(self))?;
         check_samples(&samples, control.samples_of(self))?;
         let sums = Mutex::new(SampleSums::new(region.width, region.height));
-        let (complete, statistics) = self.trace_tiles(*region, samples, control, &|tile, of_tile| {
+        let frame = self.frame(control)?;
+        let (complete, statistics) = self.trace_tiles(&frame, *region, samples, control, &|tile, of_tile| {
             let mut sums = sums.lock().unwrap_or_else(PoisonError::into_inner);
             tile.copy_to(of_tile, &mut sums.sums, region);
         });
@@ -207,17 +250,20 @@ impl PreparedScene for PreparedCpu {
 }
 
 impl PreparedCpu {
+    fn frame<'a>(&'a self, control: &RenderControl<'a>) -> Result<CpuFrame<'a>, BackendError> {
+        CpuFrame::new((&self.scene, &self.hierarchy), &self.shaped, control.frame, &self.pool)
+    }
+
     /// Takes samples of a region, tile by tile. `store` is told the sums of each tile, row after row. Whether all tiles were done.
     fn trace_tiles(
         &self,
+        frame: &CpuFrame<'_>,
         region: Region,
         samples: Range<u32>,
         control: &RenderControl,
         store: &(dyn Fn(Tile, &[ExactSum]) + Sync),
     ) -> (bool, RayStatistics) {
-        let view = self.scene.view_at(control.frame);
-        let top = top_of(&self.hierarchy, control.frame, &self.pool);
-        let hierarchies = (&*self.hierarchy, top.as_ref().unwrap_or(&self.hierarchy));
+        let (view, hierarchies) = (frame.view(), frame.hierarchies());
         let pixels_total = region.pixels();
         let tiling = Tiling::for_threads(region, self.tile, self.pool.current_num_threads());
         let all = Mutex::new(RayStatistics::default());

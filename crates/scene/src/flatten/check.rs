@@ -31,6 +31,13 @@ impl SceneData {
         if self.instances.first().is_none_or(|world| world.geometry != 0) {
             return wrong("scene data: instances", "index 0 must be the world");
         }
+        // The world is not among them.
+        if self.deforming_geometries as usize >= self.geometries.len() {
+            return wrong(
+                "scene data: deforming geometries",
+                "there are more of them than geometries but the world",
+            );
+        }
         if self.textures.iter().any(|t| t.width == 0 || t.height == 0 || !(1..=4).contains(&t.channels)) {
             return wrong("scene data: textures", "one has no texels, or not 1 to 4 channels");
         }

@@ -1,7 +1,8 @@
-//! What differs from frame to frame: the camera and what follows from it, lights, and where instances are. No triangle is
-//! touched for it.
+//! What differs from frame to frame: the camera and what follows from it, lights, where instances are, and shapes of meshes whose
+//! vertices move. No other triangle is touched for it.
 
 use super::lights::{Emitters, LightArrays};
+use super::shapes::{ShapedArrays, Shapes};
 use super::{SceneData, camera, lights, places, settings};
 use crate::error::SceneError;
 use crate::model::{Camera as ModelCamera, RenderSettings, Scene};
@@ -29,6 +30,8 @@ pub struct FrameState {
     pub settings: Settings,
     /// Where instances are; `None` where they stand still.
     pub places: Option<Places>,
+    /// Shapes of the meshes whose vertices move; `None` where there are none.
+    pub shapes: Option<Shapes>,
 }
 
 /// Where instances are in a frame.
@@ -116,9 +119,17 @@ impl<'a> FrameStates<'a> {
         camera: Option<&ModelCamera>,
         settings: &RenderSettings,
     ) -> Result<FrameState, SceneError> {
-        let places = self.data.instances_move.then(|| self.places(frame)).transpose()?;
+        let deforms = self.data.deforming_geometries > 0;
+        let (shapes, shaped_bounds) =
+            deforms.then(|| Shapes::of_frame(self.scene, self.data, frame)).transpose()?.unzip();
+        let mut bounds = Cow::Borrowed(&self.bounds.bounds);
+        if let Some(own) = shaped_bounds {
+            let first = bounds.len() - own.len();
+            bounds.to_mut()[first..].copy_from_slice(&own);
+        }
+        let places = self.data.instances_move.then(|| self.places(frame, &bounds)).transpose()?;
         let world = match &places {
-            Some(places) => places::world_bounds(&self.bounds.bounds, &places.instances),
+            Some(places) => places::world_bounds(&bounds, &places.instances),
             None => self.bounds.world,
         };
         let [width, height] = settings.size;
@@ -128,9 +139,10 @@ impl<'a> FrameStates<'a> {
         };
         let LightArrays { lights, tree } = match self.bounds.has_headlight {
             true => {
-                LightArrays::new(vec![camera::headlight(&camera)], Vec::new(), settings, (self.data, false))
+                let own = vec![camera::headlight(&camera)];
+                LightArrays::new(own, Vec::new(), settings, &self.data.view(), None)
             }
-            false => self.lights(frame, places.as_ref(), settings),
+            false => self.lights(frame, (places.as_ref(), shapes.as_ref()), settings),
         };
         let is_dark = settings::surroundings(settings).is_some();
         let mut settings = settings::build(settings, &camera, &world);
@@ -142,31 +154,46 @@ impl<'a> FrameStates<'a> {
             }
         }
         let (light_nodes, light_places) = (tree.nodes, tree.places);
-        Ok(FrameState { camera, lights, light_nodes, light_places, settings, places })
+        Ok(FrameState { camera, lights, light_nodes, light_places, settings, places, shapes })
     }
 
-    fn lights(&self, frame: u32, places: Option<&Places>, settings: &RenderSettings) -> LightArrays {
+    fn lights(
+        &self,
+        frame: u32,
+        (places, shapes): (Option<&Places>, Option<&Shapes>),
+        settings: &RenderSettings,
+    ) -> LightArrays {
+        let data = self.data;
         let own = lights::explicit(self.scene, frame);
+        // Whole arrays are made for lamps whose vertices move, and for these alone.
+        let first = data.first_deforming();
+        let shines = |emitters: &&Emitters| shapes.is_some() && emitters.shine_from(first, &data.view());
+        let lamps = self.bounds.emitters.as_ref().filter(shines);
+        let shaped = shapes.filter(|_| lamps.is_some()).map(|shapes| ShapedArrays::of_frame(data, shapes));
+        let view = shaped.as_ref().map_or_else(|| data.view(), |arrays| arrays.view(data));
         let shining = match (&self.bounds.emitters, places) {
-            (Some(emitters), Some(Places { instances, .. })) => {
-                emitters.lights(&self.scene.settings, self.data, instances)
+            (Some(emitters), Some(Places { instances })) => {
+                emitters.lights(&self.scene.settings, &view, instances)
             }
-            _ => self.data.lights[own.len()..].to_vec(),
+            _ => data.lights[own.len()..].to_vec(),
         };
         let way = |s: &RenderSettings| (s.integrator, s.lights);
         let is_alike = way(settings) == way(&self.scene.settings);
-        LightArrays::new(own, shining, settings, (self.data, is_alike))
+        LightArrays::new(own, shining, settings, &view, is_alike.then_some(data))
     }
 
-    fn places(&self, frame: u32) -> Result<Places, SceneError> {
+    /// `bounds` has those of each geometry in this frame.
+    fn places(&self, frame: u32, bounds: &[Bounds]) -> Result<Places, SceneError> {
+        let first_deforming = self.data.first_deforming();
         let mut instances = self.data.instances.clone();
         for instance in instances.iter_mut().skip(1) {
             // An instance is an object, which has the number that it has in the scene.
             let number = instance.object as usize;
-            if self.scene.instances[number].moves.is_empty() {
+            let geometry = instance.geometry as usize;
+            if self.scene.instances[number].moves.is_empty() && geometry < first_deforming {
                 continue;
             }
-            let bounds = &self.bounds.bounds[instance.geometry as usize];
+            let bounds = &bounds[geometry];
             let (map, inverse) = places::maps_of_geometry(self.scene, number, frame, bounds)?;
             (instance.world_from_object, instance.object_from_world) = (map, inverse);
             instance.world_bounds = bounds.placed(&map, &inverse);
@@ -176,12 +203,19 @@ impl<'a> FrameStates<'a> {
 }
 
 impl SceneData {
-    /// The arrays that shading a frame reads, borrowed; without a state those of the scene as it was flattened.
-    pub fn view_at<'a>(&'a self, state: Option<&'a FrameState>) -> SceneView<'a> {
-        let view = self.view();
-        let Some(FrameState { camera, lights, light_nodes, light_places, settings, places }) = state else {
+    /// The arrays that shading a frame reads, borrowed; without a state those of the scene as it was flattened. `shaped` has the
+    /// arrays of the frame's shapes, where it has some ([`ShapedArrays::take`]).
+    pub fn view_at<'a>(
+        &'a self,
+        state: Option<&'a FrameState>,
+        shaped: Option<&'a ShapedArrays>,
+    ) -> SceneView<'a> {
+        let view = shaped.map_or_else(|| self.view(), |arrays| arrays.view(self));
+        let Some(FrameState { camera, lights, light_nodes, light_places, settings, places, shapes }) = state
+        else {
             return view;
         };
+        debug_assert_eq!(shapes.is_some(), shaped.is_some(), "arrays go with shapes");
         let view = SceneView { camera, lights, light_nodes, light_places, settings, ..view };
         match places {
             Some(Places { instances }) => SceneView { instances, ..view },
@@ -200,7 +234,7 @@ mod tests {
 
     fn state_of(data: SceneData, places: Option<Places>) -> FrameState {
         let SceneData { camera, lights, light_nodes, light_places, settings, .. } = data;
-        FrameState { camera, lights, light_nodes, light_places, settings, places }
+        FrameState { camera, lights, light_nodes, light_places, settings, places, shapes: None }
     }
 
     /// A frame's state is what flattening the scene with the frame's camera makes.

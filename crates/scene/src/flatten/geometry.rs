@@ -4,7 +4,8 @@ use super::normals;
 use super::places::{self, Maps};
 use crate::error::{Problem, SceneError};
 use crate::model::{
-    Instance as ModelInstance, MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Scene, Triangle,
+    Instance as ModelInstance, MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Poses, Scene,
+    Triangle,
 };
 use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
 use eosphor_core::material::NONE;
@@ -45,9 +46,11 @@ pub(super) struct Flat {
     pub(super) geometries: Vec<Geometry>,
     pub(super) instances: Vec<Instance>,
     /// Number of the object that the first sphere is.
-    first_sphere_object: u32,
+    pub(super) first_sphere_object: u32,
     /// Bounds of each geometry, not padded.
     pub(super) bounds: Vec<Bounds>,
+    /// How many geometries, the last ones, are of meshes whose vertices move.
+    pub(super) deforming: u32,
 }
 
 impl Flat {
@@ -99,8 +102,8 @@ impl Flat {
         let positions: Vec<Vec3> = mesh.positions.iter().map(|&p| map.point(p)).collect();
         if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_component() > MAX_COORDINATE)
         {
-            let message =
-                format!("its transform takes a vertex to ({}, {}, {}), out of range", p.x, p.y, p.z);
+            let by = if mesh.deformation.is_some() { "skin or morph target" } else { "transform" };
+            let message = format!("its {by} takes a vertex to ({}, {}, {}), out of range", p.x, p.y, p.z);
             return Err(Problem::new(format!("mesh \"{}\"", mesh.name), message).into());
         }
         let settings = &scene.settings;
@@ -140,6 +143,19 @@ impl Flat {
         Ok(())
     }
 
+    /// Adds geometries of the meshes whose vertices move, as they are in a frame, in the order of their numbers.
+    pub(super) fn deforming_meshes(&mut self, scene: &Scene, frame: u32) -> Result<(), SceneError> {
+        let mut poses = Poses::at(scene.seconds(frame));
+        for mesh in deforming(scene).map(|number| &scene.meshes[number as usize]) {
+            let (triangle, sphere) = (self.triangles.len(), self.spheres.len());
+            let posed = mesh.posed(&mut poses);
+            self.mesh(scene, posed.as_ref().unwrap_or(mesh), &IDENTITY, Part::WORLD)?;
+            self.close_geometry(triangle, sphere)?;
+            self.deforming += 1;
+        }
+        Ok(())
+    }
+
     /// Two triangles that share the diagonal.
     fn parallelogram(&mut self, p: &Parallelogram, object: u32) {
         let (a, b, d) = (p.corner, p.corner + p.edge_u, p.corner + p.edge_v);
@@ -157,6 +173,14 @@ impl Flat {
     }
 }
 
+/// The numbers of the placed meshes whose vertices move, in order.
+fn deforming(scene: &Scene) -> impl Iterator<Item = u32> {
+    let mut is_placed = vec![false; scene.meshes.len()];
+    scene.instances.iter().for_each(|instance| is_placed[instance.mesh as usize] = true);
+    let moves = |number: &u32| scene.meshes[*number as usize].deformation.is_some();
+    (0..scene.meshes.len() as u32).filter(move |number| is_placed[*number as usize]).filter(moves)
+}
+
 /// Bakes and places everything.
 pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     let mut placements = vec![0u32; scene.meshes.len()];
@@ -169,7 +193,8 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     }
     let own_geometry = |mesh: u32| {
         let mesh = mesh as usize;
-        moves[mesh] || placements[mesh] > 1 && scene.meshes[mesh].triangles.len() > BAKE_AT_MOST
+        let deforms = scene.meshes[mesh].deformation.is_some();
+        deforms || moves[mesh] || placements[mesh] > 1 && scene.meshes[mesh].triangles.len() > BAKE_AT_MOST
     };
     let mut flat = Flat::default();
 
@@ -193,16 +218,20 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     flat.close_geometry(0, 0)?;
     flat.place(0, IDENTITY, Part::WORLD);
 
-    // Meshes with a geometry of their own.
+    // Meshes with a geometry of their own; those that frames change come last.
     let mut geometry_of_mesh = vec![0u32; scene.meshes.len()];
     for (number, mesh) in scene.meshes.iter().enumerate() {
-        if own_geometry(number as u32) {
+        if own_geometry(number as u32) && mesh.deformation.is_none() {
             geometry_of_mesh[number] = flat.geometries.len() as u32;
             let (triangle, sphere) = (flat.triangles.len(), flat.spheres.len());
             flat.mesh(scene, mesh, &IDENTITY, Part::WORLD)?;
             flat.close_geometry(triangle, sphere)?;
         }
     }
+    for (geometry, number) in (flat.geometries.len() as u32..).zip(deforming(scene)) {
+        geometry_of_mesh[number as usize] = geometry;
+    }
+    flat.deforming_meshes(scene, 0)?;
     for (number, instance) in scene.instances.iter().enumerate() {
         if own_geometry(instance.mesh) {
             let geometry = geometry_of_mesh[instance.mesh as usize];

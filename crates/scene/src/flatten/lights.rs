@@ -12,6 +12,7 @@ use eosphor_core::math::{Vec3, elementary64, vec3};
 use eosphor_core::sampling::{point_2d, triangle_point};
 use eosphor_core::settings::Integrator;
 use eosphor_core::shading::emission_texel;
+use eosphor_core::view::SceneView;
 
 /// More emissive triangles than so many get a note.
 const MAX_LIGHTS_WITHOUT_NOTE: u32 = 256;
@@ -94,13 +95,14 @@ pub(super) struct LightArrays {
 }
 
 impl LightArrays {
-    /// Of the scene's own lights and those that shine by themselves, each of which has got one sample. `data` has the scene's
-    /// arrays; where the tree in it is of such settings (`is_alike`), it is taken if the lights are the same.
+    /// Of the scene's own lights and those that shine by themselves, each of which has got one sample. `view` has the arrays of
+    /// the frame; `alike` is a scene whose tree is of such settings: it is taken if the lights are the same.
     pub(super) fn new(
         mut lights: Vec<Light>,
         shining: Vec<Light>,
         settings: &RenderSettings,
-        (data, is_alike): (&SceneData, bool),
+        view: &SceneView,
+        alike: Option<&SceneData>,
     ) -> LightArrays {
         let selection = selection(settings, shining.len());
         lights.extend(shining);
@@ -111,12 +113,12 @@ impl LightArrays {
             }
         }
         let plan = Plan { selection, lamps_only: settings.integrator == Integrator::Whitted };
-        let tree = if is_alike && data.lights == lights {
+        let tree = if let Some(data) = alike.filter(|data| data.lights == lights) {
             LightTreeArrays { nodes: data.light_nodes.clone(), places: data.light_places.clone() }
         } else if selection == LightSelection::All {
             LightTreeArrays::default()
         } else {
-            light_tree::build(&lights, &plan, |light| texel_share(data, light))
+            light_tree::build(&lights, &plan, |light| texel_share(view, light))
         };
         LightArrays { lights, tree }
     }
@@ -145,16 +147,25 @@ impl Emitters {
         self.shining.iter().all(Vec::is_empty)
     }
 
+    /// Whether an instance of a geometry from this number on shines.
+    pub(super) fn shine_from(&self, first_geometry: usize, view: &SceneView) -> bool {
+        let shining = |instance: &Instance| match instance.material {
+            NONE => !self.shining[instance.geometry as usize].is_empty(),
+            material => shines(&view.materials[material as usize], self.integrator),
+        };
+        view.instances.iter().filter(|i| i.geometry as usize >= first_geometry).any(shining)
+    }
+
     /// One light for each placed primitive that shines and has an area: those of the world first, then those of each instance.
     pub(super) fn lights(
         &self,
         settings: &RenderSettings,
-        data: &SceneData,
+        view: &SceneView,
         instances: &[Instance],
     ) -> Vec<Light> {
         let mut lights = Vec::new();
         for (number, instance) in instances.iter().enumerate() {
-            self.add_lights(number as u32, instance, settings, data, &mut lights);
+            self.add_lights(number as u32, instance, settings, view, &mut lights);
         }
         lights
     }
@@ -164,14 +175,14 @@ impl Emitters {
         number: u32,
         instance: &Instance,
         settings: &RenderSettings,
-        data: &SceneData,
+        view: &SceneView,
         lights: &mut Vec<Light>,
     ) {
-        let geometry = &data.geometries[instance.geometry as usize];
+        let geometry = &view.geometries[instance.geometry as usize];
         let all: Vec<u32>;
         let primitives = match instance.material {
             NONE => &self.shining[instance.geometry as usize],
-            material if shines(&data.materials[material as usize], self.integrator) => {
+            material if shines(&view.materials[material as usize], self.integrator) => {
                 all = (0..primitives(geometry, self.integrator)).collect();
                 &all
             }
@@ -180,9 +191,9 @@ impl Emitters {
         for &primitive in primitives {
             let placed = Placed { instance, number, primitive };
             lights.extend(match primitive.checked_sub(geometry.triangle_count) {
-                None => triangle(&placed, (geometry.first_triangle + primitive) as usize, settings, data),
+                None => triangle(&placed, (geometry.first_triangle + primitive) as usize, settings, view),
                 Some(sphere_number) => {
-                    sphere(&placed, (geometry.first_sphere + sphere_number) as usize, settings, data)
+                    sphere(&placed, (geometry.first_sphere + sphere_number) as usize, settings, view)
                 }
             });
         }
@@ -200,17 +211,17 @@ struct Placed<'a> {
 
 impl Placed<'_> {
     /// The material that it has there, where `own` is that of the geometry.
-    fn material<'d>(&self, own: u32, data: &'d SceneData) -> &'d Material {
+    fn material<'d>(&self, own: u32, view: &SceneView<'d>) -> &'d Material {
         let instance = self.instance.material;
-        &data.materials[if instance == NONE { own } else { instance } as usize]
+        &view.materials[if instance == NONE { own } else { instance } as usize]
     }
 }
 
 /// A triangle that shines, the `i`th of all; `None` where it has no area.
-fn triangle(placed: &Placed, i: usize, settings: &RenderSettings, data: &SceneData) -> Option<Light> {
+fn triangle(placed: &Placed, i: usize, settings: &RenderSettings, view: &SceneView) -> Option<Light> {
     let Placed { instance, number, primitive } = *placed;
-    let material = placed.material(data.triangle_shading[i].material, data);
-    let mut vertices = data.triangles[i];
+    let material = placed.material(view.triangle_shading[i].material, view);
+    let mut vertices = view.triangles[i];
     let mut is_turned = false;
     if number > 0 {
         vertices = vertices.map(|v| instance.world_from_object.point(v));
@@ -244,10 +255,10 @@ fn triangle(placed: &Placed, i: usize, settings: &RenderSettings, data: &SceneDa
 const ROUND: f64 = 1e-5;
 
 /// A sphere that shines, the `i`th of all; `None` where an instance makes it an ellipsoid: that is only seen.
-fn sphere(placed: &Placed, i: usize, settings: &RenderSettings, data: &SceneData) -> Option<Light> {
+fn sphere(placed: &Placed, i: usize, settings: &RenderSettings, view: &SceneView) -> Option<Light> {
     let Placed { instance, number, primitive } = *placed;
-    let material = placed.material(data.sphere_materials[i], data);
-    let Sphere { mut center, mut radius } = data.spheres[i];
+    let material = placed.material(view.sphere_materials[i], view);
+    let Sphere { mut center, mut radius } = view.spheres[i];
     if number > 0 {
         let map = &instance.world_from_object;
         let [x, y, z] = map.columns.map(|c| [c.x, c.y, c.z].map(f64::from));
@@ -276,7 +287,7 @@ fn primitives(geometry: &Geometry, integrator: Integrator) -> u32 {
 }
 
 /// How bright the texture of a lamp is on average, over 1. No lamp is left out because the places that are read are dark.
-fn texel_share(data: &SceneData, light: &Light) -> f64 {
+fn texel_share(view: &SceneView, light: &Light) -> f64 {
     const READS: u32 = 16;
     const LEAST: f64 = 1.0 / 256.0;
     let Light::Triangle { texture, .. } = *light else { return 1.0 };
@@ -285,7 +296,7 @@ fn texel_share(data: &SceneData, light: &Light) -> f64 {
     }
     let read = |number: u32| {
         let place = triangle_point(point_2d(number, 0));
-        let color = emission_texel(&data.view(), light.primitive(), texture, place);
+        let color = emission_texel(view, light.primitive(), texture, place);
         (f64::from(color.x) + f64::from(color.y) + f64::from(color.z)) / 3.0
     };
     let mean = (0..READS).map(read).sum::<f64>() / f64::from(READS);

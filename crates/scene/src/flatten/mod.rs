@@ -16,6 +16,7 @@ mod normals;
 mod note;
 mod places;
 mod settings;
+mod shapes;
 mod textures;
 mod turntable;
 mod view;
@@ -40,6 +41,7 @@ use std::sync::Arc;
 pub use frame_state::{FrameBounds, FrameState, FrameStates, Places};
 pub use framing::{LeftOut, View};
 pub use note::Note;
+pub use shapes::{ShapedArrays, Shapes};
 
 /// What machines read: plain arrays with indices instead of pointers. Hierarchies are built over it (`eosphor-accel`)
 /// and devices take it as it is. For other processes of the same program it can be written and read by serde.
@@ -53,8 +55,10 @@ pub struct SceneData {
     pub geometries: Vec<Geometry>,
     /// Placed geometries; number 0 is the world itself.
     pub instances: Vec<Instance>,
-    /// Whether frames of the animation have instances elsewhere.
+    /// Whether frames of the animation have instances elsewhere, or of other extents.
     pub instances_move: bool,
+    /// How many geometries, the last ones, have other shapes in other frames ([`Shapes`]).
+    pub deforming_geometries: u32,
     /// Normals, texture coordinates and material of each triangle.
     pub triangle_shading: Vec<TriangleShading>,
     /// Vertex colours and second texture coordinates of the triangles that have them.
@@ -90,9 +94,11 @@ pub struct SceneData {
 impl SceneData {
     /// Makes the arrays of a scene. The notes say what the scene left open and what was done about it.
     ///
-    /// A mesh that moves, or is placed more than once and has more than 256 triangles, becomes a geometry of its own with
+    /// A mesh that moves, whose vertices move, or that is placed more than once and has more than 256 triangles, becomes a
+    /// geometry of its own with
     /// instances; everything else is baked into the world, geometry 0, in the order of the scene's instances, then
-    /// parallelograms, then spheres. Nothing but the scene decides this. What moves is where it is in frame 0.
+    /// parallelograms, then spheres. Nothing but the scene decides this. What moves is where it is in frame 0; meshes whose
+    /// vertices move are the last geometries.
     ///
     /// # Errors
     /// Whatever [`Scene::validate`] finds; transforms that cannot be inverted; a camera that spans no view; more
@@ -135,7 +141,8 @@ impl SceneData {
             spheres: geometry.spheres,
             geometries: geometry.geometries,
             instances: geometry.instances,
-            instances_move: scene.has_moving_instances(),
+            instances_move: scene.has_moving_instances() || geometry.deforming > 0,
+            deforming_geometries: geometry.deforming,
             triangle_shading: geometry.triangle_shading,
             triangle_extras: geometry.triangle_extras,
             sphere_materials: geometry.sphere_materials,
@@ -152,13 +159,14 @@ impl SceneData {
             settings,
         };
         let emitters = data.emitters();
-        let shining = emitters.lights(&scene.settings, &data, &data.instances);
+        let shining = emitters.lights(&scene.settings, &data.view(), &data.instances);
         if scene.settings.integrator == Integrator::Whitted {
             let selection = lights::selection(&scene.settings, shining.len());
             lights::notes(&shining, selection, scene.settings.light_samples, &data, &mut notes);
         }
         let own = std::mem::take(&mut data.lights);
-        let LightArrays { lights, tree } = LightArrays::new(own, shining, &scene.settings, (&data, false));
+        let LightArrays { lights, tree } =
+            LightArrays::new(own, shining, &scene.settings, &data.view(), None);
         (data.lights, data.light_nodes, data.light_places) = (lights, tree.nodes, tree.places);
         // What moves may shine in another frame, though it has no area in this one.
         let may_shine = data.instances_move && !emitters.is_empty();

@@ -2,7 +2,7 @@
 
 use super::schema_types::{Color, Vector};
 use super::transform::{double, single};
-use super::{Camera, Interpolation, Light, LightParts, Move, Scene};
+use super::{Camera, Deformation, Instance, Interpolation, Light, LightParts, Move, Scene};
 use eosphor_core::math::{Affine, Vec3, elementary64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -307,7 +307,9 @@ impl Scene {
         };
         let of_instances = self.instances.iter().flat_map(|instance| &instance.moves).map(|motion| &**motion);
         let all = of_instances.chain(of_camera).chain(lights.iter().flat_map(|motion| &motion.moves));
-        let last = all.filter_map(|motion| motion.keys.last()).map(|key| key.seconds).reduce(f32::max);
+        let of_vertices = self.placed_deformations().filter_map(|deformation| deformation.last_seconds());
+        let last_keys = all.filter_map(|motion| motion.keys.last()).map(|key| key.seconds);
+        let last = last_keys.chain(of_vertices).reduce(f32::max);
         self.animation = last.map(|seconds| {
             let animation = Animation::of_frames(1);
             // Times in single precision are not quite those that were meant: 25 frames are not 26.
@@ -329,12 +331,25 @@ impl Scene {
         self.instances.iter().any(|instance| !instance.moves.is_empty())
     }
 
+    /// Whether the vertices of anything that is placed move within their mesh, by skins or morph targets.
+    pub fn has_moving_vertices(&self) -> bool {
+        self.placed_deformations().next().is_some()
+    }
+
+    /// What moves vertices of placed meshes, once for each place.
+    pub fn placed_deformations(&self) -> impl Iterator<Item = &Deformation> {
+        let mesh = |instance: &Instance| self.meshes.get(instance.mesh as usize);
+        self.instances.iter().filter_map(mesh).filter_map(|mesh| mesh.deformation.as_deref())
+    }
+
     /// Whether anything moves by seconds, so that the frames of a second change what frames show.
     pub fn moves_by_seconds(&self) -> bool {
         let by_keys = |animation: &Animation| {
             !animation.lights.is_empty() || matches!(animation.camera, Some(CameraMotion::Keys { .. }))
         };
-        self.has_moving_instances() || self.animation.as_ref().is_some_and(by_keys)
+        self.has_moving_instances()
+            || self.has_moving_vertices()
+            || self.animation.as_ref().is_some_and(by_keys)
     }
 
     /// Seconds from the first frame; 0 without an animation.

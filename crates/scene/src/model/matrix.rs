@@ -10,6 +10,11 @@ impl Matrix {
     pub(crate) const IDENTITY: Matrix =
         Matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]);
 
+    /// Of a matrix column after column, whose fourth row is (0, 0, 0, 1).
+    pub(crate) fn of_columns(m: [f32; 16]) -> Matrix {
+        Matrix([0, 4, 8, 12].map(|c| [m[c], m[c + 1], m[c + 2]].map(f64::from)))
+    }
+
     /// Scale, then rotation by a quaternion (x, y, z, w) of any length, then translation.
     pub(crate) fn of_parts(translation: [f64; 3], rotation: [f64; 4], scale: [f64; 3]) -> Matrix {
         let q = rotation;

@@ -1,6 +1,6 @@
 //! Geometry.
 
-use super::{Move, Transform};
+use super::{Deformation, Move, Transform};
 use eosphor_core::math::Vec3;
 use std::sync::Arc;
 
@@ -25,6 +25,8 @@ pub struct Mesh {
     pub colors: Vec<[f32; 4]>,
     /// Triangles, in the file's order. Counter-clockwise seen from the front.
     pub triangles: Vec<Triangle>,
+    /// What moves the vertices. Positions and normals are those of the first frame then.
+    pub deformation: Option<Arc<Deformation>>,
 }
 
 /// Three corners and a material.

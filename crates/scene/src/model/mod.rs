@@ -4,6 +4,7 @@ use eosphor_core::math::Vec3;
 
 mod animation;
 mod camera;
+mod deformation;
 mod device;
 mod environment;
 mod interpolation;
@@ -26,6 +27,11 @@ mod validate;
 
 pub use animation::{Animation, CameraKey, CameraMotion, Law, LightKey, LightMotion, MAX_FRAMES};
 pub use camera::{Camera, Lens};
+pub use deformation::Deformation;
+pub(crate) use deformation::{
+    Joint, Morph, MorphBlock, MorphTarget, Poses, Skeleton, SkeletonLink, Skin, SkinnedVertices,
+    WeightInterpolation, WeightTrack,
+};
 pub use device::{DeviceKind, DeviceSettings, Structure, TreeBuilder};
 pub use environment::{EnvironmentMap, EnvironmentSource};
 pub use interpolation::Interpolation;

@@ -46,8 +46,8 @@ impl<'a> Accessors<'a> {
         Accessors { root, buffers, budget: Budget(Cell::new(elements)) }
     }
 
-    /// The elements of an accessor with `N` components each, as numbers: normalised ones from -1 or 0 to 1, others as
-    /// they are.
+    /// The elements of an accessor with `N` components each (16 are a matrix), as numbers: normalised ones from -1 or 0
+    /// to 1, others as they are.
     pub(super) fn read<const N: usize, T: Clone>(
         &self,
         number: usize,
@@ -56,7 +56,12 @@ impl<'a> Accessors<'a> {
         let accessor = named(&self.root.accessors, number, "accessor")?;
         let inner = || {
             let component = component_type(accessor)?;
-            if components(accessor)? != N {
+            // Columns of such matrices lie at multiples of four bytes where components are floats.
+            let is_matrix = N == 16 && accessor.element_type == Some(ElementType::Mat4);
+            if N == 16 && !(is_matrix && component == ComponentType::F32) {
+                return Err("it must hold matrices of 4 x 4 floats; export it again".into());
+            }
+            if !is_matrix && components(accessor)? != N {
                 return Err(format!("it has {} components, not {N}; export it again", components(accessor)?));
             }
             let size = N * component_size(component);

@@ -1,10 +1,10 @@
 //! Samplers of animations: keys of the model.
 
-use super::Part;
 use super::accessors::{Accessors, Budget};
 use super::channels::{Played, Target};
 use super::document::{self, AnimationSampler};
-use crate::model::{Interpolation, Move, MoveKey};
+use super::weights;
+use crate::model::{Interpolation, Move, MoveKey, WeightTrack};
 use eosphor_core::math::{Vec3, sqrt64};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -26,11 +26,13 @@ pub(super) struct Animations<'a> {
     accessors: &'a Accessors<'a>,
     played: Option<Played<'a>>,
     made: HashMap<(usize, Target), Arc<Move>>,
+    /// By sampler and number of morph targets.
+    tracks: HashMap<(usize, usize), Arc<WeightTrack>>,
 }
 
 impl<'a> Animations<'a> {
     pub(super) fn new(accessors: &'a Accessors<'a>, played: Option<Played<'a>>) -> Animations<'a> {
-        Animations { accessors, played, made: HashMap::new() }
+        Animations { accessors, played, made: HashMap::new(), tracks: HashMap::new() }
     }
 
     /// How a part of a node's transform moves; `None` where it stays.
@@ -41,11 +43,33 @@ impl<'a> Animations<'a> {
             return Ok(Some(Arc::clone(motion)));
         }
         let sampler = &played.animation.samplers[number];
-        let motion = made(self.accessors, sampler, target)
-            .map_err(|e| format!("{}, {}: {e}", played.name(), Part::new("sampler", number, None)))?;
-        let motion = Arc::new(motion);
-        self.made.insert((number, target), Arc::clone(&motion));
-        Ok(Some(motion))
+        let motion = made(self.accessors, sampler, target).map_err(|e| played.of_sampler(number, &e))?;
+        let motion = motion.map(Arc::new);
+        if let Some(motion) = &motion {
+            self.made.insert((number, target), Arc::clone(motion));
+        }
+        Ok(motion)
+    }
+
+    /// The number of the sampler that moves the weights of a node's morph targets.
+    pub(super) fn weights_sampler(&self, node: usize) -> Option<usize> {
+        self.played.as_ref()?.samplers.get(&(node, Target::Weights)).copied()
+    }
+
+    /// The weights that a sampler gives so many morph targets.
+    pub(super) fn weights(
+        &mut self,
+        number: usize,
+        targets: usize,
+    ) -> Result<Option<Arc<WeightTrack>>, String> {
+        let Some(played) = &self.played else { return Ok(None) };
+        if let Some(track) = self.tracks.get(&(number, targets)) {
+            return Ok(Some(Arc::clone(track)));
+        }
+        let track = weights::track(self.accessors, &played.animation.samplers[number], targets);
+        let track = Arc::new(track.map_err(|e| played.of_sampler(number, &e))?);
+        self.tracks.insert((number, targets), Arc::clone(&track));
+        Ok(Some(track))
     }
 }
 
@@ -57,7 +81,12 @@ pub(super) fn own(moves: &[Arc<Move>], budget: &Budget) -> Result<Vec<Move>, Str
     Ok(moves.iter().map(|motion| Move::clone(motion)).collect())
 }
 
-fn made(accessors: &Accessors<'_>, sampler: &AnimationSampler, target: Target) -> Result<Move, String> {
+/// The motion of a part of a transform; `None` where the target is none.
+fn made(
+    accessors: &Accessors<'_>,
+    sampler: &AnimationSampler,
+    target: Target,
+) -> Result<Option<Move>, String> {
     let Some(kind) = sampler.interpolation else {
         return Err("its interpolation is unknown; it must be LINEAR, STEP or CUBICSPLINE".into());
     };
@@ -80,8 +109,9 @@ fn made(accessors: &Accessors<'_>, sampler: &AnimationSampler, target: Target) -
             let keys = read(accessors, sampler, kind)?.into_iter();
             keys.map(|(seconds, x)| MoveKey { scale: vector(x), ..key(seconds) }).collect()
         }
+        Target::Weights => return Ok(None),
     };
-    Ok(Move { keys, interpolation, ..Move::default() })
+    Ok(Some(Move { keys, interpolation, ..Move::default() }))
 }
 
 /// The keys of a sampler, at times that increase. Those of four components are rotations.
@@ -111,9 +141,7 @@ fn read<const N: usize>(
             return Err(format!("the rotation of key {i} has no length; export it again"));
         }
     }
-    // Of keys at one time, the last.
-    let is_last = |i: usize| times.get(i + 1) != Some(&times[i]);
-    let kept = (0..times.len()).filter(|&i| is_last(i)).map(|i| (times[i], groups[i]));
+    let kept = keys_of(&times).map(|i| (times[i], groups[i]));
     let count = kept.clone().count() as u64 * if is_curve { u64::from(PARTS) } else { 1 };
     accessors.budget.spend(count.saturating_mul(ELEMENTS_A_KEY))?;
     Ok(match is_curve {
@@ -122,7 +150,12 @@ fn read<const N: usize>(
     })
 }
 
-fn check_times(times: &[f32]) -> Result<(), String> {
+/// The numbers of the keys that count: of those at one time, the last.
+pub(super) fn keys_of(times: &[f32]) -> impl Iterator<Item = usize> + Clone {
+    (0..times.len()).filter(|&i| times.get(i + 1) != Some(&times[i]))
+}
+
+pub(super) fn check_times(times: &[f32]) -> Result<(), String> {
     if times.is_empty() {
         return Err("it has no keys; export it again".into());
     }

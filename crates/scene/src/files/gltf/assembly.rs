@@ -1,9 +1,10 @@
 //! One mesh of the model from the primitives of a mesh of the file.
 
 use super::document::Mode;
+use super::skins::Influences;
 use super::topology::{face_normal, for_each_triangle, triangle_count};
-use super::vertices::{VertexKey, Vertices};
-use crate::model::{Mesh, NO_INDEX, Triangle};
+use super::vertices::{TargetOffsets, VertexKey, Vertices};
+use crate::model::{Deformation, Mesh, MorphBlock, MorphTarget, NO_INDEX, Triangle};
 use std::collections::HashMap;
 
 /// A mesh in the making.
@@ -11,6 +12,25 @@ pub(super) struct Assembly {
     mesh: Mesh,
     /// Vertices that are in the mesh already, for primitives that share them.
     blocks: HashMap<VertexKey, Block>,
+    /// Where its vertices move.
+    moving: Option<MovingVertices>,
+}
+
+/// What moves the vertices of a mesh in the making.
+#[derive(Default)]
+struct MovingVertices {
+    /// For each normal, its vertex.
+    normal_vertices: Vec<u32>,
+    targets: Vec<MorphTarget>,
+    influences: Influences,
+}
+
+/// A mesh whose vertices move, before anything moves them.
+pub(super) struct Moving {
+    /// Without weights and skin.
+    pub(super) deformation: Deformation,
+    pub(super) targets: Vec<MorphTarget>,
+    pub(super) influences: Influences,
 }
 
 /// Vertices of a mesh.
@@ -25,8 +45,10 @@ pub(super) struct Block {
 }
 
 impl Assembly {
-    pub(super) fn new(name: String) -> Assembly {
-        Assembly { mesh: Mesh { name, ..Mesh::default() }, blocks: HashMap::new() }
+    /// `moves` says that its vertices move.
+    pub(super) fn new(name: String, moves: bool) -> Assembly {
+        let mesh = Mesh { name, ..Mesh::default() };
+        Assembly { mesh, blocks: HashMap::new(), moving: moves.then(MovingVertices::default) }
     }
 
     pub(super) fn block(&self, key: &VertexKey) -> Option<Block> {
@@ -58,6 +80,9 @@ impl Assembly {
             None => None,
         };
         let block = Block { first: number(first, count)?, count, first_normal, has_uvs };
+        if let Some(moving) = &mut self.moving {
+            moving.add(&block, mesh.normals.len(), vertices.targets, vertices.influences.as_ref())?;
+        }
         append(&mut mesh.positions, vertices.positions);
         // These arrays run beside the positions: what earlier vertices lack is filled up.
         for (all, more) in [(&mut mesh.uvs, vertices.uvs), (&mut mesh.uvs1, vertices.uvs1)] {
@@ -97,6 +122,9 @@ impl Assembly {
                 // The specification asks for flat normals where a file has none.
                 None => {
                     normals.push(face_normal(in_mesh.map(|i| positions[i as usize])));
+                    if let Some(moving) = &mut self.moving {
+                        moving.normal_vertices.push(NO_INDEX);
+                    }
                     [normals.len() as u32 - 1; 3]
                 }
             };
@@ -106,7 +134,8 @@ impl Assembly {
         Ok(())
     }
 
-    pub(super) fn finish(self) -> Mesh {
+    /// The mesh, and what its vertices are moved by, where they are.
+    pub(super) fn finish(self) -> (Mesh, Option<Moving>) {
         let mut mesh = self.mesh;
         let count = mesh.positions.len();
         for uvs in [&mut mesh.uvs, &mut mesh.uvs1] {
@@ -117,7 +146,43 @@ impl Assembly {
         if !mesh.colors.is_empty() {
             mesh.colors.resize(count, [1.0; 4]);
         }
-        mesh
+        let moving = self.moving.map(|MovingVertices { normal_vertices, targets, influences }| Moving {
+            deformation: Deformation {
+                positions: mesh.positions.clone(),
+                normals: mesh.normals.clone(),
+                normal_vertices,
+                morph: None,
+                skin: None,
+                origin: [0.0; 3],
+            },
+            targets,
+            influences,
+        });
+        (mesh, moving)
+    }
+}
+
+impl MovingVertices {
+    /// Adds the vertices of a block, whose normals are the last of so many.
+    fn add(
+        &mut self,
+        block: &Block,
+        normals: usize,
+        targets: Vec<TargetOffsets>,
+        influences: Option<&Influences>,
+    ) -> Result<(), String> {
+        let end = block.first + block.count as u32;
+        if block.first_normal.is_some() {
+            self.normal_vertices.extend(block.first..end);
+        }
+        if self.targets.len() < targets.len() {
+            self.targets.resize_with(targets.len(), MorphTarget::default);
+        }
+        let (first_vertex, first_normal) = (block.first, block.first_normal.unwrap_or(normals as u32));
+        for (target, TargetOffsets { positions, normals }) in self.targets.iter_mut().zip(targets) {
+            target.blocks.push(MorphBlock { first_vertex, first_normal, positions, normals });
+        }
+        influences.map_or(Ok(()), |influences| self.influences.append(influences))
     }
 }
 

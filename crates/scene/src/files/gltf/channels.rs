@@ -12,10 +12,13 @@ pub(super) enum Target {
     Translation,
     Rotation,
     Scale,
+    /// Not of its transform: the weights of its mesh's morph targets.
+    Weights,
 }
 
 impl Target {
-    pub(super) const ALL: [Target; 3] = [Target::Translation, Target::Rotation, Target::Scale];
+    /// Those of its transform.
+    pub(super) const OF_TRANSFORM: [Target; 3] = [Target::Translation, Target::Rotation, Target::Scale];
 }
 
 /// The animation that is played.
@@ -30,6 +33,11 @@ impl Played<'_> {
     /// For messages.
     pub(super) fn name(&self) -> Part {
         name(self.number, self.animation)
+    }
+
+    /// What is wrong with a sampler.
+    pub(super) fn of_sampler(&self, number: usize, problem: &str) -> String {
+        format!("{}, {}: {problem}", self.name(), Part::new("sampler", number, None))
     }
 }
 
@@ -65,8 +73,8 @@ pub(super) fn played<'a>(
     if left_out > 0 {
         let channels = if left_out == 1 { "1 channel is" } else { &format!("{left_out} channels are") };
         let message = format!(
-            "{}: {channels} left out: weights of morph targets, pointers, and nodes that have a matrix are not \
-             animated, only translation, rotation and scale of nodes",
+            "{}: {channels} left out: only translation, rotation and scale of nodes that have no matrix are animated, and \
+             weights of morph targets",
             played.name()
         );
         warnings.add(path, None, message);
@@ -80,13 +88,21 @@ fn target(root: &Document, channel: &Channel) -> Result<Option<(usize, Target)>,
         Some(Property::Translation) => Target::Translation,
         Some(Property::Rotation) => Target::Rotation,
         Some(Property::Scale) => Target::Scale,
-        Some(Property::Weights) | None => return Ok(None),
+        Some(Property::Weights) => Target::Weights,
+        None => return Ok(None),
     };
     // Without a node, an extension says what is animated.
     let Some(number) = channel.target.node else { return Ok(None) };
     let number = number.value();
     let node = named(&root.nodes, number, "node").map_err(|e| format!("{e}; mend the file"))?;
-    Ok(node.matrix.is_none().then_some((number, target)))
+    let is_there = match target {
+        Target::Weights => {
+            let mesh = node.mesh.and_then(|mesh| root.meshes.get(mesh.value()));
+            mesh.is_some_and(|mesh| mesh.target_count() > 0)
+        }
+        _ => node.matrix.is_none(),
+    };
+    Ok(is_there.then_some((number, target)))
 }
 
 /// The first ones, by number and name.

@@ -1,15 +1,18 @@
 //! Meshes of the file → meshes of the model. Ones that differ by their material alone become one.
 
 use super::accessors::Accessors;
-use super::assembly::{Assembly, Block};
+use super::animations::Animations;
+use super::assembly::{Assembly, Block, Moving};
 use super::document::{self, Mode, Primitive};
+use super::skins::Skins;
 use super::topology::{has_triangles, triangle_count};
-use super::vertices::{VertexKey, Vertices};
+use super::vertices::{Targets, VertexKey, Vertices};
 use super::{Part, named};
 use crate::files::warnings::Warnings;
-use crate::model::Mesh;
+use crate::model::{Mesh, Morph, Poses, Skin, SkinnedVertices, WeightTrack};
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Which mesh of the model shows a mesh of the file, and in which material where not in its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +21,26 @@ pub(super) struct Shown {
     /// Where its coordinates are counted from, in those of the file.
     pub(super) origin: [f64; 3],
     pub(super) material: Option<u32>,
+    /// Whether it follows joints, and not the node that shows it.
+    pub(super) is_skinned: bool,
+}
+
+/// How a node shows its mesh.
+#[derive(Clone, Default, PartialEq, Eq, Hash)]
+struct Pose {
+    /// Bits of the weights of morph targets, where they stay.
+    weights: Vec<u32>,
+    /// The number of the sampler that moves them.
+    weights_sampler: Option<usize>,
+    /// The number of the skin.
+    skin: Option<usize>,
+}
+
+/// What moves the vertices of a mesh.
+#[derive(Default)]
+struct Movers {
+    track: Option<Arc<WeightTrack>>,
+    skin: Option<Arc<Skin>>,
 }
 
 /// The triangles of a primitive, but for the material.
@@ -57,9 +80,9 @@ pub(super) struct Meshes<'a> {
     /// Of each material of the file and the default one, whether a mesh has it.
     used_materials: Vec<bool>,
     /// What shows a mesh under weights of its morph targets; `None` where there is nothing to show.
-    shown: HashMap<(usize, Vec<u32>), Option<Shown>>,
-    /// Built meshes by shape, with their materials.
-    by_shape: HashMap<Vec<Shape>, Vec<(Shown, Vec<u32>)>>,
+    shown: HashMap<(usize, Pose), Option<Shown>>,
+    /// Built meshes by shape and by the sampler of their weights and their skin, with their materials.
+    by_shape: HashMap<(Vec<Shape>, Option<usize>, Option<usize>), Vec<(Shown, Vec<u32>)>>,
     /// Vertices of which a mesh took a few; others may take more.
     large: HashMap<VertexKey, Vertices>,
     /// Primitives of points and lines.
@@ -89,18 +112,51 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// What shows a mesh of the file under the weights of a node, else its own.
-    pub(super) fn show(&mut self, number: usize, weights: Option<&[f32]>) -> Result<Option<Shown>, String> {
+    /// What shows a mesh of the file as a node says: under its weights, else those of the mesh, and with its skin.
+    pub(super) fn show(
+        &mut self,
+        number: usize,
+        node_number: usize,
+        (animations, skins): (&mut Animations<'_>, &mut Skins<'_>),
+    ) -> Result<Option<Shown>, String> {
         let mesh = named(&self.accessors.root.meshes, number, "mesh")?;
-        let weights = weights.or(mesh.weights.as_deref()).unwrap_or_default();
-        let key = (number, weights.iter().map(|w| w.to_bits()).collect());
+        let node = &self.accessors.root.nodes[node_number];
+        let weights = node.weights.as_deref().or(mesh.weights.as_deref()).unwrap_or_default();
+        let weights_sampler = animations.weights_sampler(node_number);
+        let skin = node.skin.map(|skin| skin.value());
+        let weight_bits = match weights_sampler {
+            Some(_) => Vec::new(),
+            None => weights.iter().map(|w| w.to_bits()).collect(),
+        };
+        let pose = Pose { weights: weight_bits, weights_sampler, skin };
+        let key = (number, pose);
         if let Some(shown) = self.shown.get(&key) {
             return Ok(*shown);
         }
         let name = Part::new("mesh", number, mesh.name.as_deref());
-        let shown = self.build(mesh, &name, weights).map_err(|problem| format!("{name}, {problem}"))?;
+        let mut pose = key.1.clone();
+        pose.skin = pose.skin.filter(|_| self.can_be_skinned(mesh, &name));
+        let track = weights_sampler.map(|sampler| animations.weights(sampler, mesh.target_count()));
+        let movers = Movers {
+            track: track.transpose()?.flatten(),
+            skin: pose.skin.map(|skin| skins.skin(skin)).transpose()?,
+        };
+        let shown = self.build(mesh, &name, weights, &pose, movers);
+        let shown = shown.map_err(|problem| format!("{name}, {problem}"))?;
         self.shown.insert(key, shown);
         Ok(shown)
+    }
+
+    /// Whether all that is shown of a mesh says which joints it follows.
+    fn can_be_skinned(&mut self, mesh: &document::Mesh, name: &Part) -> bool {
+        let is_shown = |p: &&Primitive| p.mode.is_some_and(has_triangles) && p.attributes.position.is_some();
+        let has_joints = |p: &Primitive| p.attributes.joints.contains_key(&0);
+        let can_be = mesh.primitives.iter().filter(is_shown).all(has_joints);
+        if !can_be {
+            let message = format!("{name} does not follow its skin: a primitive has no JOINTS_0");
+            self.warnings.add(self.path, None, message);
+        }
+        can_be
     }
 
     fn build(
@@ -108,10 +164,14 @@ impl<'a> Meshes<'a> {
         mesh: &document::Mesh,
         name: &Part,
         weights: &[f32],
+        pose: &Pose,
+        movers: Movers,
     ) -> Result<Option<Shown>, String> {
+        let targets = if movers.track.is_some() { Targets::Kept } else { Targets::Added(weights) };
+        let is_skinned = movers.skin.is_some();
         let mut surfaces = Vec::new();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
-            let surface = self.surface(number, primitive, name, weights);
+            let surface = self.surface(number, primitive, name, (targets, is_skinned));
             surfaces.extend(surface.map_err(|problem| format!("primitive {number}: {problem}"))?);
         }
         if surfaces.is_empty() {
@@ -122,6 +182,7 @@ impl<'a> Meshes<'a> {
             self.used_materials[(material - self.first_material) as usize] = true;
         }
         let shape: Vec<Shape> = surfaces.iter().map(Surface::shape).collect();
+        let shape = (shape, pose.weights_sampler, pose.skin);
         let one_material = materials.iter().all(|m| *m == materials[0]).then_some(materials[0]);
         for (mesh, own) in self.by_shape.get(&shape).into_iter().flatten() {
             if *own == materials {
@@ -132,19 +193,20 @@ impl<'a> Meshes<'a> {
             }
         }
 
-        let mut assembly = Assembly::new(match &mesh.name {
-            Some(name) => super::clean(name),
-            None => name.to_string(),
-        });
+        let mesh_name = mesh.name.as_ref().map_or_else(|| name.to_string(), |name| super::clean(name));
+        let mut assembly = Assembly::new(mesh_name, is_skinned || movers.track.is_some());
         for surface in surfaces {
             let number = surface.number;
             self.append(&mut assembly, &surface)
                 .map_err(|problem| format!("primitive {number}: {problem}"))?;
         }
-        let mut mesh = assembly.finish();
-        let origin = mesh.count_from_own();
+        let (mut mesh, moving) = assembly.finish();
+        let origin = match moving {
+            Some(moving) => move_vertices(&mut mesh, moving, movers)?,
+            None => mesh.count_from_own(),
+        };
         self.built.push(mesh);
-        let shown = Shown { mesh: self.built.len() as u32 - 1, origin, material: None };
+        let shown = Shown { mesh: self.built.len() as u32 - 1, origin, material: None, is_skinned };
         self.by_shape.entry(shape).or_default().push((shown, materials));
         Ok(Some(shown))
     }
@@ -155,7 +217,7 @@ impl<'a> Meshes<'a> {
         number: usize,
         primitive: &'p Primitive,
         mesh: &Part,
-        weights: &[f32],
+        (targets, is_skinned): (Targets<'_>, bool),
     ) -> Result<Option<Surface<'p>>, String> {
         let Some(mode) = primitive.mode else {
             return Err("its mode is unknown; it must be 0 to 6".into());
@@ -164,7 +226,8 @@ impl<'a> Meshes<'a> {
             self.passed_over.push(format!("{mesh}, primitive {number}"));
             return Ok(None);
         }
-        let Some(vertices) = VertexKey::new(primitive, weights) else {
+        let influences = if is_skinned { sets_of_joints(primitive)? } else { Vec::new() };
+        let Some(vertices) = VertexKey::new(primitive, targets, &influences) else {
             let message = format!("{mesh}, primitive {number} has no positions; it is left out");
             self.warnings.add(self.path, None, message);
             return Ok(None);
@@ -263,6 +326,43 @@ impl Surface<'_> {
             vertices: self.vertices.clone(),
         }
     }
+}
+
+/// Gives a mesh what moves its vertices, and the vertices where they are at first. Where nothing moves after all, they stay there.
+/// From where its coordinates are counted.
+fn move_vertices(mesh: &mut Mesh, moving: Moving, movers: Movers) -> Result<[f64; 3], String> {
+    let Moving { mut deformation, targets, influences } = moving;
+    deformation.morph = movers.track.map(|weights| Morph { targets, weights });
+    if let Some(skin) = movers.skin {
+        let last = influences.last_joint().unwrap_or(0);
+        if last as usize >= skin.joints.len() {
+            let count = skin.joints.len();
+            return Err(format!("a vertex follows joint {last}, and its skin has {count}; export it again"));
+        }
+        deformation.skin =
+            Some(SkinnedVertices { starts: influences.starts, influences: influences.list, skin });
+    }
+    let mut poses = Poses::at(0.0);
+    deformation.origin = deformation.shape(mesh, &mut poses).count_from_own();
+    *mesh = deformation.shape(mesh, &mut poses);
+    let origin = deformation.origin;
+    mesh.deformation = deformation.moves().then(|| Arc::new(deformation));
+    Ok(origin)
+}
+
+/// The accessors of the sets of joints and weights of a primitive, from set 0 on.
+fn sets_of_joints(primitive: &Primitive) -> Result<Vec<(usize, usize)>, String> {
+    let document::Attributes { joints, weights, .. } = &primitive.attributes;
+    if let Some(n) = joints.keys().find(|n| !weights.contains_key(n)) {
+        return Err(format!("there is JOINTS_{n} and no WEIGHTS_{n}; export it again"));
+    }
+    if let Some(n) = weights.keys().find(|n| !joints.contains_key(n)) {
+        return Err(format!("there is WEIGHTS_{n} and no JOINTS_{n}; export it again"));
+    }
+    if let Some((n, _)) = joints.keys().enumerate().find(|(place, n)| *place != **n as usize) {
+        return Err(format!("there is no JOINTS_{n}, though there are later ones; export it again"));
+    }
+    Ok(joints.values().zip(weights.values()).map(|(j, w)| (j.value(), w.value())).collect())
 }
 
 /// Whether all indices are of vertices that exist.

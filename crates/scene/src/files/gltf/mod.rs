@@ -19,10 +19,12 @@ mod lights;
 mod materials;
 mod meshes;
 mod nodes;
+mod skins;
 mod textures;
 mod topology;
 mod uri;
 mod vertices;
+mod weights;
 
 #[cfg(test)]
 mod tests;
@@ -44,6 +46,7 @@ use eosphor_core::settings::{Integrator, ShadowMode};
 use lights::PlacedLight;
 use meshes::Meshes;
 use nodes::{ExactNode, Nodes};
+use skins::Skins;
 use std::fmt;
 use std::path::Path;
 
@@ -167,19 +170,26 @@ fn contents(
     let played = channels::played(&mut loader.warnings, path, root)?;
     let mut animations = Animations::new(&accessors, played);
     let mut nodes = nodes::placed(root, None, &mut animations)?;
+    // What follows joints need not be near them in its file: their places have all digits from the start.
+    let mut skins = match ExactNode::all(json).filter(|_| !root.skins.is_empty()) {
+        Some(exact) => Skins::new(&accessors, &nodes::placed(root, Some(&exact), &mut animations)?),
+        None => Skins::new(&accessors, &nodes),
+    };
 
     let first_material = loader.scene.materials.len() as u32;
     let (warnings, built) = (&mut loader.warnings, &mut loader.scene.meshes);
     let mut meshes = Meshes::new(&accessors, path, warnings, built, first_material);
-    let mut objects = Objects::place(&accessors, &nodes, &mut meshes, false)?;
+    let movers = (&mut animations, &mut skins);
+    let mut objects = Objects::place(&accessors, &nodes, &mut meshes, movers, false)?;
     // Where digits count, they are those of the file.
     if objects.are_apart(&meshes)
         && let Some(exact) = ExactNode::all(json)
     {
         nodes = nodes::placed(root, Some(&exact), &mut animations)?;
-        objects = Objects::place(&accessors, &nodes, &mut meshes, true)?;
+        let movers = (&mut animations, &mut skins);
+        objects = Objects::place(&accessors, &nodes, &mut meshes, movers, true)?;
     }
-    let Objects { instances, flat, has_skin } = objects;
+    let Objects { instances, flat } = objects;
     let used_materials = meshes.finish();
     let warn = &mut |message: String| loader.warnings.add(path, None, message);
     if let Some(name) = flat.first() {
@@ -188,12 +198,6 @@ fn contents(
             n => format!("{name} and {} more nodes are squashed flat by a scale of 0 and hidden", n - 1),
         };
         warn(message);
-    }
-    if has_skin {
-        warn(
-            "skinning is not applied: meshes are shown in their bind pose, where their nodes place them"
-                .into(),
-        );
     }
     let budget = accessors.budget;
     let cameras = cameras::placed(&mut loader.warnings, path, root, &nodes, &budget)?;
@@ -211,7 +215,6 @@ struct Objects {
     instances: Vec<Instance>,
     /// Nodes that are squashed flat.
     flat: Vec<String>,
-    has_skin: bool,
 }
 
 impl Objects {
@@ -220,15 +223,23 @@ impl Objects {
         accessors: &Accessors<'_>,
         nodes: &Nodes,
         meshes: &mut Meshes<'_>,
+        (animations, skins): (&mut Animations<'_>, &mut Skins<'_>),
         exact: bool,
     ) -> Result<Objects, String> {
         let mut objects = Objects::default();
         for placed in &nodes.placed {
             let node = &accessors.root.nodes[placed.node];
             let Some(mesh) = node.mesh else { continue };
-            let Some(shown) = meshes.show(mesh.value(), node.weights.as_deref())? else { continue };
-            objects.has_skin |= node.skin.is_some();
+            let shown = meshes.show(mesh.value(), placed.node, (animations, skins))?;
+            let Some(shown) = shown else { continue };
             let name = || Part::new("node", placed.node, node.name.as_deref());
+            if shown.is_skinned {
+                // Joints alone say where it is.
+                let (mesh, material) = (shown.mesh, shown.material);
+                let world_from_object = Transform { offset: shown.origin, ..Transform::default() };
+                objects.instances.push(Instance { mesh, material, world_from_object, moves: Vec::new() });
+                continue;
+            }
             let worlds = instancing::worlds(accessors, node, &placed.world);
             for world in worlds.map_err(|problem| format!("{}: {problem}", name()))? {
                 let affine = world.affine();

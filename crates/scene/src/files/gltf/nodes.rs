@@ -5,7 +5,7 @@ use super::animations::Animations;
 use super::channels::Target;
 use super::document::{Document, Node};
 use super::{Part, named};
-use crate::model::{Matrix, Move, Transform};
+use crate::model::{Matrix, Move, Skeleton, SkeletonLink, Transform};
 use serde::Deserialize;
 use std::sync::Arc;
 
@@ -17,6 +17,8 @@ pub(super) struct PlacedNode {
     pub(super) world: Matrix,
     /// The first of the motions that follow; `None` where it stays.
     motion: Option<usize>,
+    /// The link of the skeleton that moves it, and its place within that, whatever its volume.
+    pub(super) within: (Option<u32>, Matrix),
 }
 
 /// A motion of the nodes below. Those below share it.
@@ -24,6 +26,8 @@ struct Link {
     motion: Arc<Move>,
     /// What follows it and stays, up to the next motion.
     fixed: Option<Arc<Move>>,
+    /// The same as a matrix.
+    fixed_map: Matrix,
     /// The motion that follows then.
     next: Option<usize>,
 }
@@ -37,6 +41,16 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
+    /// The motions of all nodes. Links have the numbers that [`PlacedNode::within`] says.
+    pub(super) fn skeleton(&self) -> Skeleton {
+        let link = |link: &Link| SkeletonLink {
+            motion: Arc::clone(&link.motion),
+            fixed: link.fixed_map,
+            parent: link.next.map(|number| number as u32),
+        };
+        Skeleton { links: self.links.iter().map(link).collect() }
+    }
+
     /// How a node moves: the motions one after the other.
     pub(super) fn moves(&self, placed: &PlacedNode, budget: &Budget) -> Result<Vec<Arc<Move>>, String> {
         let mut moves = Vec::new();
@@ -68,9 +82,10 @@ impl Pose {
     const ROOT: Pose = Pose { rest: Matrix::IDENTITY, fixed: Matrix::IDENTITY, motion: None, is_flat: false };
 
     fn placed(&self, node: usize) -> PlacedNode {
+        let within = (self.motion.map(|number| number as u32), self.fixed);
         match self.motion.filter(|_| !self.is_flat) {
-            Some(motion) => PlacedNode { node, world: self.fixed, motion: Some(motion) },
-            None => PlacedNode { node, world: self.rest, motion: None },
+            Some(motion) => PlacedNode { node, world: self.fixed, motion: Some(motion), within },
+            None => PlacedNode { node, world: self.rest, motion: None, within },
         }
     }
 }
@@ -121,7 +136,7 @@ impl Nodes {
         let rest = parent.rest.after(&node.whole());
         let mut moving = false;
         let mut pose = Pose { rest, ..*parent };
-        for target in Target::ALL {
+        for target in Target::OF_TRANSFORM {
             let still = node.part(target);
             let Some(motion) = animations.motion(number, target)? else {
                 pose.fixed = pose.fixed.after(&still);
@@ -137,7 +152,8 @@ impl Nodes {
                 };
                 Arc::new(Move { transform, ..Move::default() })
             });
-            self.links.push(Link { motion, fixed, next: pose.motion });
+            let fixed_map = pose.fixed;
+            self.links.push(Link { motion, fixed, fixed_map, next: pose.motion });
             (pose.motion, pose.fixed) = (Some(self.links.len() - 1), Matrix::IDENTITY);
         }
         if !moving {
@@ -209,8 +225,8 @@ impl Local<'_> {
         let Some(m) = self.node.matrix else {
             return Matrix::of_parts(self.translation(), self.rotation(), self.scale());
         };
-        // Column after column; the fourth row is (0, 0, 0, 1) by the specification.
-        let mut map = Matrix([0, 4, 8, 12].map(|c| [m[c], m[c + 1], m[c + 2]].map(f64::from)));
+        // The fourth row is (0, 0, 0, 1) by the specification.
+        let mut map = Matrix::of_columns(m);
         if let Some(m) = self.exact.and_then(|exact| exact.matrix) {
             map.0[3] = [m[12], m[13], m[14]];
         }
@@ -224,6 +240,7 @@ impl Local<'_> {
             Target::Translation => Matrix::of_parts(self.translation(), turned, one),
             Target::Rotation => Matrix::of_parts(still, self.rotation(), one),
             Target::Scale => Matrix::of_parts(still, turned, self.scale()),
+            Target::Weights => Matrix::IDENTITY,
         }
     }
 }

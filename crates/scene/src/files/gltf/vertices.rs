@@ -2,6 +2,7 @@
 
 use super::accessors::Accessors;
 use super::document::{Index, Primitive};
+use super::skins::Influences;
 use eosphor_core::math::{Vec3, vec3};
 
 /// Which accessors the vertices of a primitive come from. Primitives with equal keys have equal vertices.
@@ -12,8 +13,28 @@ pub(super) struct VertexKey {
     uvs: Option<usize>,
     uvs1: Option<usize>,
     colors: Option<usize>,
-    /// Morph targets that count: the accessors of positions and normals, and the bits of the weight.
+    /// Morph targets that are added once and for all: the accessors of positions and normals, and the bits of the weight.
     targets: Vec<(Option<usize>, Option<usize>, u32)>,
+    /// Morph targets that are kept: the accessors of positions and normals.
+    kept_targets: Vec<(Option<usize>, Option<usize>)>,
+    /// The accessors of the joints that vertices follow, and of their weights, set by set.
+    influences: Vec<(usize, usize)>,
+}
+
+/// What is done with morph targets.
+#[derive(Clone, Copy)]
+pub(super) enum Targets<'a> {
+    /// They are added by these weights.
+    Added(&'a [f32]),
+    /// Their weights change: what they add is kept.
+    Kept,
+}
+
+/// What a morph target adds to each vertex.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TargetOffsets {
+    pub(super) positions: Vec<Vec3>,
+    pub(super) normals: Vec<Vec3>,
 }
 
 /// Vertices; every array that is there has one entry for each.
@@ -24,16 +45,27 @@ pub(super) struct Vertices {
     pub(super) uvs: Option<Vec<[f32; 2]>>,
     pub(super) uvs1: Option<Vec<[f32; 2]>>,
     pub(super) colors: Option<Vec<[f32; 4]>>,
+    /// Of morph targets that are kept; arrays that are empty add nothing.
+    pub(super) targets: Vec<TargetOffsets>,
+    pub(super) influences: Option<Influences>,
     /// Normals and texture coordinates that were not finite and became 0.
     pub(super) mended: bool,
 }
 
 impl VertexKey {
     /// The key of a primitive under weights of its morph targets; `None` where it has no positions.
-    pub(super) fn new(primitive: &Primitive, weights: &[f32]) -> Option<VertexKey> {
+    pub(super) fn new(
+        primitive: &Primitive,
+        targets: Targets<'_>,
+        influences: &[(usize, usize)],
+    ) -> Option<VertexKey> {
         let attributes = &primitive.attributes;
-        let targets = primitive.targets.as_deref().unwrap_or_default();
-        let targets = targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
+        let all = primitive.targets.as_deref().unwrap_or_default();
+        let (weights, kept) = match targets {
+            Targets::Added(weights) => (weights, &[][..]),
+            Targets::Kept => (&[][..], all),
+        };
+        let targets = all.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
         let value = |index: Option<Index>| index.map(Index::value);
         Some(VertexKey {
             positions: value(attributes.position)?,
@@ -44,6 +76,8 @@ impl VertexKey {
             targets: targets
                 .map(|(t, weight)| (value(t.position), value(t.normal), weight.to_bits()))
                 .collect(),
+            kept_targets: kept.iter().map(|t| (value(t.position), value(t.normal))).collect(),
+            influences: influences.to_vec(),
         })
     }
 
@@ -70,6 +104,23 @@ impl Vertices {
                 add(normals, &offsets, weight);
             }
         }
+        let mut targets = Vec::with_capacity(key.kept_targets.len());
+        for &(of_positions, of_normals) in &key.kept_targets {
+            let read = |i| accessors.read(i, vec3_of);
+            let positions = optional("a morph target's POSITION", of_positions, count, read)?;
+            let mut offsets = optional("a morph target's NORMAL", of_normals, count, read)?;
+            // Normals of faces are found anew.
+            offsets = offsets.filter(|_| normals.is_some());
+            let (positions, normals) = (positions.unwrap_or_default(), offsets.unwrap_or_default());
+            if !positions.iter().chain(&normals).all(|v| v.is_finite()) {
+                return Err("a morph target has numbers that are not finite; export it again".into());
+            }
+            targets.push(TargetOffsets { positions, normals });
+        }
+        let influences = match key.influences.is_empty() {
+            true => None,
+            false => Some(Influences::read(accessors, &key.influences, count)?),
+        };
         // The picture's v runs down in glTF, up here.
         let flipped = |[u, v]: [f32; 2]| [u, 1.0 - v];
         let mut uvs = optional("TEXCOORD_0", key.uvs, count, |i| accessors.read(i, flipped))?;
@@ -82,23 +133,33 @@ impl Vertices {
         let mended = mend(normals.as_deref_mut(), |n| n.is_finite(), Vec3::ZERO)
             | mend(uvs.as_deref_mut(), is_finite, [0.0; 2])
             | mend(uvs1.as_deref_mut(), is_finite, [0.0; 2]);
-        Ok(Vertices { positions, normals, uvs, uvs1, colors, mended })
+        Ok(Vertices { positions, normals, uvs, uvs1, colors, targets, influences, mended })
     }
 
     /// The vertices of these numbers, in this order.
     pub(super) fn gathered(&self, numbers: &[u32]) -> Vertices {
-        fn of<T: Copy>(all: &[T], numbers: &[u32]) -> Vec<T> {
-            numbers.iter().map(|&i| all[i as usize]).collect()
-        }
         Vertices {
             positions: of(&self.positions, numbers),
             normals: self.normals.as_ref().map(|n| of(n, numbers)),
             uvs: self.uvs.as_ref().map(|uvs| of(uvs, numbers)),
             uvs1: self.uvs1.as_ref().map(|uvs| of(uvs, numbers)),
             colors: self.colors.as_ref().map(|colors| of(colors, numbers)),
+            targets: self.targets.iter().map(|target| target.gathered(numbers)).collect(),
+            influences: self.influences.as_ref().map(|influences| influences.gathered(numbers)),
             mended: self.mended,
         }
     }
+}
+
+impl TargetOffsets {
+    fn gathered(&self, numbers: &[u32]) -> TargetOffsets {
+        let some = |all: &[Vec3]| if all.is_empty() { Vec::new() } else { of(all, numbers) };
+        TargetOffsets { positions: some(&self.positions), normals: some(&self.normals) }
+    }
+}
+
+fn of<T: Copy>(all: &[T], numbers: &[u32]) -> Vec<T> {
+    numbers.iter().map(|&i| all[i as usize]).collect()
 }
 
 /// An attribute that may be missing; one entry for each of `count` vertices.

@@ -65,7 +65,7 @@ pub(super) fn read_model(loader: &mut Loader, path: &Path) -> Result<Vec<Instanc
     number_materials(&mut triangles, &materials);
     let uvs = if plan.corner_uvs { corner_uvs } else { uvs };
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let mut mesh = Mesh { name, positions, normals, uvs, uvs1: Vec::new(), colors, triangles };
+    let mut mesh = Mesh { name, positions, normals, uvs, colors, triangles, ..Mesh::default() };
     if let Some(note) = follow_normals(&mut mesh, &polygons, |_| false).note() {
         loader.warnings.add(path, None, note);
     }

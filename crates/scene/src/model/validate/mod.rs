@@ -333,6 +333,9 @@ fn check_mesh(mesh: &Mesh, materials: usize) -> Check {
     let outside = |indices: [u32; 3], len: usize, optional: bool| {
         indices.iter().any(|&i| i as usize >= len && !(optional && i == NO_INDEX))
     };
+    if mesh.deformation.as_ref().is_some_and(|deformation| !deformation.fits(mesh)) {
+        return Err(Problem::new(what(), "its vertices are not those that its deformation was made for"));
+    }
     for (i, t) in mesh.triangles.iter().enumerate() {
         if outside(t.positions, mesh.positions.len(), false)
             || outside(t.normals, mesh.normals.len(), true)

@@ -2,8 +2,11 @@
 
 use super::Index;
 use super::enumeration::{Enumeration, Terms, listed};
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
 
 /// A mesh is a list of primitives.
 #[derive(Debug, Deserialize)]
@@ -12,6 +15,13 @@ pub struct Mesh {
     pub primitives: Vec<Primitive>,
     /// How much of each morph target is added, where a node does not say.
     pub weights: Option<Vec<f32>>,
+}
+
+impl Mesh {
+    /// How many morph targets it has.
+    pub fn target_count(&self) -> usize {
+        self.primitives.iter().filter_map(|p| p.targets.as_ref()).map(Vec::len).max().unwrap_or(0)
+    }
 }
 
 /// A part of a mesh in one material.
@@ -27,16 +37,59 @@ pub struct Primitive {
 }
 
 /// The accessors of the vertices, by what they hold.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default, rename_all = "SCREAMING_SNAKE_CASE")]
+#[derive(Debug, Default)]
 pub struct Attributes {
     pub position: Option<Index>,
     pub normal: Option<Index>,
-    #[serde(rename = "TEXCOORD_0")]
     pub tex_coord_0: Option<Index>,
-    #[serde(rename = "TEXCOORD_1")]
     pub tex_coord_1: Option<Index>,
     pub color_0: Option<Index>,
+    /// JOINTS_n by n.
+    pub joints: BTreeMap<u32, Index>,
+    /// WEIGHTS_n by n.
+    pub weights: BTreeMap<u32, Index>,
+}
+
+impl<'de> Deserialize<'de> for Attributes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Attributes, D::Error> {
+        struct ByName;
+        impl<'de> Visitor<'de> for ByName {
+            type Value = Attributes;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("struct Attributes")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Attributes, A::Error> {
+                let mut all = Attributes::default();
+                while let Some(name) = map.next_key::<Cow<'de, str>>()? {
+                    let set = |prefix: &str| name.strip_prefix(prefix)?.parse::<u32>().ok();
+                    match &*name {
+                        "POSITION" => all.position = map.next_value()?,
+                        "NORMAL" => all.normal = map.next_value()?,
+                        "TEXCOORD_0" => all.tex_coord_0 = map.next_value()?,
+                        "TEXCOORD_1" => all.tex_coord_1 = map.next_value()?,
+                        "COLOR_0" => all.color_0 = map.next_value()?,
+                        _ => {
+                            let sets = match (set("JOINTS_"), set("WEIGHTS_")) {
+                                (Some(n), _) => Some((n, &mut all.joints)),
+                                (_, Some(n)) => Some((n, &mut all.weights)),
+                                _ => None,
+                            };
+                            match sets {
+                                Some((n, sets)) => {
+                                    sets.extend(map.next_value::<Option<Index>>()?.map(|i| (n, i)))
+                                }
+                                None => drop(map.next_value::<IgnoredAny>()?),
+                            }
+                        }
+                    }
+                }
+                Ok(all)
+            }
+        }
+        deserializer.deserialize_map(ByName)
+    }
 }
 
 /// The accessors of what a morph target adds to the vertices.

@@ -14,6 +14,7 @@ mod light;
 mod material;
 mod mesh;
 mod node;
+mod skin;
 mod texture;
 
 pub use accessor::{Accessor, ComponentType, ElementType, Sparse};
@@ -23,8 +24,9 @@ pub use camera::{Camera, CameraType};
 pub use index::Index;
 pub use light::{Light, LightType};
 pub use material::{AlphaMode, Material, MaterialExtensions, PbrMetallicRoughness, SpecularGlossiness};
-pub use mesh::{Mesh, Mode, Primitive};
+pub use mesh::{Attributes, Mesh, Mode, Primitive};
 pub use node::{Node, Scene};
+pub use skin::Skin;
 pub use texture::{Image, MagFilter, NormalTexture, Sampler, Texture, TextureInfo, TextureTransform, Wrap};
 
 use light::Lights;
@@ -63,6 +65,8 @@ pub struct Document {
     pub samplers: Vec<Sampler>,
     #[serde(default)]
     pub scenes: Vec<Scene>,
+    #[serde(default)]
+    pub skins: Vec<Skin>,
     #[serde(default)]
     pub textures: Vec<Texture>,
     pub extensions: Option<DocumentExtensions>,

@@ -2,7 +2,6 @@
 
 use super::Index;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 /// A scene shows nodes and all that is below them.
 #[derive(Debug, Deserialize)]
@@ -25,8 +24,7 @@ pub struct Node {
     pub scale: Option<[f32; 3]>,
     pub mesh: Option<Index>,
     pub camera: Option<Index>,
-    /// Skins are not read; whether there is one is told.
-    pub skin: Option<IgnoredAny>,
+    pub skin: Option<Index>,
     /// How much of each morph target of the mesh is added.
     pub weights: Option<Vec<f32>>,
     pub extensions: Option<NodeExtensions>,

@@ -11,22 +11,24 @@ use std::sync::LazyLock;
 static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let info = json!({"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 2], "rotation": 1}}});
     let mut file = File::new(json!({
-        "scene": 0, "scenes": [{"nodes": [0, 2]}], "cameras": [
+        "scene": 0, "scenes": [{"nodes": [0, 2, 3]}], "cameras": [
             {"type": "perspective", "perspective": {"yfov": 0.6, "znear": 1}},
             {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 2, "znear": 1}}],
         "animations": [{"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}},
                 {"sampler": 1, "target": {"node": 0, "path": "scale"}},
                 {"sampler": 2, "target": {"node": 2, "path": "rotation"}},
-                {"sampler": 2, "target": {"node": 1, "path": "weights"}}],
+                {"sampler": 3, "target": {"node": 1, "path": "weights"}}],
             "samplers": [{"input": 4, "output": 0}, {"input": 4, "interpolation": "STEP", "output": 0},
-                {"input": 5, "interpolation": "CUBICSPLINE", "output": 6}]}],
+                {"input": 5, "interpolation": "CUBICSPLINE", "output": 6}, {"input": 5, "output": 7}]}],
+        "skins": [{"joints": [0, 1], "inverseBindMatrices": 10}],
         "nodes": [{"children": [1], "scale": [1, 2, 3]}, {"mesh": 0, "rotation": [0, 0, 1, 0], "weights": [0.5]},
             {"mesh": 1, "camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0},
-                "EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}],
+                "EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}, {"mesh": 2, "skin": 0}],
         "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "spot": {"innerConeAngle": 0.1}}]}},
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 0, "TEXCOORD_0": 2, "COLOR_0": 0},
                 "indices": 1, "material": 0, "mode": 5, "targets": [{"POSITION": 0}]}]},
-            {"primitives": [{"attributes": {"POSITION": 3}, "mode": 6}, {"attributes": {"POSITION": 0}, "mode": 1}]}],
+            {"primitives": [{"attributes": {"POSITION": 3}, "mode": 6}, {"attributes": {"POSITION": 0}, "mode": 1}]},
+            {"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 8, "WEIGHTS_0": 9}}]}],
         "images": [{"bufferView": 3}, {"uri": "data:,P3%0A1%201%0A9%0A1%201%201%0A"}], "samplers": [{"wrapS": 33071}],
         "textures": [{"source": 0, "sampler": 0}, {"source": 1}],
         "materials": [{"alphaMode": "MASK", "emissiveTexture": info, "normalTexture": {"index": 1},
@@ -46,6 +48,12 @@ static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
     file.floats(&[[0.0], [1.0], [2.5]]);
     file.floats(&[[1.0], [2.0]]);
     file.floats(&[[0.0, 1.0, 0.0, 1.0]; 6]);
+    file.floats(&[[0.25], [1.0]]);
+    file.floats(&[[0.0, 1.0, 0.0, 0.0]; 3]);
+    file.floats(&[[0.5, 0.25, 0.0, 0.0]; 3]);
+    let identity =
+        [[1.0f32, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+    file.accessor(F32, "MAT4", 2, &bytes([identity; 2].as_flattened().as_flattened()));
     file.glb()
 });
 
@@ -105,7 +113,7 @@ fn the_unchanged_file_loads() {
     let loaded = read(&[("a.glb", &WHOLE)]).unwrap();
     assert_eq!(
         (loaded.scene.instances.len(), loaded.scene.lights.len(), loaded.scene.images.len()),
-        (4, 1, 2)
+        (5, 1, 2)
     );
     let animation = loaded.scene.animation.as_ref().unwrap();
     assert_eq!((animation.frames, animation.lights.len()), (60, 1));

@@ -7,6 +7,7 @@ mod materials;
 mod oracle;
 mod samplers;
 mod scenes;
+mod skins;
 mod wrong;
 
 use crate::error::SceneError;

@@ -15,6 +15,7 @@ pub(super) fn document(raw: bool) -> Value {
         "materials": all(["OPAQUE", "MASK", "BLEND"].map(|mode| material(mode, raw))),
         "meshes": [{"name": "m", "weights": [0.5, 0.25], "primitives": all((0..7).map(|mode| primitive(mode, raw)))}],
         "nodes": [node()],
+        "skins": [{"name": "s", "joints": [2, 1], "inverseBindMatrices": 6, "skeleton": 1}],
         "samplers": [{"magFilter": 9728, "wrapS": 33_071, "wrapT": 33_648},
             {"magFilter": 9729, "wrapS": 33_648, "wrapT": 10_497}, {"magFilter": 9729, "wrapS": 10_497, "wrapT": 33_071}],
         "textures": [{"name": "t", "sampler": 0, "source": 1,
@@ -61,7 +62,8 @@ fn light(kind: &str) -> Value {
 }
 
 fn primitive(mode: u32, raw: bool) -> Value {
-    let mut primitive = json!({"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "TEXCOORD_1": 3, "COLOR_0": 4, "TANGENT": 5},
+    let mut primitive = json!({"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2, "TEXCOORD_1": 3, "COLOR_0": 4, "TANGENT": 5,
+            "JOINTS_0": 10, "WEIGHTS_0": 11, "JOINTS_1": 12, "WEIGHTS_1": 13},
         "indices": 6, "material": 1, "mode": mode, "targets": [{"POSITION": 7, "NORMAL": 8, "TANGENT": 9}]});
     if raw {
         primitive["extensions"] = json!({"KHR_draco_mesh_compression": {}});

@@ -22,6 +22,13 @@ pub(super) fn agree(ours: &Document, theirs: &Root) {
             primitive(place, a, b);
         }
     }
+    for (i, (a, b)) in ours.skins.iter().zip(&theirs.skins).enumerate() {
+        let place = &format!("skin {i}");
+        same(place, (&a.name, a.joints.len()), (&b.name, b.joints.len()));
+        let joints = a.joints.iter().zip(&b.joints);
+        joints.for_each(|(a, b)| same(place, a.value(), b.value()));
+        same(place, index(a.inverse_bind_matrices), crate_index(b.inverse_bind_matrices));
+    }
     cameras(ours, theirs);
     lights(ours, theirs);
 }
@@ -37,8 +44,8 @@ fn node(place: &str, a: &Node, b: &CrateNode) {
     );
     same(
         place,
-        (index(a.mesh), index(a.camera), a.skin.is_some(), &a.weights),
-        (crate_index(b.mesh), crate_index(b.camera), b.skin.is_some(), &b.weights),
+        (index(a.mesh), index(a.camera), index(a.skin), &a.weights),
+        (crate_index(b.mesh), crate_index(b.camera), crate_index(b.skin), &b.weights),
     );
     let light = b.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
     same(place, index(a.light()), light.map(|light| light.light.value()));
@@ -73,6 +80,11 @@ fn primitive(place: &str, a: &Primitive, b: &CratePrimitive) {
             attribute(Semantic::Colors(0)),
         ),
     );
+    for n in 0..4 {
+        let of_ours = [&attributes.joints, &attributes.weights].map(|sets| index(sets.get(&n).copied()));
+        let of_crate = [attribute(Semantic::Joints(n)), attribute(Semantic::Weights(n))];
+        same(place, of_ours, of_crate);
+    }
     let draco = a.extensions.as_ref().is_some_and(|e| e.draco.is_some());
     let of_crate = b.extensions.as_ref().is_some_and(|e| e.others.contains_key("KHR_draco_mesh_compression"));
     same(
