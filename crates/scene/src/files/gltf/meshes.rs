@@ -68,6 +68,9 @@ enum Source {
     Read(Vertices),
 }
 
+/// What a mesh is but for its materials: its shapes, the sampler of its weights, its skin.
+type MovingShape = (Vec<Shape>, Option<usize>, Option<usize>);
+
 /// Builds each mesh once.
 pub(super) struct Meshes<'a> {
     accessors: &'a Accessors<'a>,
@@ -81,8 +84,8 @@ pub(super) struct Meshes<'a> {
     used_materials: Vec<bool>,
     /// What shows a mesh under weights of its morph targets; `None` where there is nothing to show.
     shown: HashMap<(usize, Pose), Option<Shown>>,
-    /// Built meshes by shape and by the sampler of their weights and their skin, with their materials.
-    by_shape: HashMap<(Vec<Shape>, Option<usize>, Option<usize>), Vec<(Shown, Vec<u32>)>>,
+    /// Built meshes, with their materials.
+    by_shape: HashMap<MovingShape, Vec<(Shown, Vec<u32>)>>,
     /// Vertices of which a mesh took a few; others may take more.
     large: HashMap<VertexKey, Vertices>,
     /// Primitives of points and lines.

@@ -175,7 +175,7 @@ impl Influences {
 /// The number of a joint, which was read as a float.
 fn whole(joint: f32) -> Result<u32, String> {
     // Of types that hold fractions, numbers below 2^24 are exact.
-    match joint >= 0.0 && joint < 16_777_216.0 && joint.fract() == 0.0 {
+    match (0.0..16_777_216.0).contains(&joint) && joint.fract() == 0.0 {
         true => Ok(joint as u32),
         false => Err(format!("{joint} is no number of a joint")),
     }
