@@ -2,9 +2,7 @@
 
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::Integrator;
-use eosphor_render::{
-    Accel, Backend, Bands, CpuBackend, CpuOptions, Film, PixelFeatures, PreparedScene, RenderControl,
-};
+use eosphor_render::{Accel, Backend, Bands, CpuBackend, CpuOptions, Film, PixelFeatures, RenderControl};
 use eosphor_scene::{FrameStates, LoadOptions, Scene, SceneData, load};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

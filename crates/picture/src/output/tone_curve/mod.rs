@@ -74,6 +74,7 @@ fn neutral([r, g, b]: [f32; 3]) -> [f32; 3] {
 /// Stephen Hill's fit of the ACES reference rendering transform and the output transform of sRGB: `ACES.hlsl` of
 /// github.com/TheRealMJP/BakingLab (2016). Its matrices go from linear sRGB to the space of the curve and back.
 #[inline(always)]
+#[allow(clippy::excessive_precision, reason = "digits as published")]
 fn aces(color: [f32; 3]) -> [f32; 3] {
     const BEFORE: Matrix =
         [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
@@ -88,6 +89,7 @@ fn aces(color: [f32; 3]) -> [f32; 3] {
 /// of Blender's AgX (github.com/EaryChow/AgX_LUT_Gen), in Rec. 2020, as Filament and three.js have them. Those two have a
 /// polynomial in place of the sigmoid.
 #[inline(always)]
+#[allow(clippy::excessive_precision, reason = "nine digits, as single precision has at most")]
 fn agx(color: [f32; 3]) -> [f32; 3] {
     /// From linear sRGB to Rec. 2020 (ITU-R BT.2087), and then inwards.
     const BEFORE: Matrix = [
