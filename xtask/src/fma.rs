@@ -10,8 +10,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 /// Functions that the check starts from, as parts of their mangled names.
-const ENTRIES: [&str; 5] =
-    ["render_tile_avx2", "render_tile_avx512", "query_avx2", "query_avx512", "develop_row_avx2"];
+const ENTRIES: [&str; 6] = [
+    "render_tile_avx2",
+    "render_tile_avx512",
+    "query_avx2",
+    "query_avx512",
+    "develop_row_avx2",
+    "bent_row_avx2",
+];
 
 /// What is called on CPUs without vectors alone: at hand to all code, and never run by the code that is looked at.
 const OF_OTHER_CPUS: [&str; 2] = ["with_portable", "without_fma"];

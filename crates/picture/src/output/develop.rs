@@ -70,33 +70,43 @@ impl Developed {
 /// Develops a row with the best instructions that the CPU has: without them each fused multiply-add of the curve is a
 /// library call. All give the same bytes. `cargo xtask fma` looks for these functions by name.
 fn develop_row(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
-    match SimdLevel::best() {
+    // Rows without a tone curve have code of their own, which compiles as if there were none.
+    match (SimdLevel::best(), settings.tone_curve) {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `SimdLevel::best` returns only levels that the CPU has, and both of these have AVX2 and FMA.
-        SimdLevel::Avx2 | SimdLevel::Avx512 => unsafe {
-            develop_row_avx2(bytes, colours, gain, settings);
+        (SimdLevel::Avx2 | SimdLevel::Avx512, ToneCurve::None) => unsafe {
+            develop_row_avx2(bytes, colours, gain, settings.transfer);
         },
-        _ => develop_row_with(bytes, colours, gain, settings),
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        (SimdLevel::Avx2 | SimdLevel::Avx512, _) => unsafe {
+            bent_row_avx2(bytes, colours, gain, settings);
+        },
+        (_, ToneCurve::None) => develop_row_with(bytes, colours, gain, settings.transfer),
+        _ => bent_row_with(bytes, colours, gain, settings),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn develop_row_avx2(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
-    develop_row_with(bytes, colours, gain, settings);
+unsafe fn develop_row_avx2(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
+    develop_row_with(bytes, colours, gain, transfer);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
+unsafe fn bent_row_avx2(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
+    bent_row_with(bytes, colours, gain, settings);
 }
 
 #[inline(always)]
-fn develop_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
+fn develop_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
     for (bytes, colours) in bytes.chunks_mut(3 * PIXELS).zip(colours.chunks(PIXELS)) {
         let mut values = [0.0; 3 * PIXELS];
         for (values, colour) in values.as_chunks_mut::<3>().0.iter_mut().zip(colours) {
             *values = [colour.x * gain, colour.y * gain, colour.z * gain];
         }
-        if settings.tone_curve != ToneCurve::None {
-            bend(settings.tone_curve, &mut values);
-        }
-        match settings.transfer {
+        match transfer {
             Transfer::Srgb => {
                 for value in &mut values {
                     *value = linear_to_srgb(cut(*value));
@@ -114,6 +124,51 @@ fn develop_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &De
         }
         bytes.copy_from_slice(&developed[..bytes.len()]);
     }
+}
+
+/// The same with a tone curve.
+#[inline(always)]
+fn bent_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
+    for (bytes, colours) in bytes.chunks_mut(3 * PIXELS).zip(colours.chunks(PIXELS)) {
+        let mut values = exposed(colours, gain);
+        bend(settings.tone_curve, &mut values);
+        transferred(&mut values, settings.transfer);
+        write(bytes, &values);
+    }
+}
+
+#[inline(always)]
+fn exposed(colours: &[Vec3], gain: f32) -> [f32; 3 * PIXELS] {
+    let mut values = [0.0; 3 * PIXELS];
+    for (values, colour) in values.as_chunks_mut::<3>().0.iter_mut().zip(colours) {
+        *values = [colour.x * gain, colour.y * gain, colour.z * gain];
+    }
+    values
+}
+
+#[inline(always)]
+fn transferred(values: &mut [f32; 3 * PIXELS], transfer: Transfer) {
+    match transfer {
+        Transfer::Srgb => {
+            for value in values {
+                *value = linear_to_srgb(cut(*value));
+            }
+        }
+        Transfer::Linear => {
+            for value in values {
+                *value = cut(*value);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn write(bytes: &mut [u8], values: &[f32; 3 * PIXELS]) {
+    let mut developed = [0; 3 * PIXELS];
+    for (byte, value) in developed.iter_mut().zip(values) {
+        *byte = quantise(*value);
+    }
+    bytes.copy_from_slice(&developed[..bytes.len()]);
 }
 
 /// Applies a tone curve, to all pixels at once.
@@ -241,7 +296,10 @@ mod tests {
         {
             let settings = DevelopSettings { exposure: 0.5, tone_curve, transfer };
             let [mut plain, mut best] = [(); 2].map(|()| vec![0; colours.len() * 3]);
-            develop_row_with(&mut plain, &colours, exp2(0.5), &settings);
+            match tone_curve {
+                ToneCurve::None => develop_row_with(&mut plain, &colours, exp2(0.5), transfer),
+                _ => bent_row_with(&mut plain, &colours, exp2(0.5), &settings),
+            }
             develop_row(&mut best, &colours, exp2(0.5), &settings);
             assert!(plain == best, "{settings:?}");
             // All shades are there.

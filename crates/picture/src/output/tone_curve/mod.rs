@@ -1,7 +1,8 @@
 //! Tone curves: linear light without an upper end to linear colours of a screen, 0 to 1.
 //!
 //! Everything is arithmetic of core in straight lines, so that a loop over pixels vectorises and has the same bits on every
-//! machine. `truth.py` beside this computes the same from the publications.
+//! machine. No closures and no `map` of arrays: what is not inlined is compiled for the baseline, where each fused multiply-add is a
+//! library call. `truth.py` beside this computes the same from the publications.
 
 use eosphor_core::math::elementary::{log2, pow};
 use eosphor_core::math::{clamp, fma, max, min};
@@ -23,20 +24,24 @@ type Matrix = [[f32; 3]; 3];
 
 /// Applies a curve to each pixel. What is no light (NaN, less than 0) counts as 0. Colours may come out a little outside 0 to 1.
 #[inline(always)]
-pub(super) fn apply(curve: ToneCurve, planes: &mut Planes) {
+pub(super) fn apply(curve: ToneCurve, [red, green, blue]: &mut Planes) {
     match curve {
         ToneCurve::None => {}
-        ToneCurve::Aces => each(planes, aces),
-        ToneCurve::Agx => each(planes, agx),
-        ToneCurve::Neutral => each(planes, neutral),
-    }
-}
-
-#[inline(always)]
-fn each(planes: &mut Planes, curve: impl Fn([f32; 3]) -> [f32; 3]) {
-    let [red, green, blue] = planes;
-    for ((r, g), b) in red.iter_mut().zip(green).zip(blue) {
-        [*r, *g, *b] = curve([light(*r), light(*g), light(*b)]);
+        ToneCurve::Aces => {
+            for ((r, g), b) in red.iter_mut().zip(green).zip(blue) {
+                [*r, *g, *b] = aces([light(*r), light(*g), light(*b)]);
+            }
+        }
+        ToneCurve::Agx => {
+            for ((r, g), b) in red.iter_mut().zip(green).zip(blue) {
+                [*r, *g, *b] = agx([light(*r), light(*g), light(*b)]);
+            }
+        }
+        ToneCurve::Neutral => {
+            for ((r, g), b) in red.iter_mut().zip(green).zip(blue) {
+                [*r, *g, *b] = neutral([light(*r), light(*g), light(*b)]);
+            }
+        }
     }
 }
 
@@ -46,9 +51,13 @@ fn light(x: f32) -> f32 {
 }
 
 #[inline(always)]
-fn times(m: &Matrix, [r, g, b]: [f32; 3]) -> [f32; 3] {
-    let row = |m: [f32; 3]| fma(m[2], b, fma(m[1], g, m[0] * r));
-    [row(m[0]), row(m[1]), row(m[2])]
+fn times(m: &Matrix, color: [f32; 3]) -> [f32; 3] {
+    [dot(m[0], color), dot(m[1], color), dot(m[2], color)]
+}
+
+#[inline(always)]
+fn dot(row: [f32; 3], [r, g, b]: [f32; 3]) -> f32 {
+    fma(row[2], b, fma(row[1], g, row[0] * r))
 }
 
 /// Khronos PBR Neutral, as PBR_Neutral/README.md of github.com/KhronosGroup/ToneMapping specifies it (2024).
@@ -68,7 +77,8 @@ fn neutral([r, g, b]: [f32; 3]) -> [f32; 3] {
     let share = 1.0 / fma(DESATURATION, peak - compressed, 1.0);
     let (scale, white) = (compressed / max(peak, START) * share, compressed * (1.0 - share));
     let is_bright = peak > START;
-    [r, g, b].map(|x| if is_bright { fma(x, scale, white) } else { x })
+    let (scale, white) = if is_bright { (scale, white) } else { (1.0, 0.0) };
+    [fma(r, scale, white), fma(g, scale, white), fma(b, scale, white)]
 }
 
 /// Stephen Hill's fit of the ACES reference rendering transform and the output transform of sRGB: `ACES.hlsl` of
@@ -80,9 +90,13 @@ fn aces(color: [f32; 3]) -> [f32; 3] {
         [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
     const AFTER: Matrix =
         [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]];
-    let fit =
-        |v: f32| fma(v, v + 0.024_578_6, -0.000_090_537) / fma(v, fma(0.983_729, v, 0.432_951_0), 0.238_081);
-    times(&AFTER, times(&BEFORE, color).map(fit))
+    let [r, g, b] = times(&BEFORE, color);
+    times(&AFTER, [aces_fit(r), aces_fit(g), aces_fit(b)])
+}
+
+#[inline(always)]
+fn aces_fit(v: f32) -> f32 {
+    fma(v, v + 0.024_578_6, -0.000_090_537) / fma(v, fma(0.983_729, v, 0.432_951_0), 0.238_081)
 }
 
 /// AgX by Troy Sobotka (github.com/sobotka/AgX, 2022) without a look: its sigmoid over the logarithm of light, between the matrices
@@ -108,7 +122,8 @@ fn agx(color: [f32; 3]) -> [f32; 3] {
         [-0.124_550_476, 1.132_899_9, -0.008_349_423],
         [-0.018_150_763, -0.100_578_9, 1.118_729_7],
     ];
-    let [r, g, b] = times(&AFTER, times(&BEFORE, color).map(agx_sigmoid));
+    let [r, g, b] = times(&BEFORE, color);
+    let [r, g, b] = times(&AFTER, [agx_sigmoid(r), agx_sigmoid(g), agx_sigmoid(b)]);
     // (Powers take what is below 0 as 0.)
     times(&SRGB_FROM_REC2020, [pow(r, 2.2), pow(g, 2.2), pow(b, 2.2)])
 }
