@@ -118,9 +118,9 @@ pub(crate) struct SettingsFlags {
     /// Read colour textures as linear
     #[arg(long, overrides_with = "srgb_textures")]
     linear_textures: bool,
-    /// Tone curve, which keeps some detail of what is brighter than white. none: it is cut; neutral: Khronos PBR Neutral, colours as
-    /// they are up to 0.8 and compressed above; agx: AgX, soft contrast; aces: ACES by Hill's fit, strong contrast [default: none,
-    /// but neutral for path-traced glTF]
+    /// Tone curve, which keeps some detail of what is brighter than white. none: it is cut; neutral: Khronos PBR Neutral, colours
+    /// as they are up to 0.8 and compressed above; agx: AgX, soft contrast; aces: ACES by Hill's fit, strong contrast [default:
+    /// none, but neutral for path-traced glTF]
     #[arg(long, value_name = "CURVE", value_parser = tone_curves())]
     tone_curve: Option<ToneCurve>,
     /// Transfer curve from linear colours to bytes [default: srgb]

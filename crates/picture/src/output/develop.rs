@@ -78,7 +78,7 @@ fn develop_row(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &Develop
             develop_row_avx2(bytes, colours, gain, settings.transfer);
         },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: as above.
+        // SAFETY: `SimdLevel::best` returns only levels that the CPU has, and both of these have AVX2 and FMA.
         (SimdLevel::Avx2 | SimdLevel::Avx512, _) => unsafe {
             bent_row_avx2(bytes, colours, gain, settings);
         },

@@ -309,8 +309,7 @@ impl Scene {
         let all = of_instances.chain(of_camera).chain(lights.iter().flat_map(|motion| &motion.moves));
         let of_vertices = self.placed_deformations().filter_map(|deformation| deformation.last_seconds());
         let last_keys = all.filter_map(|motion| motion.keys.last()).map(|key| key.seconds);
-        let last = last_keys.chain(of_vertices).reduce(f32::max);
-        self.animation = last.map(|seconds| {
+        self.animation = last_keys.chain(of_vertices).reduce(f32::max).map(|seconds| {
             let animation = Animation::of_frames(1);
             // Times in single precision are not quite those that were meant: 25 frames are not 26.
             let frames = (f64::from(seconds) * f64::from(animation.fps) - 1e-3).ceil();

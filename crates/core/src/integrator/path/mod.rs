@@ -7,9 +7,9 @@
 //! | a light, chosen by what it may give and sampled | `light.rs` | a shadow ray and what it brings |
 //! | where the path goes on | `scatter.rs` | the next ray |
 //!
-//! [`bounce`] puts the stages of one ray together; [`radiance`] is the reference scheduler: a loop over it, without a stack. Each contribution is added by itself to the exact
-//! sum, and a stage reads nothing but its arguments, so any order gives the same bits. Random numbers belong to (pixel, bounces,
-//! surfaces passed, decision), not to the history of a path (`numbers.rs`).
+//! [`bounce`] puts the stages of one ray together; [`radiance`] is the reference scheduler: a loop over it, without a stack. Each
+//! contribution is added by itself to the exact sum, and a stage reads nothing but its arguments, so any order gives the same bits.
+//! Random numbers belong to (pixel, bounces, surfaces passed, decision), not to the history of a path (`numbers.rs`).
 //!
 //! Lamps are found in two ways, as samples of lights and by rays of lobes that meet them. Each way has its share by the power
 //! heuristic (Veach 1997, "Robust Monte Carlo methods for light transport simulation", 9.2.4), of a ratio of densities

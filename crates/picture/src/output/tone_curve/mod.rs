@@ -1,8 +1,8 @@
 //! Tone curves: linear light without an upper end to linear colours of a screen, 0 to 1.
 //!
 //! Everything is arithmetic of core in straight lines, so that a loop over pixels vectorises and has the same bits on every
-//! machine. No closures and no `map` of arrays: what is not inlined is compiled for the baseline, where each fused multiply-add is a
-//! library call. `truth.py` beside this computes the same from the publications.
+//! machine. No closures and no `map` of arrays: what is not inlined is compiled for the baseline, where each fused multiply-add is
+//! a library call. `truth.py` beside this computes the same from the publications.
 
 use eosphor_core::math::elementary::{log2, pow};
 use eosphor_core::math::{clamp, fma, max, min};
@@ -130,8 +130,8 @@ fn agx(color: [f32; 3]) -> [f32; 3] {
 
 /// From light, by the logarithm of 10 stops below middle grey to 6.5 above it, to 0 to 1.
 ///
-/// Below and above the pivot, which is middle grey, it is `0.5 + 2 d / (1 + a |d|^n)^(1/n)`, with `d` the distance from there and `a`
-/// such that the ends are 0 and 1.
+/// Below and above the pivot, which is middle grey, it is `0.5 + 2 d / (1 + a |d|^n)^(1/n)`, with `d` the distance from there and
+/// `a` such that the ends are 0 and 1.
 #[inline(always)]
 fn agx_sigmoid(x: f32) -> f32 {
     const STOPS: f64 = 16.5;
