@@ -9,16 +9,17 @@ use eosphor::{EnvironmentMap, EnvironmentSource, Scene, Sky, sun_position};
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Lights")]
 pub(crate) struct SkyFlags {
-    /// Surround the scene with a clear sky with its sun, by the model of Hosek and Wilkie, above ground that it lights; a radiance of 1
-    /// stands for 30,000 cd/m². Needs --integrator path
+    /// Surround the scene with a clear sky with its sun, by the model of Hosek and Wilkie, above ground that it lights; a radiance
+    /// of 1 stands for 30,000 cd/m². Needs --integrator path
     #[arg(long, conflicts_with = "environment")]
     sky: bool,
-    /// Where the sky's sun stands: degrees over the horizon (0 to 90), and clockwise from north (-360 to 360). With +y up, north is -z
-    /// and east +x; with +z up, north is +y [default: 45,135]
+    /// Where the sky's sun stands: degrees over the horizon (0 to 90), and clockwise from north (-360 to 360). With +y up, north is
+    /// -z and east +x; with +z up, north is +y [default: 45,135]
     #[arg(long, value_name = "ELEVATION[,AZIMUTH]", value_parser = sun, allow_hyphen_values = true)]
     sky_sun: Option<(f32, Option<f32>)>,
     /// The time that the sky's sun stands at, as 2026-06-21T15:30+02:00: with its zone, or Z for universal time
-    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true, requires = "sky_place", conflicts_with = "sky_sun")]
+    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true,
+        requires = "sky_place", conflicts_with = "sky_sun")]
     sky_time: Option<String>,
     /// The place that --sky-time is meant at: degrees north (-90 to 90) and east (-180 to 180)
     #[arg(long, value_name = "LATITUDE,LONGITUDE", value_parser = place, requires = "sky_time", allow_hyphen_values = true)]

@@ -45,8 +45,8 @@ pub(super) fn chance(has_lights: bool) -> f32 {
     if has_lights { 0.5 } else { 1.0 }
 }
 
-/// The running sums of the cells of a picture that has so many rows, and how many cells there are across and down; `None` where it is
-/// black.
+/// The running sums of the cells of a picture that has so many rows, and how many cells there are across and down; `None` where it
+/// is black.
 fn table(view: &TextureView, picture_rows: u32) -> Option<(u32, u32, Vec<u32>)> {
     let header = &view.textures[0];
     let columns = header.width.min(MOST_CELLS[0]);

@@ -5,8 +5,8 @@ use eosphor_core::math::{Vec3, elementary64};
 
 /// A picture of all directions, from which light comes, or a sky that becomes one. Path tracing alone knows it.
 ///
-/// The picture is equirectangular: its upper border is one direction, up, and its lower border the opposite one. With +y up, the middle of
-/// the picture lies towards +x, and +z a fourth of its width right of that, as in Blender and three.js.
+/// The picture is equirectangular: its upper border is one direction, up, and its lower border the opposite one. With +y up, the
+/// middle of the picture lies towards +x, and +z a fourth of its width right of that, as in Blender and three.js.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentMap {
     /// What it shows.

@@ -230,7 +230,8 @@ impl Sun {
         texels
     }
 
-    /// The radiance at a place of the disk, level and upward from its middle over its radius; nothing beyond it and below the horizon.
+    /// The radiance at a place of the disk, level and upward from its middle over its radius; nothing beyond it and below the
+    /// horizon.
     fn disk_radiance(&self, disk: &SunDisk, side: f64, up: f64) -> Rgb {
         let squared = side * side + up * up;
         let radius = sin(SUN_RADIUS);

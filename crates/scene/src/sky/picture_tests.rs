@@ -61,7 +61,8 @@ fn the_sky_is_mitsubas() {
     assert!(worst < 1e-3, "{worst}");
 }
 
-/// The radiance of the sun's middle, and the irradiance by its disk. Mitsuba's default, without limb darkening, has a coarser table.
+/// The radiance of the sun's middle, and the irradiance by its disk. Mitsuba's default, without limb darkening, has a coarser
+/// table.
 #[test]
 fn the_sun_is_mitsubas() {
     let mut count = 0;

@@ -18,8 +18,9 @@ pub struct SunPosition {
     pub azimuth_degrees: f64,
 }
 
-/// Where the sun stands at a time, such as `2026-06-21T15:30+02:00`, at a latitude (north counts up, -90 to 90) and a longitude (east
-/// counts up, -180 to 180) in degrees. The time has its zone: `Z` or hours and minutes ahead of Greenwich; seconds may stand in it.
+/// Where the sun stands at a time, such as `2026-06-21T15:30+02:00`, at a latitude (north counts up, -90 to 90) and a longitude
+/// (east counts up, -180 to 180) in degrees. The time has its zone: `Z` or hours and minutes ahead of Greenwich; seconds may stand
+/// in it.
 ///
 /// # Errors
 /// What is wrong with the time or the place, in words.

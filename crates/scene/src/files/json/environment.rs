@@ -53,8 +53,8 @@ pub(super) struct EnvironmentFields {
     seen: bool,
 }
 
-/// A clear sky with its sun, by the model of Hosek and Wilkie; below the horizon there is ground that it lights. The sun stands where
-/// the angles say, or where it is at a time and a place. A radiance of 1 stands for 30,000 cd/m².
+/// A clear sky with its sun, by the model of Hosek and Wilkie; below the horizon there is ground that it lights. The sun stands
+/// where the angles say, or where it is at a time and a place. A radiance of 1 stands for 30,000 cd/m².
 #[derive(Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[schemars(
@@ -73,8 +73,8 @@ pub(super) struct SkyEntry {
     #[serde(default)]
     #[schemars(with = "f32", range(min = 0, max = 90))]
     sun_elevation_degrees: Option<f32>,
-    /// Where the sun stands, clockwise from north; 135 where nothing says it. With +y up, north is -z and east +x; with +z up, north
-    /// is +y.
+    /// Where the sun stands, clockwise from north; 135 where nothing says it. With +y up, north is -z and east +x; with +z up,
+    /// north is +y.
     #[serde(default)]
     #[schemars(with = "f32", range(min = -360, max = 360))]
     sun_azimuth_degrees: Option<f32>,

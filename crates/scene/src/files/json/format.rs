@@ -48,8 +48,8 @@ pub(super) struct SceneFile {
     #[serde(default)]
     #[schemars(with = "Vec<Light>")]
     pub(super) lights: Option<Vec<Light>>,
-    /// What surrounds everything and lights it: a picture of all directions, or a sky. Needs `"integrator": "path"`; cameras see it instead
-    /// of `background`.
+    /// What surrounds everything and lights it: a picture of all directions, or a sky. Needs `"integrator": "path"`; cameras see it
+    /// instead of `background`.
     #[serde(default)]
     #[schemars(with = "EnvironmentEntry")]
     pub(super) environment: Option<EnvironmentEntry>,
