@@ -161,7 +161,12 @@ mod tests {
         {
             for u in squares() {
                 let (d, lobe) = (direction(u), cosine_lobe(exponent, u));
-                assert!(d.z >= 0.0 && (d - lobe).length() < 2e-6, "{u:?}: {d:?} {lobe:?}");
+                assert!(
+                    d.z >= 0.0 && (d.length() - 1.0).abs() < 1e-6 && (d.z - lobe.z).abs() < 1e-6,
+                    "{u:?}: {d:?}"
+                );
+                // The lobe's sine comes from its z, which about the axis has few digits of it.
+                assert!((d - lobe).length() < 4e-4, "{u:?}: {d:?} {lobe:?}");
             }
         }
     }
