@@ -101,6 +101,12 @@ fn values(whole: &Value, part: &Value) -> Vec<Value> {
                     _ => {}
                 }
                 map.insert(key.clone(), value);
+                // One of these must be there.
+                if let Some(&first) =
+                    kinds.first().filter(|_| kinds.iter().all(|kind| !map.contains_key(*kind)))
+                {
+                    map.insert(first.into(), values(whole, &properties[first]).swap_remove(0));
+                }
                 found.push(object);
             }
         }
