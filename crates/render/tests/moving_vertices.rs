@@ -13,7 +13,7 @@ const SIZE: [u32; 2] = [53, 37];
 fn reed() -> Scene {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/reed.glb");
     let mut scene = load(path, &LoadOptions::default()).unwrap().scene;
-    scene.settings.size = SIZE;
+    (scene.settings.size, scene.settings.samples) = (SIZE, 2);
     scene
 }
 

@@ -32,7 +32,6 @@ fn skies_of_flags_are_those_of_scenes() {
             "{flags:?}"
         );
     };
-    same(&["--sky"], r#""environment": {"sky": {}},"#);
     let sky =
         r#""sky": {"sun-elevation-degrees": 20, "sun-azimuth-degrees": -30, "turbidity": 5, "albedo": 0}"#;
     same(

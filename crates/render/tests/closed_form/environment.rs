@@ -167,7 +167,7 @@ fn the_sun_of_a_sky_has_penumbras() {
     let wall = vec3(distance as f32, 0.0, 50.0);
     rectangle(&mut scene, wall, vec3(0.0, 50.0, 0.0), vec3(0.0, 0.0, 50.0), black);
     let radius = 0.2679f64.to_radians();
-    for place in [-1.3, -0.7, -0.35, 0.0, 0.35, 0.7, 1.3] {
+    for place in [-1.3, -0.5, 0.0, 0.7] {
         // Where the wall's edge covers this much of the disk.
         let z = (place * radius / elevation.cos() * distance) as f32;
         let got = f64::from(probe(&scene, vec3(-0.3, 2.0, z), vec3(0.0, 0.0, z)).y) / lit;
