@@ -96,7 +96,7 @@ fn aces(color: [f32; 3]) -> [f32; 3] {
 
 #[inline(always)]
 fn aces_fit(v: f32) -> f32 {
-    fma(v, v + 0.024_578_6, -0.000_090_537) / fma(v, fma(0.983_729, v, 0.432_951_0), 0.238_081)
+    fma(v, v + 0.024_578_6, -0.000_090_537) / fma(v, fma(0.983_729, v, 0.432_951), 0.238_081)
 }
 
 /// AgX by Troy Sobotka (github.com/sobotka/AgX, 2022) without a look: its sigmoid over the logarithm of light, between the matrices
