@@ -3,6 +3,7 @@
 use super::albedo::{Albedo, MeanAlbedo, white_albedo, white_glass_albedo, white_mean_albedo};
 use super::closure::{Closure, ScatterSample, Scattered};
 use super::ggx::Ggx;
+use super::matte::Matte;
 use super::schlick::Schlick;
 use super::{Refracted, reflect, refract};
 use crate::math::{Vec3, fma, max, vec3};
@@ -133,7 +134,7 @@ impl Mixture {
     /// glass, which are 0 and let everything through.
     #[inline(always)]
     fn matte(closure: &Closure, to_viewer: Vec3) -> Mixture {
-        let albedo = closure.diffuse.max_component();
+        let Matte { value, chance } = Matte::new(closure.diffuse);
         let layer = |share: f32| Layer {
             schlick: Schlick { f0: Vec3::ZERO, f90: Vec3::ZERO, share },
             multiple: Vec3::ZERO,
@@ -145,17 +146,12 @@ impl Mixture {
             ggx: Ggx { alpha: closure.alpha },
             layer: layer(1.0),
             metal: layer(0.0),
-            base: closure.diffuse * core::f32::consts::FRAC_1_PI,
+            base: value,
             multiple: Vec3::ZERO,
             glass: 0.0,
             mirrored: Vec3::ZERO,
             through: Vec3::ZERO,
-            chances: Chances {
-                base: if albedo > 0.0 { 1.0 } else { 0.0 },
-                multiple: 0.0,
-                mirror: 0.0,
-                glass: 0.0,
-            },
+            chances: Chances { base: chance, multiple: 0.0, mirror: 0.0, glass: 0.0 },
         }
     }
 
@@ -198,8 +194,7 @@ impl Mixture {
     fn reflected(&self, to_light: Vec3, cos: f32) -> Scattered {
         let closure = &self.closure;
         if self.is_matte {
-            let pdf = core::f32::consts::FRAC_1_PI * self.chances.base * cos;
-            return Scattered { value: self.base * cos, pdf };
+            return Matte { value: self.base, chance: self.chances.base }.eval(cos);
         }
         let albedo = white_albedo(cos, closure.alpha);
         let base = self.base * self.layer.lets_through(self.layer.albedo(albedo));

@@ -12,6 +12,7 @@ mod ggx;
 mod glass_tables;
 mod lambert;
 mod lobe;
+mod matte;
 mod mirror_tables;
 mod mixture;
 mod phong;
@@ -26,5 +27,6 @@ pub use fresnel::{fresnel_exact, fresnel_factor, fresnel_schlick, reflectance_at
 pub use ggx::Ggx;
 pub use lambert::Lambert;
 pub use lobe::Lobe;
+pub use matte::Matte;
 pub use mixture::Mixture;
 pub use phong::Phong;

@@ -4,7 +4,7 @@ mod sample;
 mod sphere;
 mod tree;
 
-pub use sample::{LightSample, LightSampleLanes, triangle_sample};
+pub use sample::{LightSample, LightSampleLanes, TriangleLamp, triangle_sample};
 pub use tree::{ChosenLight, LEAST_CHANCE, LightNode, LightReceiver, LightTree, light_of_primitive};
 
 use crate::math::Vec3;

@@ -16,7 +16,56 @@ pub struct LightSample {
     pub weight: f32,
 }
 
+/// A light triangle, as its samples need it.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleLamp {
+    /// First vertex, world space.
+    pub v0: Vec3,
+    /// Second vertex minus the first.
+    pub e1: Vec3,
+    /// Third vertex minus the first.
+    pub e2: Vec3,
+    /// Unit normal of the side that shines.
+    pub normal: Vec3,
+    /// Area over the number of samples.
+    pub power: f32,
+    /// It shines to the other side, too.
+    pub is_two_sided: bool,
+}
+
+impl TriangleLamp {
+    /// A sample of it, for a point of the unit square.
+    #[inline(always)]
+    fn sample_li(&self, from: Vec3, u: [f32; 2]) -> LightSample {
+        let [b1, b2] = triangle_point(u);
+        let offset = self.v0.plus_scaled(self.e1, b1).plus_scaled(self.e2, b2) - from;
+        let sample = towards(offset, self.power, true);
+        let cos = facing(-self.normal.dot(sample.to_light), self.is_two_sided);
+        LightSample { weight: sample.weight * cos, ..sample }
+    }
+
+    /// What its samples may be off its plane by.
+    #[inline(always)]
+    fn off_plane(&self) -> f32 {
+        let (a, b) = (self.e1.abs(), self.e2.abs());
+        OFF_PLANE * ((a.x + a.y + a.z) + (b.x + b.y + b.z))
+    }
+}
+
 impl Light {
+    /// The light as a triangle, where it is one.
+    #[inline(always)]
+    pub fn triangle_lamp(&self) -> Option<TriangleLamp> {
+        match *self {
+            Light::Triangle { v0, e1, e2, normal, area, samples, is_two_sided, .. } => {
+                Some(TriangleLamp { v0, e1, e2, normal, power: area / samples as f32, is_two_sided })
+            }
+            Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } | Light::Sphere { .. } => {
+                None
+            }
+        }
+    }
+
     /// The colour that it sends, which the weights of samples multiply.
     #[inline(always)]
     pub fn le(&self) -> Vec3 {
@@ -53,11 +102,8 @@ impl Light {
                 LightSample { weight: sample.weight * cone, ..sample }
             }
             Light::Triangle { v0, e1, e2, normal, area, samples, is_two_sided, .. } => {
-                let [b1, b2] = triangle_point(u);
-                let offset = v0.plus_scaled(e1, b1).plus_scaled(e2, b2) - from;
-                let sample = towards(offset, area / samples as f32, true);
-                let cos = facing(-normal.dot(sample.to_light), is_two_sided);
-                LightSample { weight: sample.weight * cos, ..sample }
+                TriangleLamp { v0, e1, e2, normal, power: area / samples as f32, is_two_sided }
+                    .sample_li(from, u)
             }
             Light::Sphere { center, radius, .. } => sphere::sample(from, center, radius, u),
         }
@@ -129,18 +175,9 @@ impl<const W: usize> LightSampleLanes<W> {
         let mut lanes = LightSampleLanes { to_light: [none; 3], t_max: none, weight: none };
         // An arm for each kind, so that none is chosen inside the loops.
         match *light {
-            light @ Light::Triangle { v0, e1, e2, normal, .. } => {
-                let mut u = [none; 2];
-                for lane in 0..W {
-                    [u[0][lane], u[1][lane]] = random(lane);
-                }
-                lanes.sample(&light, falloff, &origin, &u);
-                let (a, b) = (e1.abs(), e2.abs());
-                let off_plane = OFF_PLANE * ((a.x + a.y + a.z) + (b.x + b.y + b.z));
-                for lane in 0..W {
-                    lanes.t_max[lane] =
-                        end_at_plane(origin(lane), lanes.direction(lane), v0, normal, off_plane);
-                }
+            Light::Triangle { v0, e1, e2, normal, area, samples, is_two_sided, .. } => {
+                let lamp = TriangleLamp { v0, e1, e2, normal, power: area / samples as f32, is_two_sided };
+                return LightSampleLanes::of_triangles(|_| lamp, origin, random);
             }
             light @ Light::Point { position, .. } => {
                 lanes.sample(&light, falloff, &origin, &[none; 2]);
@@ -162,6 +199,37 @@ impl<const W: usize> LightSampleLanes<W> {
         lanes
     }
 
+    /// Samples a triangle in each lane; else as [`LightSampleLanes::new`].
+    #[inline(always)]
+    pub fn of_triangles(
+        lamp: impl Fn(usize) -> TriangleLamp,
+        origin: impl Fn(usize) -> Vec3,
+        random: impl Fn(usize) -> [f32; 2],
+    ) -> LightSampleLanes<W> {
+        let none = [0.0; W];
+        let mut lanes = LightSampleLanes { to_light: [none; 3], t_max: none, weight: none };
+        let mut u = [none; 2];
+        for lane in 0..W {
+            [u[0][lane], u[1][lane]] = random(lane);
+        }
+        for lane in 0..W {
+            lanes.set(lane, &lamp(lane).sample_li(origin(lane), [u[0][lane], u[1][lane]]));
+        }
+        for lane in 0..W {
+            lanes.t_max[lane] = end_at_plane(origin(lane), lanes.direction(lane), &lamp(lane));
+        }
+        lanes
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, sample: &LightSample) {
+        self.to_light[0][lane] = sample.to_light.x;
+        self.to_light[1][lane] = sample.to_light.y;
+        self.to_light[2][lane] = sample.to_light.z;
+        self.t_max[lane] = sample.distance;
+        self.weight[lane] = sample.weight;
+    }
+
     /// The unit vector to the light in a lane.
     #[inline(always)]
     pub fn direction(&self, lane: usize) -> Vec3 {
@@ -172,12 +240,7 @@ impl<const W: usize> LightSampleLanes<W> {
     #[inline(always)]
     fn sample(&mut self, light: &Light, falloff: bool, origin: &impl Fn(usize) -> Vec3, u: &[[f32; W]; 2]) {
         for lane in 0..W {
-            let sample = light.sample_li(origin(lane), [u[0][lane], u[1][lane]], falloff);
-            self.to_light[0][lane] = sample.to_light.x;
-            self.to_light[1][lane] = sample.to_light.y;
-            self.to_light[2][lane] = sample.to_light.z;
-            self.t_max[lane] = sample.distance;
-            self.weight[lane] = sample.weight;
+            self.set(lane, &light.sample_li(origin(lane), [u[0][lane], u[1][lane]], falloff));
         }
     }
 
@@ -196,9 +259,9 @@ const OFF_PLANE: f32 = 1.0 / 4_194_304.0;
 /// Where a ray that goes to a light triangle ends: the last number before it meets the triangle's plane, so that what lies on
 /// the light does not hide it and what stands before it does.
 #[inline(always)]
-fn end_at_plane(origin: Vec3, direction: Vec3, v0: Vec3, normal: Vec3, off_plane: f32) -> f32 {
-    let normal = double(normal);
-    let height = dot64(normal, minus64(double(v0), double(origin))).abs() - off_plane as f64;
+fn end_at_plane(origin: Vec3, direction: Vec3, lamp: &TriangleLamp) -> f32 {
+    let normal = double(lamp.normal);
+    let height = dot64(normal, minus64(double(lamp.v0), double(origin))).abs() - lamp.off_plane() as f64;
     let t = (height / dot64(normal, double(direction)).abs()) as f32;
     fma(t, -1.0 / 16_777_216.0, t)
 }

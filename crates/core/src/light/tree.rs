@@ -89,6 +89,64 @@ impl LightTree<'_> {
         choose_light(self, receiver, u)
     }
 
+    /// As [`LightTree::choose`] in each of several lanes. The first choice, between the children of the root, is made in all lanes
+    /// together: with few lamps it is the only one.
+    #[inline(always)]
+    pub fn choose_lanes<const W: usize>(
+        &self,
+        receiver: impl Fn(usize) -> LightReceiver,
+        u: &[f64; W],
+    ) -> [Option<ChosenLight>; W] {
+        let mut chosen = [None; W];
+        let Some(root) = self.nodes.first() else { return chosen };
+        let (mut first, mut is_reached) = ([root.first_chance as f64; W], [true; W]);
+        let children = (self.nodes.get(root.children as usize), self.nodes.get(root.children as usize + 1));
+        if let (true, (Some(a), Some(b))) = (!root.is_leaf() & !(root.first_chance >= 0.0), children) {
+            for lane in 0..W {
+                let receiver = receiver(lane);
+                let importances = [a.importance(&receiver), b.importance(&receiver)];
+                (first[lane], is_reached[lane]) = share_of_first(importances);
+            }
+        }
+        for lane in 0..W {
+            let (start, u) = (Descent { node: 0, chance: 1.0 }, u[lane]);
+            chosen[lane] = if root.is_leaf() {
+                self.descend(&receiver(lane), u, start, 0.0)
+            } else if is_reached[lane] {
+                let (is_first, low) = start.turns(first[lane], u, 0.0);
+                match start.below(root, first[lane], is_first) {
+                    Some(below) => self.descend(&receiver(lane), u, below, low),
+                    None => None,
+                }
+            } else {
+                None
+            };
+        }
+        chosen
+    }
+
+    /// The way down from a node, whose lights are those with `u` from `low` on.
+    #[inline(always)]
+    fn descend(
+        &self,
+        receiver: &LightReceiver,
+        u: f64,
+        mut at: Descent,
+        mut low: f64,
+    ) -> Option<ChosenLight> {
+        loop {
+            let node = self.nodes.get(at.node as usize)?;
+            if node.is_leaf() {
+                let chance = at.chance as f32;
+                return if chance > 0.0 { Some(ChosenLight { number: node.number, chance }) } else { None };
+            }
+            let first = self.first_chance(node, receiver)?;
+            let is_first;
+            (is_first, low) = at.turns(first, u, low);
+            at = at.below(node, first, is_first)?;
+        }
+    }
+
     /// The chance that [`LightTree::choose`] has of choosing a light; 0 for what is no light of the tree.
     #[inline(always)]
     pub fn chance(&self, receiver: &LightReceiver, light: u32) -> f32 {
@@ -103,35 +161,25 @@ impl LightTree<'_> {
         }
         let first = self.nodes.get(node.children as usize)?.importance(receiver);
         let second = self.nodes.get(node.children as usize + 1)?.importance(receiver);
-        let all = first + second;
-        if !(all > 0.0) {
-            return None;
-        }
-        if (first > 0.0) & (second > 0.0) {
-            // Where their sum is infinite they are alike.
-            let share = if all < f32::INFINITY { first / all } else { 0.5 };
-            return Some(clamp(share, LEAST_CHANCE, 1.0 - LEAST_CHANCE) as f64);
-        }
-        Some(if first > 0.0 { 1.0 } else { 0.0 })
+        let (share, is_reached) = share_of_first([first, second]);
+        if is_reached { Some(share) } else { None }
     }
+}
+
+/// The chance of the first of two children that promise this, and whether either of them promises anything.
+#[inline(always)]
+fn share_of_first([first, second]: [f32; 2]) -> (f64, bool) {
+    let all = first + second;
+    // Where their sum is infinite they are alike.
+    let share = if all < f32::INFINITY { first / all } else { 0.5 };
+    let of_both = clamp(share, LEAST_CHANCE, 1.0 - LEAST_CHANCE) as f64;
+    let of_one = if first > 0.0 { 1.0 } else { 0.0 };
+    (if (first > 0.0) & (second > 0.0) { of_both } else { of_one }, all > 0.0)
 }
 
 out_of_line! {
     fn choose_light(tree: &LightTree<'_>, receiver: &LightReceiver, u: f64) -> Option<ChosenLight> {
-        let mut at = Descent { node: 0, chance: 1.0 };
-        let mut low = 0.0;
-        loop {
-            let node = tree.nodes.get(at.node as usize)?;
-            if node.is_leaf() {
-                let chance = at.chance as f32;
-                return if chance > 0.0 { Some(ChosenLight { number: node.number, chance }) } else { None };
-            }
-            let first = tree.first_chance(node, receiver)?;
-            let middle = low + at.chance * first;
-            let is_first = (u < middle) | (first >= 1.0);
-            low = if is_first { low } else { middle };
-            at = at.below(node, first, is_first)?;
-        }
+        tree.descend(receiver, u, Descent { node: 0, chance: 1.0 }, 0.0)
     }
 }
 
@@ -155,6 +203,14 @@ out_of_line! {
 }
 
 impl Descent {
+    /// Whether the way for `u` goes to the first child, which has this chance, and where the lights there begin.
+    #[inline(always)]
+    fn turns(&self, first: f64, u: f64, low: f64) -> (bool, f64) {
+        let middle = low + self.chance * first;
+        let is_first = (u < middle) | (first >= 1.0);
+        (is_first, if is_first { low } else { middle })
+    }
+
     /// One node further; `None` where the nodes are no tree.
     #[inline(always)]
     fn below(&self, node: &LightNode, first: f64, is_first: bool) -> Option<Descent> {

@@ -33,7 +33,7 @@ pub(super) struct HitPoint {
     /// World space.
     pub(super) position: Vec3,
     /// What it may be off the surface by, besides the rounding of its coordinates.
-    error: f32,
+    pub(super) error: f32,
 }
 
 #[inline(always)]
@@ -41,18 +41,25 @@ fn sum(v: Vec3) -> f32 {
     v.x.abs() + v.y.abs() + v.z.abs()
 }
 
-/// The map into the instance's space; the world has none.
+/// The instance whose space a hit is in; `None` in the world's.
 #[inline(always)]
-fn map_of<'a>(instance: &'a Instance, hit: &Hit) -> Option<&'a Affine> {
-    if hit.id.instance == 0 { None } else { Some(&instance.object_from_world) }
+fn placed<'a>(instance: &'a Instance, hit: &Hit) -> Option<&'a Instance> {
+    if hit.id.instance == 0 { None } else { Some(instance) }
+}
+
+/// The map into an instance's space; the world has none.
+#[inline(always)]
+fn map_of(instance: Option<&Instance>) -> Option<&Affine> {
+    match instance {
+        Some(instance) => Some(&instance.object_from_world),
+        None => None,
+    }
 }
 
 /// What magnitudes in the instance's space are in the world, with those that mapping the ray has.
 #[inline(always)]
-fn magnitude(ray: &Ray, instance: &Instance, hit: &Hit, local: f64) -> f32 {
-    if hit.id.instance == 0 {
-        return local as f32;
-    }
+fn magnitude(ray: &Ray, instance: Option<&Instance>, local: f64) -> f32 {
+    let Some(instance) = instance else { return local as f32 };
     let mapped = sum(instance.object_from_world.abs().point(ray.origin.abs()));
     instance.world_from_object.growth() * (local as f32 + mapped)
 }
@@ -62,6 +69,12 @@ impl HitPoint {
     #[inline(always)]
     pub(super) fn on_triangle(ray: &Ray, instance: &Instance, corners: &[Vec3; 3], hit: &Hit) -> HitPoint {
         point_on_triangle(ray, instance, corners, hit)
+    }
+
+    /// Of a triangle of the world: the bits of [`HitPoint::on_triangle`], as part of its caller.
+    #[inline(always)]
+    pub(super) fn on_world_triangle(ray: &Ray, corners: &[Vec3; 3], hit: &Hit) -> HitPoint {
+        triangle_point(ray, None, corners, hit)
     }
 
     /// Of a sphere; also the vector from its centre, in its own space, any length.
@@ -81,7 +94,13 @@ impl HitPoint {
 out_of_line! {
     /// [`HitPoint::on_triangle`].
     fn point_on_triangle(ray: &Ray, instance: &Instance, corners: &[Vec3; 3], hit: &Hit) -> HitPoint {
-    let local = PreciseRay::of(ray, map_of(instance, hit));
+        triangle_point(ray, placed(instance, hit), corners, hit)
+    }
+}
+
+#[inline(always)]
+fn triangle_point(ray: &Ray, instance: Option<&Instance>, corners: &[Vec3; 3], hit: &Hit) -> HitPoint {
+    let local = PreciseRay::of(ray, map_of(instance));
     let world = PreciseRay::of(ray, None);
     let [a, b, c] = corners.map(double);
     let t = hit.t64();
@@ -92,17 +111,17 @@ out_of_line! {
     let most = 2.0 * T_ERROR as f64 * (sum64(world.origin) / sum64(world.direction) + t.abs());
     let rest = if rest.abs() <= most { rest } else { 0.0 };
     let position = along64(along64(world.origin, world.direction, t), world.direction, rest);
-    let error = PRECISE * magnitude(ray, instance, hit, sum64(a) + sum64(b) + sum64(c));
+    let error = PRECISE * magnitude(ray, instance, sum64(a) + sum64(b) + sum64(c));
     let inwards = inwards(instance, [a, b, c], hit, along64(near, local.direction, rest), position);
     let moved = [position[0] + inwards[0], position[1] + inwards[1], position[2] + inwards[2]];
     HitPoint { position: single(moved), error }
-}
 }
 
 out_of_line! {
     /// [`HitPoint::on_sphere`].
     fn point_on_sphere(ray: &Ray, instance: &Instance, sphere: &Sphere, hit: &Hit) -> (HitPoint, Vec3) {
-    let local = PreciseRay::of(ray, map_of(instance, hit));
+    let instance = placed(instance, hit);
+    let local = PreciseRay::of(ray, map_of(instance));
     let world = PreciseRay::of(ray, None);
     let t = hit.t64();
     let mut rest = 0.0;
@@ -116,7 +135,7 @@ out_of_line! {
     let outward = minus64(near, center);
     let scale = 1.0 / sphere.radius as f64;
     let outward = single([outward[0] * scale, outward[1] * scale, outward[2] * scale]);
-    let error = PRECISE * magnitude(ray, instance, hit, sum64(center) + sphere.radius as f64);
+    let error = PRECISE * magnitude(ray, instance, sum64(center) + sphere.radius as f64);
     (HitPoint { position: single(position), error }, outward)
 }
 }
@@ -134,14 +153,16 @@ fn smaller(a: f64, b: f64) -> f64 {
 /// From a point too close to an edge, the way to one that is not: towards the middle of the triangle. In the world.
 #[inline(always)]
 fn inwards(
-    instance: &Instance,
+    instance: Option<&Instance>,
     [a, b, c]: [Double3; 3],
     hit: &Hit,
     local: Double3,
     world: Double3,
 ) -> Double3 {
-    let is_world = hit.id.instance == 0;
-    let stretch = if is_world { 1.0 } else { instance.object_from_world.growth() as f64 };
+    let stretch = match map_of(instance) {
+        Some(map) => map.growth() as f64,
+        None => 1.0,
+    };
     let distance = (FROM_EDGES * ROUNDING) as f64 * sum64(world) * stretch;
     let (e1, e2, e3) = (minus64(b, a), minus64(c, a), minus64(c, b));
     let longest = sqrt64(larger(larger(dot64(e1, e1), dot64(e2, e2)), dot64(e3, e3)));
@@ -161,5 +182,6 @@ fn inwards(
         ((a[1] + b[1] + c[1]) * third - local[1]) * step,
         ((a[2] + b[2] + c[2]) * third - local[2]) * step,
     ];
-    if is_world { way } else { instance.world_from_object.direction64(way) }
+    let Some(instance) = instance else { return way };
+    instance.world_from_object.direction64(way)
 }

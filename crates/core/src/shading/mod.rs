@@ -7,6 +7,7 @@ mod material_texels;
 mod material_values;
 mod normal_map;
 mod path_material;
+mod point_lanes;
 mod surface;
 
 pub use emission_texel::emission_texel;
@@ -15,4 +16,5 @@ pub use material_texels::MaterialTexels;
 pub use material_values::MaterialValues;
 pub use normal_map::normal_map;
 pub use path_material::PathMaterial;
+pub use point_lanes::{FoundTriangle, PointLanes};
 pub use surface::SurfacePoint;

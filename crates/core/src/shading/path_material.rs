@@ -14,11 +14,14 @@
 //! reflects. Glass that does not refract is thin. A mirror's highlights are its own: `Ks` adds none. What a surface lets through
 //! straight without being glass (`d`, PLATO's transparency) is `through`.
 
+use super::surface::material_of_triangle;
 use super::{MaterialTexels, MaterialValues};
 use crate::bsdf::{Closure, reflectance_at_normal_incidence};
-use crate::material::{FresnelUse, Material, Refraction, SurfaceModel};
+use crate::material::{AlphaUse, FresnelUse, Material, NONE, Refraction, SurfaceModel};
 use crate::math::{Vec3, clamp, max, min, sqrt};
+use crate::ray::Hit;
 use crate::texture::Rgba;
+use crate::view::{SceneView, item};
 
 /// The index of refraction where a highlight has none that reflects.
 const USUAL_IOR: f32 = 1.5;
@@ -159,6 +162,29 @@ impl PathMaterial {
             values.alpha = min(sqrt(2.0 / (material.shininess + 2.0)), 1.0);
         }
         values
+    }
+
+    /// Whether a material is matte and nothing else wherever it is, and its textures change neither normals nor what is there.
+    #[inline(always)]
+    pub fn is_matte(material: &Material) -> bool {
+        let shines = max(material.reflection.max_component(), material.specular.max_component()) > 0.0;
+        let is_base =
+            (material.model != SurfaceModel::MetallicRoughness) & (material.fresnel != FresnelUse::Both);
+        let passes =
+            (material.refraction == Refraction::Straight) & (material.transmission.max_component() > 0.0);
+        let is_whole = (material.alpha == AlphaUse::Ignore) & (material.normal_texture == NONE);
+        is_base & is_whole & !shines & !passes & !(material.attenuation.max_component() > 0.0)
+    }
+
+    /// Albedo and emission where the number-th triangle of the scene was hit, whose material is matte.
+    #[inline(always)]
+    pub fn matte_at(view: &SceneView, number: u32, material: &Material, hit: &Hit) -> (Vec3, Vec3) {
+        if !material.is_textured & (item(view.triangle_shading, number).extra == NONE) {
+            // As below, where all texels and colours are white.
+            return (material.diffuse.min(Vec3::ONE), material.emission);
+        }
+        let values: PathMaterial = material_of_triangle(view, number, material, hit);
+        (values.diffuse * values.opaque, values.emission)
     }
 
     /// How it scatters light, on the side that is seen.

@@ -2,7 +2,7 @@
 
 use super::hit_point::HitPoint;
 use crate::bsdf::turned_up;
-use crate::material::NONE;
+use crate::material::{Material, NONE};
 use crate::math::elementary::exp2;
 use crate::math::{Vec3, fma, vec3};
 use crate::ray::{Hit, PrimitiveId, Ray};
@@ -49,6 +49,34 @@ struct Local {
     corner_uvs: [[[f32; 2]; 3]; 2],
 }
 
+/// Normals of a point.
+pub(super) struct Normals {
+    /// Unit normal of the surface's front.
+    pub(super) outward: Vec3,
+    pub(super) front: bool,
+    /// As [`SurfacePoint::geometric_normal`].
+    pub(super) geometric: Vec3,
+    /// As [`SurfacePoint::normal`].
+    pub(super) shading: Vec3,
+}
+
+impl Normals {
+    /// From what a primitive says, in world space and of any length: its normal, and that for shading.
+    #[inline(always)]
+    pub(super) fn new(to_viewer: Vec3, outward: Vec3, smooth: Vec3) -> Normals {
+        let outward = outward.normalize_or(to_viewer);
+        let smooth = smooth.normalize_or(outward);
+        let front = outward.dot(to_viewer) >= 0.0;
+        let geometric = if front { outward } else { -outward };
+        Normals {
+            outward,
+            front,
+            geometric,
+            shading: turned_up(if front { smooth } else { -smooth }, geometric),
+        }
+    }
+}
+
 impl<M: MaterialValues> SurfacePoint<M> {
     /// The point of a hit (not of a miss).
     #[inline(always)]
@@ -87,15 +115,13 @@ impl<M: MaterialValues> SurfacePoint<M> {
             if hit.id.instance == 0 { n } else { instance.object_from_world.transposed_direction(n) }
         };
         let to_viewer = -ray.direction;
-        let outward = to_world(local.outward).normalize_or(to_viewer);
-        let smooth = to_world(local.smooth).normalize_or(outward);
-        let front = outward.dot(to_viewer) >= 0.0;
-        let geometric_normal = if front { outward } else { -outward };
+        let normals = Normals::new(to_viewer, to_world(local.outward), to_world(local.smooth));
+        let Normals { outward, front, geometric, shading } = normals;
         let material_values = M::new(material, &texels, &local.color);
         SurfacePoint {
             position: point.position,
-            geometric_normal,
-            normal: turned_up(if front { smooth } else { -smooth }, geometric_normal),
+            geometric_normal: geometric,
+            normal: shading,
             to_viewer,
             front,
             material_values,
@@ -133,22 +159,45 @@ pub(super) fn blended([t0, t1, t2]: &[[f32; 2]; 3], u: f32, v: f32) -> [f32; 2] 
     [blend(t0[0], t1[0], t2[0]), blend(t0[1], t1[1], t2[1])]
 }
 
+/// What a material is where the number-th triangle of the scene was hit, if it changes no normals.
+#[inline(always)]
+pub(super) fn material_of_triangle<M: MaterialValues>(
+    view: &SceneView,
+    number: u32,
+    material: &Material,
+    hit: &Hit,
+) -> M {
+    let local = on_triangle(view, number, NONE, hit);
+    M::new(material, &MaterialTexels::new(&view.textures(), material, &local.uvs), &local.color)
+}
+
+/// A vector between those of the corners.
+#[inline(always)]
+pub(super) fn between_corners([n0, n1, n2]: &[Vec3; 3], u: f32, v: f32) -> Vec3 {
+    let w = 1.0 - u - v;
+    (*n0 * w).plus_scaled(*n1, u).plus_scaled(*n2, v)
+}
+
+/// The edges from the first corner to the others, scaled up: the product of tiny ones would vanish.
+#[inline(always)]
+pub(super) fn scaled_edges([a, b, c]: [Vec3; 3]) -> (Vec3, Vec3) {
+    let (e1, e2) = (b - a, c - a);
+    let scale = 1.0 / e1.abs().max(e2.abs()).max_component();
+    (e1 * scale, e2 * scale)
+}
+
 #[inline(always)]
 fn on_triangle(view: &SceneView, number: u32, material: u32, hit: &Hit) -> Local {
     let [a, b, c] = *item(view.triangles, number);
     let shading = item(view.triangle_shading, number);
     let w = 1.0 - hit.u - hit.v;
-    let [n0, n1, n2] = shading.normals;
     let blend = |x: f32, y: f32, z: f32| fma(z, hit.v, fma(y, hit.u, x * w));
     let uv = blended(&shading.uvs, hit.u, hit.v);
-    // Edges are scaled up first: the product of tiny ones would vanish.
-    let (e1, e2) = (b - a, c - a);
-    let scale = 1.0 / e1.abs().max(e2.abs()).max_component();
-    let (e1, e2) = (e1 * scale, e2 * scale);
+    let (e1, e2) = scaled_edges([a, b, c]);
     let material = if material == NONE { shading.material } else { material };
     let mut local = Local {
         outward: e1.cross(e2),
-        smooth: (n0 * w).plus_scaled(n1, hit.u).plus_scaled(n2, hit.v),
+        smooth: between_corners(&shading.normals, hit.u, hit.v),
         uvs: [uv; 2],
         color: Rgba::WHITE,
         material,

@@ -5,6 +5,7 @@ use crate::integrator::coverage::MAX_HOLES;
 use crate::integrator::{PathRay, RayKind};
 use crate::light::light_of_primitive;
 use crate::math::{Vec3, max, min};
+use crate::ray::PrimitiveId;
 use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
 
@@ -48,14 +49,21 @@ pub fn arrive<N: Numbers>(
     let mut weight = if chance > 0.0 { weight * (point.coverage / (1.0 - chance)) } else { weight };
     let mut found = Vec3::ZERO;
     if material.emission.max_component() > 0.0 {
-        let share = lamp_share(view, point, path, ray.travelled + t);
+        let lamp = (point.id, point.material, point.front);
+        let share = lamp_share(view, lamp, path, ray.travelled + t);
         found = limited(settings, ray.depth > 1, weight * material.emission * share);
     }
     if ray.depth >= settings.roulette_depth {
-        let chance = min(max(weight.max_component(), LEAST_CHANCE), 1.0);
-        weight = if survival >= chance { Vec3::ZERO } else { weight * (1.0 / chance) };
+        weight = after_roulette(weight, survival);
     }
     (found, if weight.max_component() > 0.0 { Arrival::Met(weight) } else { Arrival::Ended })
+}
+
+/// The weight of a path where a number decides whether it goes on: 0 where it does not.
+#[inline(always)]
+pub(super) fn after_roulette(weight: Vec3, number: f32) -> Vec3 {
+    let chance = min(max(weight.max_component(), LEAST_CHANCE), 1.0);
+    if number >= chance { Vec3::ZERO } else { weight * (1.0 / chance) }
 }
 
 /// What goes straight on at a point, per channel, without meeting the surface.
@@ -78,21 +86,26 @@ pub(super) fn ray_behind(point: &PathPoint, ray: &PathRay, weight: Vec3, t: f32)
     }
 }
 
-/// The share of the radiance of what shines that counts where a ray of a lobe found it this far from where the lobe is. All counts
+/// The share of the radiance of what shines (a primitive, its material, and whether the ray met its front) that counts where a ray of a lobe found it this far from where the lobe is. All counts
 /// of what no light sample finds: what has holes, spheres from within, and what was met from the camera, a mirror or glass.
 #[inline(always)]
-fn lamp_share(view: &SceneView, point: &PathPoint, path: &PathState, distance: f32) -> f32 {
+pub(super) fn lamp_share(
+    view: &SceneView,
+    (id, material, front): (PrimitiveId, u32, bool),
+    path: &PathState,
+    distance: f32,
+) -> f32 {
     let ray = &path.ray;
-    let geometry = item(view.geometries, item(view.instances, point.id.instance).geometry);
-    let material = item(view.materials, point.material);
-    let is_triangle = point.id.primitive < geometry.triangle_count;
-    if is_triangle & !point.front & material.is_lamp_of_paths() & !material.shines_to_both_sides() {
+    let geometry = item(view.geometries, item(view.instances, id.instance).geometry);
+    let material = item(view.materials, material);
+    let is_triangle = id.primitive < geometry.triangle_count;
+    if is_triangle & !front & material.is_lamp_of_paths() & !material.shines_to_both_sides() {
         return 0.0;
     }
     if !(ray.lobe_density > 0.0) {
         return 1.0;
     }
-    let Some(number) = light_of_primitive(view.lights, point.id) else { return 1.0 };
+    let Some(number) = light_of_primitive(view.lights, id) else { return 1.0 };
     let Some(light) = view.lights.get(number as usize) else { return 1.0 };
     let density = light.pdf_li(path.left.position, ray.direction, distance);
     let chance = view.light_tree().chance(&path.left, number) * (1.0 - view.environment.chance);

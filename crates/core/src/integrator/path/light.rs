@@ -1,14 +1,16 @@
 //! Light from one of the lights, chosen by how much it may give, or from the environment.
 
 use super::{Numbers, PathPoint, ScatterPoint, limited, power_share};
+use crate::bsdf::Scattered;
 use crate::integrator::PathRay;
-use crate::light::{Light, LightSampleLanes};
+use crate::light::{Light, LightReceiver, LightSampleLanes};
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, Ray, RayFilter};
 use crate::sampling::triangle_point;
+use crate::settings::Settings;
 use crate::shading::emission_texel;
-use crate::view::SceneView;
+use crate::view::{SceneView, item};
 
 /// A shadow ray, and what the path gets where nothing is in its way.
 #[derive(Clone, Copy, Debug)]
@@ -22,36 +24,67 @@ pub struct LightRequest {
 }
 
 /// A sample of a light, as seen from a point.
-struct LightDraw {
-    to_light: Vec3,
+#[derive(Clone, Copy)]
+pub(super) struct LightDraw {
+    pub(super) to_light: Vec3,
+    pub(super) t_max: f32,
+    pub(super) target: PrimitiveId,
+    pub(super) strength: Strength,
+}
+
+/// How strong a light is whose sample was drawn.
+#[derive(Clone, Copy)]
+pub(super) struct Strength {
     /// Radiance over density, for all that lights and their choice say; times pi for lamps.
-    radiance: Vec3,
+    pub(super) radiance: Vec3,
     /// Density per steradian; 0 where rays of lobes do not meet the light.
-    density: f32,
-    t_max: f32,
-    target: PrimitiveId,
+    pub(super) density: f32,
+}
+
+impl Strength {
+    /// Of a light's colour, where samples have this weight, that of their choice included.
+    #[inline(always)]
+    pub(super) fn new(settings: &Settings, color: Vec3, weight: f32, is_lamp: bool) -> Strength {
+        Strength {
+            radiance: color * (settings.lamp_radiance * weight),
+            // The weight of a lamp's sample is one over its density.
+            density: if is_lamp & (weight > 0.0) { 1.0 / weight } else { 0.0 },
+        }
+    }
+
+    /// What a path of this weight and depth gets of it where the surface scatters it like that.
+    #[inline(always)]
+    pub(super) fn contribution(
+        &self,
+        settings: &Settings,
+        (weight, depth): (Vec3, u32),
+        scattered: Scattered,
+    ) -> Vec3 {
+        let share = if self.density > 0.0 { power_share(self.density, scattered.pdf) } else { 1.0 };
+        limited(settings, depth > 0, weight * scattered.value * self.radiance * share)
+    }
 }
 
 /// From the environment.
 #[inline(always)]
-fn draw_environment<N: Numbers>(view: &SceneView, numbers: &N) -> LightDraw {
+pub(super) fn draw_environment<N: Numbers>(view: &SceneView, numbers: &N) -> LightDraw {
     let environment = view.environment;
     let [u, jitter] = numbers.on_environment();
     let sample = environment.sample(view.environment_table, u, jitter);
     let density = environment.chance * sample.density;
     let radiance = environment.radiance(&view.textures(), sample.to_light);
+    let radiance = if density > 0.0 { radiance * (1.0 / density) } else { Vec3::ZERO };
     LightDraw {
         to_light: sample.to_light,
-        radiance: if density > 0.0 { radiance * (1.0 / density) } else { Vec3::ZERO },
-        density,
         t_max: f32::INFINITY,
         target: PrimitiveId::NONE,
+        strength: Strength { radiance, density },
     }
 }
 
 /// From one of the lights, which is chosen with this chance.
 #[inline(always)]
-fn draw_light<N: Numbers>(
+pub(super) fn draw_light<N: Numbers>(
     view: &SceneView,
     light: &Light,
     chance: f32,
@@ -69,18 +102,63 @@ fn draw_light<N: Numbers>(
         let place = triangle_point(numbers.on_light());
         color *= emission_texel(view, light.primitive(), texture, place);
     }
-    // The weight of a lamp's sample is one over its density.
-    let density = if light.is_lamp() & (weight > 0.0) { 1.0 / weight } else { 0.0 };
     LightDraw {
         to_light: sample.direction(0),
-        radiance: color * (view.settings.lamp_radiance * weight),
-        density,
+        strength: Strength::new(view.settings, color, weight, light.is_lamp()),
         t_max: sample.t_max[0],
         target: match light {
             Light::Sphere { .. } => PrimitiveId::NONE,
             _ => light.primitive(),
         },
     }
+}
+
+/// The choice of a light in each of several lanes, as [`choose`] makes it.
+#[inline(always)]
+pub(super) fn choose_lanes<'a, const W: usize>(
+    view: &SceneView<'a>,
+    receiver: impl Fn(usize) -> LightReceiver,
+    choice: &[f64; W],
+) -> [Option<(Option<&'a Light>, f32)>; W] {
+    let to_environment = view.environment.chance as f64;
+    let share = 1.0 - to_environment;
+    let mut lights = [None; W];
+    if share > 0.0 {
+        let mut u = [0.0; W];
+        for lane in 0..W {
+            u[lane] = (choice[lane] - to_environment) / share;
+        }
+        lights = view.light_tree().choose_lanes(receiver, &u);
+    }
+    let mut chosen = [None; W];
+    for lane in 0..W {
+        chosen[lane] = if choice[lane] < to_environment {
+            Some((None, 1.0))
+        } else if let Some(light) = lights[lane] {
+            Some((Some(item(view.lights, light.number)), light.chance * share as f32))
+        } else {
+            None
+        };
+    }
+    chosen
+}
+
+/// The light that is sampled by `choice` in [0, 1), and its chance; no light is the environment. `None` where none reaches the point.
+#[inline(always)]
+pub(super) fn choose<'a>(
+    view: &SceneView<'a>,
+    receiver: &LightReceiver,
+    choice: f64,
+) -> Option<(Option<&'a Light>, f32)> {
+    let to_environment = view.environment.chance as f64;
+    if choice < to_environment {
+        return Some((None, 1.0));
+    }
+    let share = 1.0 - to_environment;
+    let chosen = view.light_tree().choose(receiver, (choice - to_environment) / share)?;
+    // By `get`, which has no panic for GPUs.
+    let light = view.lights.get(chosen.number as usize)?;
+    Some((Some(light), chosen.chance * share as f32))
 }
 
 /// Samples the environment or one light from a point that `ray` found, by `choice` in [0, 1), for a path of this weight; `ask` is
@@ -94,23 +172,7 @@ pub fn sample_light<N: Numbers>(
     choice: f64,
     ask: impl FnOnce(LightRequest),
 ) {
-    let settings = view.settings;
-    let to_environment = view.environment.chance as f64;
-    let mut light = None;
-    let mut chance = 1.0;
-    if choice >= to_environment {
-        let share = 1.0 - to_environment;
-        let lights = view.light_tree();
-        let Some(chosen) = lights.choose(&at.receiver(point), (choice - to_environment) / share) else {
-            return;
-        };
-        chance = chosen.chance * share as f32;
-        // By `get`, which has no panic for GPUs.
-        light = view.lights.get(chosen.number as usize);
-        if light.is_none() {
-            return;
-        }
-    }
+    let Some((light, chance)) = choose(view, &at.receiver(point), choice) else { return };
     // The side that the sample lies on is known when there is one: then it is taken from there.
     let mut above = point.geometric_normal;
     let mut is_behind = false;
@@ -120,7 +182,7 @@ pub fn sample_light<N: Numbers>(
             Some(light) => draw_light(view, light, chance, origin, numbers),
             None => draw_environment(view, numbers),
         };
-        if !(draw.radiance.max_component() > 0.0) {
+        if !(draw.strength.radiance.max_component() > 0.0) {
             return;
         }
         if draw.to_light.dot(above) > 0.0 {
@@ -139,9 +201,7 @@ pub fn sample_light<N: Numbers>(
         return;
     }
     let scattered = at.mixture.eval(direction);
-    let share = if draw.density > 0.0 { power_share(draw.density, scattered.pdf) } else { 1.0 };
-    let contribution = weight * scattered.value * draw.radiance * share;
-    let contribution = limited(settings, ray.depth > 0, contribution);
+    let contribution = draw.strength.contribution(view.settings, (weight, ray.depth), scattered);
     if contribution.max_component() > 0.0 {
         ask(LightRequest {
             ray: Ray { origin, t_min: 0.0, direction: draw.to_light, t_max: draw.t_max },

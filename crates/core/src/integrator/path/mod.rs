@@ -18,6 +18,7 @@
 mod arrive;
 mod bounce;
 mod light;
+mod matte_lanes;
 mod numbers;
 mod radiance;
 mod scatter;
@@ -27,6 +28,7 @@ mod visibility;
 pub use arrive::{Arrival, arrive};
 pub use bounce::{Bounce, bounce};
 pub use light::{LightRequest, sample_light};
+pub use matte_lanes::{BounceLanes, bounce_matte, is_matte_triangle};
 pub use numbers::{NumberLanes, Numbers, NumbersByKey, NumbersInLane};
 pub use radiance::radiance;
 pub use scatter::scatter;
@@ -76,14 +78,7 @@ impl ScatterPoint {
     /// Of a point.
     #[inline(always)]
     pub fn new(point: &PathPoint) -> ScatterPoint {
-        let mut normal = point.normal;
-        let cos = normal.dot(point.to_viewer);
-        if cos < LEAST_COSINE {
-            normal =
-                normal.plus_scaled(point.to_viewer, LEAST_COSINE - cos).normalize_or(point.geometric_normal);
-        }
-        let (x, y) = orthonormal_basis(normal);
-        let axes = [x, y, normal];
+        let axes = frame(point.normal, point.to_viewer, point.geometric_normal);
         let mut to_viewer = in_frame(&axes, point.to_viewer);
         // Where the geometric normal is as level as that.
         to_viewer.z = if to_viewer.z > 0.0 { to_viewer.z } else { LEAST_COSINE };
@@ -106,9 +101,23 @@ impl ScatterPoint {
     /// A direction of the frame, in the world.
     #[inline(always)]
     pub fn to_world(&self, d: Vec3) -> Vec3 {
-        let [x, y, z] = self.axes;
-        (z * d.z).plus_scaled(x, d.x).plus_scaled(y, d.y).normalize_or(z)
+        out_of_frame(&self.axes, d)
     }
+}
+
+/// Axes whose z is the shading normal, bent back where it is turned too far from the viewer.
+#[inline(always)]
+fn frame(normal: Vec3, to_viewer: Vec3, geometric_normal: Vec3) -> [Vec3; 3] {
+    let cos = normal.dot(to_viewer);
+    let bent = normal.plus_scaled(to_viewer, LEAST_COSINE - cos).normalize_or(geometric_normal);
+    let normal = if cos < LEAST_COSINE { bent } else { normal };
+    let (x, y) = orthonormal_basis(normal);
+    [x, y, normal]
+}
+
+#[inline(always)]
+fn out_of_frame(&[x, y, z]: &[Vec3; 3], d: Vec3) -> Vec3 {
+    (z * d.z).plus_scaled(x, d.x).plus_scaled(y, d.y).normalize_or(z)
 }
 
 #[inline(always)]

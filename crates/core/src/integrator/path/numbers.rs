@@ -122,6 +122,34 @@ impl<const W: usize> NumberLanes<W> {
         lanes
     }
 
+    /// What decides whether each path goes on: the second number of [`Numbers::arrival`].
+    #[inline(always)]
+    pub fn survival(&self) -> &[f32; W] {
+        &self.pairs[ARRIVAL as usize][1]
+    }
+
+    /// Which light each samples: the first number of [`Numbers::choice`].
+    #[inline(always)]
+    pub fn light_choice(&self) -> [f64; W] {
+        let mut choice = [0.0; W];
+        for lane in 0..W {
+            choice[lane] = with_digits(self.pairs[CHOICE as usize][0][lane], self.digits[lane]);
+        }
+        choice
+    }
+
+    /// The points on lights.
+    #[inline(always)]
+    pub fn on_light(&self) -> &[[f32; W]; 2] {
+        &self.pairs[LIGHT as usize]
+    }
+
+    /// The directions in lobes.
+    #[inline(always)]
+    pub fn direction(&self) -> &[[f32; W]; 2] {
+        &self.pairs[DIRECTION as usize]
+    }
+
     /// Those of one path.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> NumbersInLane<'_, W> {

@@ -9,7 +9,10 @@
 use super::super::dispatch::TileJob;
 use super::{BATCH, CameraRays, NO_RAY, Path, Workspace};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
-use eosphor_core::integrator::path::{Bounce, LightRequest, NumberLanes, PathState, bounce, through};
+use eosphor_core::integrator::path::{
+    Bounce, BounceLanes, LightRequest, NumberLanes, PathState, bounce, bounce_matte, is_matte_triangle,
+    surroundings, through,
+};
 use eosphor_core::integrator::{RayCounts, pixel_key};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
@@ -38,32 +41,61 @@ struct PlacedRequest {
 /// Paths whose random numbers are computed together: as many as AVX-512 has lanes.
 const LANES: usize = 16;
 
-/// Takes what a path finds.
+/// The random numbers of paths.
+#[inline(always)]
+fn numbers_of<'a>(path: impl Fn(usize) -> &'a PlacedPath) -> NumberLanes<LANES> {
+    NumberLanes::new(|lane| {
+        let path = path(lane);
+        (path.pixel_key, path.sample, &path.state.ray)
+    })
+}
+
+/// Takes what paths find.
 struct Found<'a> {
-    path: &'a PlacedPath,
-    sum: &'a mut ExactSum,
+    paths: &'a [PlacedPath],
+    /// The paths' numbers.
+    lanes: &'a [u32],
+    sums: &'a mut [ExactSum],
     next: &'a mut Vec<PlacedPath>,
     rays: &'a mut Vec<Ray>,
     filters: &'a mut Vec<RayFilter>,
     requests: &'a mut Vec<PlacedRequest>,
 }
 
-impl Bounce for Found<'_> {
+/// Takes what one of them finds.
+struct FoundByOne<'a, 'b> {
+    path: &'a PlacedPath,
+    to: &'a mut Found<'b>,
+}
+
+impl<'b> BounceLanes for Found<'b> {
+    type Lane<'a>
+        = FoundByOne<'a, 'b>
+    where
+        Self: 'a;
+
+    #[inline(always)]
+    fn lane(&mut self, lane: usize) -> FoundByOne<'_, 'b> {
+        FoundByOne { path: &self.paths[self.lanes[lane] as usize], to: self }
+    }
+}
+
+impl Bounce for FoundByOne<'_, '_> {
     #[inline(always)]
     fn add(&mut self, found: Vec3) {
-        self.sum.add(found);
+        self.to.sums[self.path.pixel as usize].add(found);
     }
 
     #[inline(always)]
     fn ask(&mut self, LightRequest { ray, filter, contribution }: LightRequest) {
-        self.rays.push(ray);
-        self.filters.push(filter);
-        self.requests.push(PlacedRequest { contribution, pixel: self.path.pixel });
+        self.to.rays.push(ray);
+        self.to.filters.push(filter);
+        self.to.requests.push(PlacedRequest { contribution, pixel: self.path.pixel });
     }
 
     #[inline(always)]
     fn go_on(&mut self, state: PathState) {
-        self.next.push(PlacedPath { state, ..*self.path });
+        self.to.next.push(PlacedPath { state, ..*self.path });
     }
 }
 
@@ -78,6 +110,9 @@ pub(super) struct PathBatch {
     hits: Vec<Hit>,
     requests: Vec<PlacedRequest>,
     hidden: Vec<bool>,
+    /// Numbers of paths that met matte triangles, and of those that met something else.
+    matte: Vec<u32>,
+    others: Vec<u32>,
 }
 
 /// The rays of a tile, whose sums are in the workspace then; `None` where it was given up.
@@ -135,24 +170,40 @@ impl PathBatch {
         tracer.closest_hits(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hits);
     }
 
-    /// What the rays found, and what follows from it.
+    /// What the rays found, and what follows from it: matte triangles in lanes, the rest path by path.
     #[inline(always)]
     fn bounce(&mut self, view: &SceneView, sums: &mut [ExactSum], counts: &mut RayCounts) {
-        let PathBatch { paths, next, rays, filters, hits, requests, .. } = self;
+        let PathBatch { paths, next, rays, filters, hits, requests, matte, others, .. } = self;
         next.clear();
         rays.clear();
         filters.clear();
         requests.clear();
-        for (paths, hits) in paths.chunks(LANES).zip(hits.chunks(LANES)) {
-            let numbers = NumberLanes::<LANES>::new(|lane| {
-                let path = &paths[lane.min(paths.len() - 1)];
-                (path.pixel_key, path.sample, &path.state.ray)
-            });
-            for (lane, (path, hit)) in paths.iter().zip(hits).enumerate() {
-                counts.count(path.state.ray.kind);
-                let sum = &mut sums[path.pixel as usize];
-                let mut found = Found { path, sum, next, rays, filters, requests };
-                bounce(view, &path.state, hit, &numbers.lane(lane), &mut found);
+        matte.clear();
+        others.clear();
+        for (number, (path, hit)) in paths.iter().zip(hits.iter()).enumerate() {
+            counts.count(path.state.ray.kind);
+            if hit.is_miss() {
+                sums[path.pixel as usize].add(surroundings(view, &path.state.ray));
+            } else if is_matte_triangle(view, hit) {
+                matte.push(number as u32);
+            } else {
+                others.push(number as u32);
+            }
+        }
+        let mut found = Found { paths, lanes: &[], sums, next, rays, filters, requests };
+        for lanes in matte.chunks(LANES) {
+            found.lanes = lanes;
+            let number = |lane: usize| lanes[lane.min(lanes.len() - 1)] as usize;
+            let numbers = numbers_of(|lane| &paths[number(lane)]);
+            let met = |lane| (&paths[number(lane)].state, &hits[number(lane)]);
+            bounce_matte::<LANES, _>(view, lanes.len(), met, &numbers, &mut found);
+        }
+        for lanes in others.chunks(LANES) {
+            found.lanes = lanes;
+            let numbers = numbers_of(|lane| &paths[lanes[lane.min(lanes.len() - 1)] as usize]);
+            for (lane, &number) in lanes.iter().enumerate() {
+                let (path, hit) = (&paths[number as usize], &hits[number as usize]);
+                bounce(view, &path.state, hit, &numbers.lane(lane), &mut found.lane(lane));
             }
         }
     }
