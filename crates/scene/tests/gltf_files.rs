@@ -142,7 +142,7 @@ fn pictures_are_read_and_nothing_odd_is_said_of_common_files() {
         ("FlightHelmet/FlightHelmet.gltf", 15, 15, 1),
         ("WaterBottle/WaterBottle.gltf", 4, 4, 2),
         ("BoxTextured/BoxTextured.glb", 1, 1, 0),
-        ("MultiUVTest/MultiUVTest.glb", 2, 2, 0),
+        ("MultiUVTest/MultiUVTest.glb", 2, 2, 1),
         ("TextureSettingsTest/TextureSettingsTest.glb", 3, 8, 0),
     ] {
         let loaded = load(folder.join("gltf").join(file), &LoadOptions::default()).unwrap();
