@@ -1,11 +1,15 @@
-//! Light from infinitely far, in all directions: a picture of them, and a table by which bright ones are chosen.
+//! Light from infinitely far, in all directions: a picture of them, and a table by which bright ones are chosen. Where the picture
+//! has a sun, its disk is chosen by itself: it is as small as a few cells of the table.
 //!
 //! The picture is equirectangular. Its upper border is one direction, up, and its lower border the opposite one. With +y up, the
 //! middle of the picture lies towards +x, and +z a fourth of its width right of that, as in Blender and three.js.
 
+mod index;
+mod sun;
 mod table;
 
-pub use table::{DirectionSample, TABLE_UNIT};
+pub use index::{TABLE_UNIT, index_length, index_word};
+pub use table::DirectionSample;
 
 use crate::material::NONE;
 use crate::math::{Vec3, elementary, floor, fma, max, sqrt, vec3};
@@ -32,6 +36,12 @@ pub struct Environment {
     pub rows: u32,
     /// The solid angle of a cell over the sine of its middle's angle from up.
     pub cell_angle: f32,
+    /// The probability with which a sample of the environment goes to the sun's disk; 0 where there is none.
+    pub sun_chance: f32,
+    /// The middle of that disk: a unit vector of the picture's frame.
+    pub to_sun: Vec3,
+    /// The sine of the angle from there to the disk's edge.
+    pub sun_radius: f32,
 }
 
 impl Environment {
@@ -45,12 +55,15 @@ impl Environment {
         columns: 0,
         rows: 0,
         cell_angle: 0.0,
+        sun_chance: 0.0,
+        to_sun: vec3(0.0, 1.0, 0.0),
+        sun_radius: 0.0,
     };
 
-    /// The number of sums in its table.
+    /// The number of words in its table.
     pub fn table_length(&self) -> u64 {
-        let (columns, rows) = (u64::from(self.columns), u64::from(self.rows));
-        rows + 1 + rows * (columns + 1)
+        let (columns, rows) = (self.columns as usize, self.rows as usize);
+        index_length(rows) as u64 + rows as u64 * index_length(columns) as u64
     }
 
     /// Whether there is a picture.

@@ -1,14 +1,13 @@
 //! Directions by how bright they are.
 //!
 //! The table divides the picture into cells of equal width and height. It begins with running sums of the weights of its rows, from
-//! 0 to [`TABLE_UNIT`]; then, row by row, there are those of the cells of a row. Sums are whole numbers, as random numbers have
-//! digits: so the probability of a cell is exactly what is said of it. Within a cell all directions are equally likely.
+//! 0 to [`TABLE_UNIT`], and an index into them (`index.rs`); then, row by row, there are those of the cells of a row. Sums are whole
+//! numbers, as random numbers have digits: so the probability of a cell is exactly what is said of it. Within a cell all directions
+//! are equally likely.
 
-use super::{Environment, direction_at, picture_place};
+use super::index::pick;
+use super::{Environment, TABLE_UNIT, direction_at, index_length, picture_place};
 use crate::math::{Vec3, elementary, fma};
-
-/// The last sum of a row.
-pub const TABLE_UNIT: u32 = 1 << 24;
 
 /// A direction from which light may come.
 #[derive(Clone, Copy, Debug)]
@@ -19,39 +18,15 @@ pub struct DirectionSample {
     pub density: f32,
 }
 
-/// A place among running sums.
-struct Pick {
-    /// Number of the part.
-    number: u32,
-    /// Place in the part, 0 to 1.
-    rest: f32,
-    /// Its weight.
-    weight: u32,
-}
-
-/// The part of `count` whose sums, from number `first` of the table on, hold `u`; `jitter` is its place between two of the whole
-/// numbers. Both are in [0, 1).
-#[inline(always)]
-fn pick(table: &[u32], first: usize, count: u32, u: f32, jitter: f32) -> Pick {
-    // By `get`, which has no panic for GPUs.
-    let sum = |number: u32| table.get(first + number as usize).copied().unwrap_or(TABLE_UNIT);
-    let target = (u * TABLE_UNIT as f32) as u32;
-    // The last sum that is no larger: the part after it has a weight.
-    let (mut low, mut high) = (0, count);
-    while high - low > 1 {
-        let middle = (low + high) / 2;
-        (low, high) = if sum(middle) <= target { (middle, high) } else { (low, middle) };
-    }
-    let (from, to) = (sum(low), sum(low + 1));
-    let weight = to.wrapping_sub(from);
-    Pick { number: low, rest: ((target.wrapping_sub(from)) as f32 + jitter) / weight as f32, weight }
-}
-
 impl Environment {
-    /// A direction by its brightness, from two numbers and two more for its place between the digits of these, all in [0, 1).
-    /// There must be light: [`Environment::chance`] is above 0.
+    /// A direction by its brightness, from a number that chooses the sun or the table, two more, and two for its place between the
+    /// digits of these, all in [0, 1). There must be light: [`Environment::chance`] is above 0.
     #[inline(always)]
-    pub fn sample(&self, table: &[u32], u: [f32; 2], jitter: [f32; 2]) -> DirectionSample {
+    pub fn sample(&self, table: &[u32], choice: f32, u: [f32; 2], jitter: [f32; 2]) -> DirectionSample {
+        if choice < self.sun_chance {
+            let to_light = self.in_world(self.sample_sun(u));
+            return DirectionSample { to_light, density: self.density(table, to_light) };
+        }
         let row = pick(table, 0, self.rows, u[1], jitter[1]);
         let column = pick(table, self.first_of_row(row.number), self.columns, u[0], jitter[0]);
         // From the nearer pole, where shares are small: they have all their digits there.
@@ -63,16 +38,15 @@ impl Environment {
         let rest = if is_lower { 1.0 - row.rest } else { row.rest };
         let x = (column.number as f32 + column.rest) / self.columns as f32;
         let direction = direction_at(x, fma(far - near, rest, near), is_lower);
-        DirectionSample {
-            to_light: self.in_world(direction),
-            density: self.density_of([row.weight, column.weight], row.number),
-        }
+        let density = self.density_of([row.weight, column.weight], row.number);
+        DirectionSample { to_light: self.in_world(direction), density: self.with_sun(density, direction) }
     }
 
     /// How densely [`Environment::sample`] gives a direction, a unit vector of the world, per steradian.
     #[inline(always)]
     pub fn density(&self, table: &[u32], direction: Vec3) -> f32 {
-        let [x, y] = picture_place(self.in_picture(direction));
+        let direction = self.in_picture(direction);
+        let [x, y] = picture_place(direction);
         let cell = |place: f32, count: u32| {
             let number = (place * count as f32) as u32;
             if number < count { number } else { count.wrapping_sub(1) }
@@ -83,12 +57,22 @@ impl Environment {
             let at = first + number as usize;
             sum(at + 1).wrapping_sub(sum(at))
         };
-        self.density_of([weight(0, row), weight(self.first_of_row(row), column)], row)
+        let density = self.density_of([weight(0, row), weight(self.first_of_row(row), column)], row);
+        self.with_sun(density, direction)
+    }
+
+    /// The density of all samples in a direction of the picture's frame, where that of those by the table is this.
+    #[inline(always)]
+    fn with_sun(&self, density: f32, direction: Vec3) -> f32 {
+        if !(self.sun_chance > 0.0) {
+            return density;
+        }
+        fma(self.sun_chance, self.sun_density(direction), (1.0 - self.sun_chance) * density)
     }
 
     #[inline(always)]
     fn first_of_row(&self, row: u32) -> usize {
-        self.rows as usize + 1 + row as usize * (self.columns as usize + 1)
+        index_length(self.rows as usize) + row as usize * index_length(self.columns as usize)
     }
 
     /// Half the angle between two borders of rows, in radians.
@@ -109,6 +93,7 @@ impl Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::index_word;
     use crate::math::{sqrt, vec3};
     use crate::sampling::{mix, point_2d};
 
@@ -122,6 +107,9 @@ mod tests {
                 sum += u64::from(*weight);
                 sums.push((sum * u64::from(TABLE_UNIT) / u64::from(total.max(1))) as u32);
             }
+            let index: Vec<u32> =
+                (0..weights.len().div_ceil(2)).map(|word| index_word(&sums, word)).collect();
+            sums.extend(index);
             sums
         };
         let rows: Vec<u32> = weights.iter().map(|row| row.iter().sum()).collect();
@@ -163,7 +151,11 @@ mod tests {
             &[&[1, 0, 0, 0, 0, 0, 0, 0], &[0, 0, 0, 0, 0, 0, 0, 1_000]],
         ];
         for weights in tables {
-            let (environment, table) = table(weights);
+            let (mut environment, table) = table(weights);
+            if weights.len() == 5 {
+                let (to_sun, sun_radius) = (vec3(0.36, -0.48, 0.8), 0.4);
+                environment = Environment { sun_chance: 0.25, to_sun, sun_radius, ..environment };
+            }
             // Boxes of the sphere: 8 of z by 8 around.
             let part = |d: Vec3| {
                 let around = (elementary::atan2(d.y, d.x) * (4.0 / core::f32::consts::PI) + 4.0) as usize;
@@ -171,7 +163,7 @@ mod tests {
             };
             let (mut sampled, mut said) = ([0f64; 64], [0f64; 64]);
             for i in 0..COUNT {
-                let sample = environment.sample(&table, point_2d(i, 3), point_2d(i, 4));
+                let sample = environment.sample(&table, point_2d(i, 5)[0], point_2d(i, 3), point_2d(i, 4));
                 assert!((sample.to_light.length() - 1.0).abs() < 1e-6);
                 assert!(sample.density > 0.0 && sample.density.is_finite());
                 sampled[part(sample.to_light)] += 1.0 / f64::from(COUNT);
@@ -195,7 +187,7 @@ mod tests {
         let (environment, table) = table(&weights);
         let mut others = 0;
         for i in 0..100_000 {
-            let sample = environment.sample(&table, point_2d(i, 3), point_2d(i, 4));
+            let sample = environment.sample(&table, point_2d(i, 5)[0], point_2d(i, 3), point_2d(i, 4));
             let said = environment.density(&table, sample.to_light);
             others += u32::from((sample.density / said - 1.0).abs() > 1e-5);
         }

@@ -2,9 +2,9 @@
 
 use super::textures::Textures;
 use crate::model::{EnvironmentSource, Scene};
-use crate::sky::PICTURE_ROWS;
-use eosphor_core::environment::{Environment, TABLE_UNIT};
-use eosphor_core::math::elementary64;
+use crate::sky::{DiskOfSun, PICTURE_ROWS, SkyPicture};
+use eosphor_core::environment::{Environment, TABLE_UNIT, index_word};
+use eosphor_core::math::{elementary64, vec3};
 use eosphor_core::texture::{Texture, TextureFilter, Textures as TextureView};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -30,11 +30,24 @@ pub(super) fn build(scene: &Scene, textures: &Textures, srgb_decode: &[f32; 256]
         // Its texels are those of the upper half.
         EnvironmentSource::Sky(_) => PICTURE_ROWS,
     };
-    match table(&view, rows).filter(|_| map.strength > 0.0) {
-        Some((columns, rows, table)) => {
+    let sun = match &map.source {
+        EnvironmentSource::Image(_) => None,
+        EnvironmentSource::Sky(sky) => SkyPicture::sun_disk(sky),
+    };
+    match table(&view, rows, sun).filter(|_| map.strength > 0.0) {
+        Some(Table { columns, rows, sun_share, words }) => {
             let cell_angle = TAU / f64::from(columns) * 2.0 * elementary64::sin(PI / 2.0 / f64::from(rows));
+            let environment = match sun {
+                Some(DiskOfSun { middle, radius }) => Environment {
+                    sun_chance: sun_share.min(MOST_OF_SUN) as f32,
+                    to_sun: vec3(middle[0] as f32, middle[1] as f32, middle[2] as f32),
+                    sun_radius: radius as f32,
+                    ..environment
+                },
+                None => environment,
+            };
             // Alone; lights take their share ([`chance`]).
-            (Environment { chance: 1.0, columns, rows, cell_angle: cell_angle as f32, ..environment }, table)
+            (Environment { chance: 1.0, columns, rows, cell_angle: cell_angle as f32, ..environment }, words)
         }
         None => (environment, Vec::new()),
     }
@@ -45,15 +58,26 @@ pub(super) fn chance(has_lights: bool) -> f32 {
     if has_lights { 0.5 } else { 1.0 }
 }
 
-/// The running sums of the cells of a picture that has so many rows, and how many cells there are across and down; `None` where it
-/// is black.
-fn table(view: &TextureView, picture_rows: u32) -> Option<(u32, u32, Vec<u32>)> {
+/// The most samples that go to the sun: the shade has the sky alone.
+const MOST_OF_SUN: f64 = 0.5;
+
+/// A table by which directions are chosen.
+struct Table {
+    columns: u32,
+    rows: u32,
+    /// The share of the light that is the sun's.
+    sun_share: f64,
+    words: Vec<u32>,
+}
+
+/// The table of a picture that has so many rows; without its sun, if it has one. `None` where it is black.
+fn table(view: &TextureView, picture_rows: u32, sun: Option<DiskOfSun>) -> Option<Table> {
     let header = &view.textures[0];
     let columns = header.width.min(MOST_CELLS[0]);
     let rows = picture_rows.min(MOST_CELLS[1]);
     let across: Vec<Reads> = (0..columns).map(|cell| Reads::of_cell(cell, columns, header.width)).collect();
     // Every cell's brightness, times the sine of its angle from up.
-    let weights: Vec<Vec<f64>> = (0..rows)
+    let mut weights: Vec<Vec<f64>> = (0..rows)
         .into_par_iter()
         .map(|row| {
             let mut sums = vec![0.0; columns as usize];
@@ -74,16 +98,54 @@ fn table(view: &TextureView, picture_rows: u32) -> Option<(u32, u32, Vec<u32>)> 
             sums
         })
         .collect();
+    let all: f64 = weights.iter().flatten().sum();
+    let of_sun = sun.map_or(0.0, |sun| take_away(sun, &mut weights));
     let row_weights: Vec<f64> = weights.iter().map(|row| row.iter().sum()).collect();
-    let mut sums = running_sums(&row_weights)?;
+    let mut words = Vec::new();
+    add_indexed(&mut words, &running_sums(&row_weights)?);
     for row in &weights {
         // A row without light is never chosen.
-        match running_sums(row) {
-            Some(own) => sums.extend(own),
-            None => sums.extend(std::iter::repeat_n(0, row.len() + 1)),
+        add_indexed(&mut words, &running_sums(row).unwrap_or_else(|| vec![0; row.len() + 1]));
+    }
+    Some(Table { columns, rows, sun_share: of_sun / all, words })
+}
+
+/// Takes the sun's disk away from the weights of cells, which get those of cells beside it; returns what it had.
+fn take_away(sun: DiskOfSun, weights: &mut [Vec<f64>]) -> f64 {
+    let (rows, columns) = (weights.len(), weights[0].len());
+    let around = |column: usize| elementary64::sin_cos((column as f64 + 0.5) * TAU / columns as f64 - PI);
+    let around: Vec<(f64, f64)> = (0..columns).map(around).collect();
+    let [x, y, z] = sun.middle;
+    let mut taken = 0.0;
+    // From the horizon up, as rows near the zenith may be the sun's all around.
+    for row in (0..rows).rev() {
+        let (level, up) = elementary64::sin_cos((row as f64 + 0.5) * PI / rows as f64);
+        // A point of the row is no nearer than that.
+        if (up - y).abs() > sun.radius {
+            continue;
+        }
+        let is_sun = |column: usize| {
+            let (sine, cosine) = around[column];
+            let off = [level * cosine - x, up - y, level * sine - z];
+            off.iter().map(|x| x * x).sum::<f64>() <= sun.radius * sun.radius
+        };
+        let beside = (0..columns).find(|&column| !is_sun(column) && is_sun((column + 1) % columns));
+        for column in (0..columns).filter(|&column| is_sun(column)) {
+            let instead = match beside {
+                Some(beside) => weights[row][beside],
+                None => weights[row + 1][column],
+            };
+            let own = std::mem::replace(&mut weights[row][column], instead);
+            taken += (own - instead).max(0.0);
         }
     }
-    Some((columns, rows, sums))
+    taken
+}
+
+/// Appends running sums and the index into them.
+fn add_indexed(words: &mut Vec<u32>, sums: &[u32]) {
+    words.extend(sums);
+    words.extend((0..(sums.len() - 1).div_ceil(2)).map(|word| index_word(sums, word)));
 }
 
 /// The sum of a texel's channels; 0 for what is no light, as pictures of other programs may have it: NaN, infinity, less than 0.

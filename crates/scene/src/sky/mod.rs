@@ -7,5 +7,5 @@ mod picture;
 mod picture_tests;
 mod sun_position;
 
-pub(crate) use picture::{PICTURE_ROWS, SkyPicture, WIDTH};
+pub(crate) use picture::{DiskOfSun, PICTURE_ROWS, SkyPicture, WIDTH};
 pub use sun_position::{SunPosition, sun_position};

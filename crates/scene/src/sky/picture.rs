@@ -61,6 +61,15 @@ impl Grid {
     }
 }
 
+/// Where light samples look for the sun.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DiskOfSun {
+    /// A unit vector to its middle, in the picture's frame.
+    pub(crate) middle: [f64; 3],
+    /// The sine of the angle from there to its edge.
+    pub(crate) radius: f64,
+}
+
 /// A sky in texels.
 pub(crate) struct SkyPicture {
     /// Red, green and blue of each, as words of single precision.
@@ -75,6 +84,12 @@ impl SkyPicture {
     pub(crate) fn texels_from_picture() -> [[f32; 3]; 2] {
         let (all, own) = (f64::from(PICTURE_ROWS), f64::from(SkyPicture::HEIGHT));
         [[1.0, 0.0, 0.0], [0.0, (all / own) as f32, (1.0 - all / own) as f32]]
+    }
+
+    /// The sun's disk, if it shines: a little more than it fills, as interpolation blurs its edge.
+    pub(crate) fn sun_disk(sky: &Sky) -> Option<DiskOfSun> {
+        let radius = sin(1.1 * SUN_RADIUS);
+        (sky.sun_strength > 0.0).then(|| DiskOfSun { middle: Sun::new(sky).middle, radius })
     }
 
     /// The sky, whose numbers are within their ranges.

@@ -65,12 +65,13 @@ impl Strength {
     }
 }
 
-/// From the environment.
+/// From the environment, which the number `choice` has chosen: its share in the numbers that do is as even as they are.
 #[inline(always)]
-pub(super) fn draw_environment<N: Numbers>(view: &SceneView, numbers: &N) -> LightDraw {
+pub(super) fn draw_environment<N: Numbers>(view: &SceneView, choice: f64, numbers: &N) -> LightDraw {
     let environment = view.environment;
     let [u, jitter] = numbers.on_environment();
-    let sample = environment.sample(view.environment_table, u, jitter);
+    let share = (choice / environment.chance as f64) as f32;
+    let sample = environment.sample(view.environment_table, share, u, jitter);
     let density = environment.chance * sample.density;
     let radiance = environment.radiance(&view.textures(), sample.to_light);
     let radiance = if density > 0.0 { radiance * (1.0 / density) } else { Vec3::ZERO };
@@ -180,7 +181,7 @@ pub fn sample_light<N: Numbers>(
         let origin = point.position.plus_scaled(above, point.offset);
         let draw = match light {
             Some(light) => draw_light(view, light, chance, origin, numbers),
-            None => draw_environment(view, numbers),
+            None => draw_environment(view, choice, numbers),
         };
         if !(draw.strength.radiance.max_component() > 0.0) {
             return;

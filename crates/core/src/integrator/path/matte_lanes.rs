@@ -162,7 +162,8 @@ impl<const W: usize> MatteLanes<W> {
             origin.set(lane, self.origin(lane));
         }
         let mut lamps = LampLanes::<W>::new();
-        let chosen = choose_lanes(view, |lane| self.receiver(lane), &numbers.light_choice());
+        let choice = numbers.light_choice();
+        let chosen = choose_lanes(view, |lane| self.receiver(lane), &choice);
         for lane in 0..W {
             if !goes_on[lane] {
                 continue;
@@ -175,7 +176,7 @@ impl<const W: usize> MatteLanes<W> {
                         draws.set(lane, draw_light(view, light, chance, origin.get(lane), &of_lane));
                     }
                 }
-                None => draws.set(lane, draw_environment(view, &of_lane)),
+                None => draws.set(lane, draw_environment(view, choice[lane], &of_lane)),
             }
         }
         if lamps.is_any {
