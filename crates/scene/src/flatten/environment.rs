@@ -12,6 +12,9 @@ use std::f64::consts::{PI, TAU};
 /// The most cells of a table, across and down. Larger pictures have several texels a cell.
 const MOST_CELLS: [u32; 2] = [2048, 1024];
 
+/// The same of skies, which are smooth but for their sun: few enough for the caches.
+const CELLS_OF_SKY: [u32; 2] = [256, 128];
+
 /// The environment of a scene and its table. Its texture comes after all others.
 pub(super) fn build(scene: &Scene, textures: &Textures, srgb_decode: &[f32; 256]) -> (Environment, Vec<u32>) {
     let Some(map) = &scene.environment else { return (Environment::NOWHERE, Vec::new()) };
@@ -34,7 +37,11 @@ pub(super) fn build(scene: &Scene, textures: &Textures, srgb_decode: &[f32; 256]
         EnvironmentSource::Image(_) => None,
         EnvironmentSource::Sky(sky) => SkyPicture::sun_disk(sky),
     };
-    match table(&view, rows, sun).filter(|_| map.strength > 0.0) {
+    let most_cells = match map.source {
+        EnvironmentSource::Image(_) => MOST_CELLS,
+        EnvironmentSource::Sky(_) => CELLS_OF_SKY,
+    };
+    match table(&view, rows, most_cells, sun).filter(|_| map.strength > 0.0) {
         Some(Table { columns, rows, sun_share, words }) => {
             let cell_angle = TAU / f64::from(columns) * 2.0 * elementary64::sin(PI / 2.0 / f64::from(rows));
             let environment = match sun {
@@ -71,21 +78,30 @@ struct Table {
 }
 
 /// The table of a picture that has so many rows; without its sun, if it has one. `None` where it is black.
-fn table(view: &TextureView, picture_rows: u32, sun: Option<DiskOfSun>) -> Option<Table> {
+fn table(
+    view: &TextureView,
+    picture_rows: u32,
+    most_cells: [u32; 2],
+    sun: Option<DiskOfSun>,
+) -> Option<Table> {
     let header = &view.textures[0];
-    let columns = header.width.min(MOST_CELLS[0]);
-    let rows = picture_rows.min(MOST_CELLS[1]);
+    let columns = header.width.min(most_cells[0]);
+    let rows = picture_rows.min(most_cells[1]);
     let across: Vec<Reads> = (0..columns).map(|cell| Reads::of_cell(cell, columns, header.width)).collect();
-    // Every cell's brightness, times the sine of its angle from up.
-    let mut weights: Vec<Vec<f64>> = (0..rows)
+    // Every cell's brightness, times the sine of its angle from up; and what of the row was the sun's.
+    let weights: Vec<(Vec<f64>, f64)> = (0..rows)
         .into_par_iter()
         .map(|row| {
-            let mut sums = vec![0.0; columns as usize];
+            let (mut sums, mut of_sun) = (vec![0.0; columns as usize], 0.0);
             let down = Reads::of_cell(row, rows, picture_rows);
             for (y, share_y) in down.texels() {
                 let y = y.clamp(0, i64::from(picture_rows) - 1) as u32;
-                let texels: Vec<f64> =
+                let mut texels: Vec<f64> =
                     (0..header.width).map(|x| brightness(view, x, y, picture_rows)).collect();
+                if let Some(sun) = sun {
+                    let taken = take_away(sun, y, picture_rows, &mut texels);
+                    of_sun += share_y * taken * f64::from(columns) / f64::from(header.width);
+                }
                 for (sum, reads) in sums.iter_mut().zip(&across) {
                     let own = |(x, share): (i64, f64)| {
                         texels[x.rem_euclid(i64::from(header.width)) as usize] * share
@@ -95,49 +111,44 @@ fn table(view: &TextureView, picture_rows: u32, sun: Option<DiskOfSun>) -> Optio
             }
             let sine = elementary64::sin((f64::from(row) + 0.5) * PI / f64::from(rows));
             sums.iter_mut().for_each(|sum| *sum *= sine);
-            sums
+            (sums, of_sun * sine)
         })
         .collect();
-    let all: f64 = weights.iter().flatten().sum();
-    let of_sun = sun.map_or(0.0, |sun| take_away(sun, &mut weights));
-    let row_weights: Vec<f64> = weights.iter().map(|row| row.iter().sum()).collect();
+    let of_sun: f64 = weights.iter().map(|(_, of_sun)| of_sun).sum();
+    let row_weights: Vec<f64> = weights.iter().map(|(row, _)| row.iter().sum()).collect();
     let mut words = Vec::new();
     add_indexed(&mut words, &running_sums(&row_weights)?);
-    for row in &weights {
+    for (row, _) in &weights {
         // A row without light is never chosen.
         add_indexed(&mut words, &running_sums(row).unwrap_or_else(|| vec![0; row.len() + 1]));
     }
-    Some(Table { columns, rows, sun_share: of_sun / all, words })
+    Some(Table { columns, rows, sun_share: of_sun / (of_sun + row_weights.iter().sum::<f64>()), words })
 }
 
-/// Takes the sun's disk away from the weights of cells, which get those of cells beside it; returns what it had.
-fn take_away(sun: DiskOfSun, weights: &mut [Vec<f64>]) -> f64 {
-    let (rows, columns) = (weights.len(), weights[0].len());
-    let around = |column: usize| elementary64::sin_cos((column as f64 + 0.5) * TAU / columns as f64 - PI);
-    let around: Vec<(f64, f64)> = (0..columns).map(around).collect();
+/// Takes the sun's disk away from a row of texels, which get the brightness of one beside it; returns what it had. A row that is
+/// all the sun's, at the zenith, keeps it.
+fn take_away(sun: DiskOfSun, row: u32, rows: u32, texels: &mut [f64]) -> f64 {
+    let (level, up) = elementary64::sin_cos((f64::from(row) + 0.5) * PI / f64::from(rows));
     let [x, y, z] = sun.middle;
+    // No point of the row is nearer than that.
+    if (up - y).abs() > sun.radius {
+        return 0.0;
+    }
+    let columns = texels.len();
+    let is_sun = |column: usize| {
+        let (sine, cosine) = elementary64::sin_cos((column as f64 + 0.5) * TAU / columns as f64 - PI);
+        let off = [level * cosine - x, up - y, level * sine - z];
+        off.iter().map(|x| x * x).sum::<f64>() <= sun.radius * sun.radius
+    };
+    let of_sun: Vec<bool> = (0..columns).map(is_sun).collect();
+    let Some(beside) = (0..columns).find(|&column| !of_sun[column] && of_sun[(column + 1) % columns]) else {
+        return 0.0;
+    };
+    let instead = texels[beside];
     let mut taken = 0.0;
-    // From the horizon up, as rows near the zenith may be the sun's all around.
-    for row in (0..rows).rev() {
-        let (level, up) = elementary64::sin_cos((row as f64 + 0.5) * PI / rows as f64);
-        // A point of the row is no nearer than that.
-        if (up - y).abs() > sun.radius {
-            continue;
-        }
-        let is_sun = |column: usize| {
-            let (sine, cosine) = around[column];
-            let off = [level * cosine - x, up - y, level * sine - z];
-            off.iter().map(|x| x * x).sum::<f64>() <= sun.radius * sun.radius
-        };
-        let beside = (0..columns).find(|&column| !is_sun(column) && is_sun((column + 1) % columns));
-        for column in (0..columns).filter(|&column| is_sun(column)) {
-            let instead = match beside {
-                Some(beside) => weights[row][beside],
-                None => weights[row + 1][column],
-            };
-            let own = std::mem::replace(&mut weights[row][column], instead);
-            taken += (own - instead).max(0.0);
-        }
+    for (texel, _) in texels.iter_mut().zip(&of_sun).filter(|(_, is_sun)| **is_sun) {
+        taken += (*texel - instead).max(0.0);
+        *texel = instead;
     }
     taken
 }

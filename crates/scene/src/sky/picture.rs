@@ -86,9 +86,9 @@ impl SkyPicture {
         [[1.0, 0.0, 0.0], [0.0, (all / own) as f32, (1.0 - all / own) as f32]]
     }
 
-    /// The sun's disk, if it shines: a little more than it fills, as interpolation blurs its edge.
+    /// The sun's disk, if it shines, as large as interpolation spreads it.
     pub(crate) fn sun_disk(sky: &Sky) -> Option<DiskOfSun> {
-        let radius = sin(1.1 * SUN_RADIUS);
+        let radius = sin(1.65 * SUN_RADIUS);
         (sky.sun_strength > 0.0).then(|| DiskOfSun { middle: Sun::new(sky).middle, radius })
     }
 
