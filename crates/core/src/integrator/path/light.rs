@@ -1,6 +1,6 @@
 //! Light from one of the lights, chosen by how much it may give, or from the environment.
 
-use super::{Numbers, PathPoint, ScatterPoint, limited, power_share};
+use super::{Media, Numbers, PathPoint, ScatterPoint, limited, power_share};
 use crate::integrator::PathRay;
 use crate::light::{Light, LightSampleLanes};
 use crate::material::NONE;
@@ -140,7 +140,13 @@ pub fn sample_light<N: Numbers>(
     }
     let scattered = at.mixture.eval(direction);
     let share = if draw.density > 0.0 { power_share(draw.density, scattered.pdf) } else { 1.0 };
-    let contribution = weight * scattered.value * draw.radiance * share;
+    let mut contribution = weight * scattered.value * draw.radiance * share;
+    // What is infinitely far is in no body.
+    if draw.t_max < f32::INFINITY {
+        let media = Media::of(ray);
+        let media = if is_behind { media.beyond(view, point) } else { media };
+        contribution = contribution * media.left(view, draw.t_max);
+    }
     let contribution = limited(settings, ray.depth > 0, contribution);
     if contribution.max_component() > 0.0 {
         ask(LightRequest {

@@ -6,6 +6,7 @@
 //! | what a ray does at the surface that it found | `arrive.rs` | emission; whether it goes on, and with which weight |
 //! | a light, chosen by what it may give and sampled | `light.rs` | a shadow ray and what it brings |
 //! | where the path goes on | `scatter.rs` | the next ray |
+//! | which bodies a ray is in, one inside another | `media.rs` | indices of refraction, what light loses on its way |
 //!
 //! [`bounce`] puts the stages of one ray together; [`radiance`] is the reference scheduler: a loop over it, without a stack. Each
 //! contribution is added by itself to the exact sum, and a stage reads nothing but its arguments, so any order gives the same bits.
@@ -18,6 +19,7 @@
 mod arrive;
 mod bounce;
 mod light;
+mod media;
 mod numbers;
 mod radiance;
 mod scatter;
@@ -27,6 +29,7 @@ mod visibility;
 pub use arrive::{Arrival, arrive};
 pub use bounce::{Bounce, bounce};
 pub use light::{LightRequest, sample_light};
+pub use media::Media;
 pub use numbers::{NumberLanes, Numbers, NumbersByKey, NumbersInLane};
 pub use radiance::radiance;
 pub use scatter::scatter;
