@@ -27,6 +27,11 @@ enum Way {
     Lobes,
 }
 
+/// The relative standard deviation of a mean that is asked for.
+fn goal() -> f64 {
+    std::env::var("EOSPHOR_TEST_DEVIATION").map_or(0.02, |goal| goal.parse().unwrap())
+}
+
 /// What a path finds in one step.
 #[derive(Default)]
 struct Step {
@@ -87,7 +92,6 @@ fn radiance(view: &SceneView, tracer: &impl Tracer, first: PathRay, sample: u32,
 /// The mean over samples of rays that `first` gives, its standard deviation over the mean, and how many there were: until that is
 /// small enough, or there are `most`.
 fn mean(scene: &Scene, way: Way, most: u32, first: impl Fn(&SceneView, u32) -> PathRay) -> (f64, f64, u32) {
-    let goal = std::env::var("EOSPHOR_TEST_DEVIATION").map_or(0.01, |goal| goal.parse().unwrap());
     let (mut data, _) = SceneData::flatten(scene).unwrap();
     if way == Way::Lobes {
         (data.lights, data.light_nodes, data.light_places) = Default::default();
@@ -115,7 +119,7 @@ fn mean(scene: &Scene, way: Way, most: u32, first: impl Fn(&SceneView, u32) -> P
         let n = f64::from(count);
         let mean = sum / n;
         let deviation = ((squares / n - mean * mean).max(0.0) / n).sqrt() / mean;
-        if deviation < goal || count >= most {
+        if deviation < goal() || count >= most {
             return (mean, deviation, count);
         }
     }
@@ -129,35 +133,36 @@ fn compare(name: &str, expected: f64, (got, deviation, count): (f64, f64, u32)) 
     assert!(off.abs() < 4.0 * deviation + 1e-5, "{name}: {got} of {expected}");
 }
 
-/// Le / (1 - albedo) in a box, and the geometric sum where paths are cut.
+/// Le / (1 - albedo) in a box and in a sphere, and the geometric sum where paths are cut.
 #[test]
 fn closed_rooms_by_each_way() {
-    for albedo in [0.2, 0.5, 0.8, 0.95] {
+    let albedos: &[f32] = if goal() < 0.01 { &[0.2, 0.5, 0.8, 0.95] } else { &[0.5, 0.95] };
+    for &albedo in albedos {
         for (depth, roulette) in [(64, 64), (64, 2), (3, 64)] {
-            let mut room = paths(1, depth);
-            room.settings.roulette = roulette;
-            let walls = shining(&mut room, albedo, 0.5);
-            closed_box(&mut room, vec3(1.0, 2.0, 3.0), walls);
-            room.camera = Some(looking(vec3(0.2, -0.3, 0.4), vec3(1.0, 0.5, 0.0), 10.0));
-            let mut round = paths(1, depth);
-            round.settings.roulette = roulette;
-            let walls = shining(&mut round, albedo, 0.5);
-            sphere(&mut round, vec3(0.1, 0.2, -0.3), 2.0, walls);
-            round.camera = room.camera;
+            let room = |make: &dyn Fn(&mut Scene, u32)| {
+                let mut room = paths(1, depth);
+                room.settings.roulette = roulette;
+                let walls = shining(&mut room, albedo, 0.5);
+                make(&mut room, walls);
+                room.camera = Some(looking(vec3(0.2, -0.3, 0.4), vec3(1.0, 0.5, 0.0), 10.0));
+                room
+            };
+            let flat = room(&|room, walls| closed_box(room, vec3(1.0, 2.0, 3.0), walls));
+            let round = room(&|room, walls| sphere(room, vec3(0.1, 0.2, -0.3), 2.0, walls));
             let expected = series(0.5, f64::from(albedo), depth as i32);
-            for way in [Way::Both, Way::Lobes] {
-                for (shape, scene) in [("box", &room), ("sphere", &round)] {
-                    let name =
-                        format!("{shape}, albedo {albedo}, depth {depth}, roulette {roulette}, {way:?}");
-                    compare(&name, expected, mean(scene, way, 1 << 23, |view, s| camera_ray(view, 0, 0, s)));
-                }
+            // A sphere is no light from within.
+            let cases = [(&flat, Way::Both), (&flat, Way::Lobes), (&flat, Way::Lights), (&round, Way::Lobes)];
+            for (shape, (scene, way)) in ["box", "box", "box", "sphere"].into_iter().zip(cases) {
+                let got = mean(scene, way, 1 << 24, |view, sample| camera_ray(view, 0, 0, sample));
+                let name = format!("{shape}, albedo {albedo}, depth {depth}, roulette {roulette}, {way:?}");
+                compare(&name, expected, got);
             }
         }
     }
 }
 
 /// Opposite and adjacent sides of a cube see 0.199825 and 0.200044 of each other (Howell, "A catalog of radiation heat transfer
-/// configuration factors", C-11 and C-14), and a lamp far above a square nearly what its size and distance say.
+/// configuration factors", C-11 and C-14).
 #[test]
 fn squares_see_their_part_of_each_other() {
     let half = 0.5;
@@ -178,7 +183,7 @@ fn squares_see_their_part_of_each_other() {
             PathRay { origin: vec3(x, y, 0.25), direction: down, ..camera_ray(view, 0, 0, sample) }
         };
         for way in [Way::Both, Way::Lobes, Way::Lights] {
-            // Samples of a lamp that stands on the square have no variance where they meet.
+            // Samples of a lamp that stands on the square have an infinite variance where they meet.
             if name == "opposite" || way != Way::Lights {
                 compare(&format!("{name}, {way:?}"), expected, mean(&scene, way, 1 << 23, first));
             }
