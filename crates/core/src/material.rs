@@ -125,6 +125,9 @@ pub struct Material {
     pub roughness_texture: ScalarTexture,
     /// It is not there for rays that come from behind.
     pub single_sided: bool,
+    /// All that is made of it encloses what it refracts into: path tracing follows which of these bodies a path is in. Below 65,535
+    /// in number.
+    pub is_body: bool,
     /// What the opacity does.
     pub alpha: AlphaUse,
     /// For [`AlphaUse::Mask`].
@@ -206,6 +209,7 @@ impl Default for Material {
             roughness: 1.0,
             roughness_texture: ScalarTexture::NONE,
             single_sided: false,
+            is_body: false,
             alpha: AlphaUse::Ignore,
             alpha_cutoff: 0.5,
             opacity: 1.0,

@@ -52,11 +52,13 @@ impl Ggx {
     /// cancel: both numbers are finite at grazing angles.
     #[inline(always)]
     pub fn reflection(&self, to_viewer: Vec3, to_light: Vec3) -> Facets {
-        let h = (to_viewer + to_light).normalize_or(vec3(0.0, 0.0, 1.0));
+        let sum = to_viewer + to_light;
+        let h = sum.normalize_or(vec3(0.0, 0.0, 1.0));
         let normals = self.normals(h);
         let cosines = (to_viewer.z, to_light.z);
         Facets {
-            cos: to_viewer.dot(h),
+            // The same both ways. Between grazing directions the product with one of them has the rounding of its length.
+            cos: 0.5 * sqrt(sum.length_squared()),
             value: normals * self.masking_over_cosine(cosines) * 0.25,
             pdf: normals * self.visible_over_cosine(to_viewer.z) * 0.25,
         }

@@ -24,7 +24,7 @@ pub enum RayKind {
 pub struct PathRay {
     /// Where it starts, world space.
     pub origin: Vec3,
-    /// Hash of the branches taken from the camera: keys its random numbers.
+    /// Hash of the branches taken from the camera: keys its random numbers. Of paths, more of what `inside` has.
     pub path: u32,
     /// Unit vector.
     pub direction: Vec3,
@@ -36,7 +36,8 @@ pub struct PathRay {
     pub kind: RayKind,
     /// The triangle it starts on.
     pub start: PrimitiveId,
-    /// Bodies it runs inside of, where back faces are what there is to see: surfaces entered less surfaces left.
+    /// Bodies it runs inside of, where back faces are what there is to see: surfaces entered less surfaces left. Of paths, which
+    /// bodies (`path/media.rs`).
     pub inside: u32,
     /// Holes it has come through since it last left a surface.
     pub holes: u32,

@@ -15,6 +15,6 @@ pub use evaluated_material::EvaluatedMaterial;
 pub use material_texels::MaterialTexels;
 pub use material_values::MaterialValues;
 pub use normal_map::normal_map;
-pub use path_material::PathMaterial;
+pub use path_material::{LEAST_IOR, PathMaterial};
 pub use point_lanes::{FoundTriangle, PointLanes};
-pub use surface::SurfacePoint;
+pub use surface::{SurfacePoint, left_by_body};

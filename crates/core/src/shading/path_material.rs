@@ -27,7 +27,7 @@ use crate::view::{SceneView, item};
 const USUAL_IOR: f32 = 1.5;
 
 /// The least index of refraction of a body.
-const LEAST_IOR: f32 = 0.1;
+pub const LEAST_IOR: f32 = 0.1;
 
 /// A material at a point, for path tracing. Shares add up to no more than 1.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +48,8 @@ pub struct PathMaterial {
     glass: f32,
     /// What transmitted light is multiplied by.
     glass_tint: Vec3,
-    /// Index of refraction inside over outside.
-    ior: f32,
+    /// Index of refraction inside over outside; as the material has it, outside is nothing.
+    pub ior: f32,
     /// Glass has two sides close together and does not refract.
     is_thin: bool,
     /// Roughness: alpha of the microfacets.

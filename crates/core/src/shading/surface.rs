@@ -139,15 +139,21 @@ impl<M: MaterialValues> SurfacePoint<M> {
         self.position.plus_scaled(self.geometric_normal, side)
     }
 
-    /// What is left of light that went this far through the body behind the surface: `2^(-a d)`.
+    /// [`left_by_body`], the body behind the surface.
     #[inline(always)]
     pub fn left_by_body(&self, view: &SceneView, distance: f32) -> Vec3 {
-        let a = item(view.materials, self.material).attenuation;
-        if a.max_component() > 0.0 {
-            vec3(exp2(-a.x * distance), exp2(-a.y * distance), exp2(-a.z * distance))
-        } else {
-            Vec3::ONE
-        }
+        left_by_body(view, self.material, distance)
+    }
+}
+
+/// What is left of light that went this far through a body of a material: `2^(-a d)`.
+#[inline(always)]
+pub fn left_by_body(view: &SceneView, material: u32, distance: f32) -> Vec3 {
+    let a = item(view.materials, material).attenuation;
+    if a.max_component() > 0.0 {
+        vec3(exp2(-a.x * distance), exp2(-a.y * distance), exp2(-a.z * distance))
+    } else {
+        Vec3::ONE
     }
 }
 

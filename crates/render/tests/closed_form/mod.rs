@@ -1,6 +1,7 @@
 //! Pictures whose values are known in closed form: scene model → `SceneData` → `CpuBackend` → film.
 
 mod camera;
+mod enclosures;
 mod environment;
 mod glass;
 mod glossy;
@@ -8,6 +9,7 @@ mod lights;
 pub(crate) mod many_lights;
 mod mirrors;
 mod models;
+mod nested;
 mod paths;
 mod regressions;
 mod shading_normals;

@@ -7,7 +7,7 @@ use eosphor_core::settings::Integrator;
 use eosphor_scene::{AlphaMode, Light, MaterialKind, Mtl, Pbr, PixelSampling, Scene};
 
 /// One pixel of many samples, path tracing.
-fn paths(samples: u32, depth: u32) -> Scene {
+pub(crate) fn paths(samples: u32, depth: u32) -> Scene {
     let mut scene = scene();
     let settings = &mut scene.settings;
     settings.integrator = Integrator::Path;
@@ -17,13 +17,13 @@ fn paths(samples: u32, depth: u32) -> Scene {
 }
 
 /// A matte surface that shines.
-fn shining(scene: &mut Scene, albedo: f32, radiance: f32) -> u32 {
+pub(crate) fn shining(scene: &mut Scene, albedo: f32, radiance: f32) -> u32 {
     let kind = Mtl { Kd: Vec3::splat(albedo), Ke: Vec3::splat(radiance), ..Mtl::default() };
     material(scene, MaterialKind::Mtl(kind))
 }
 
 /// A closed box about 0, whose fronts are inside.
-fn closed_box(scene: &mut Scene, half: Vec3, material: u32) {
+pub(crate) fn closed_box(scene: &mut Scene, half: Vec3, material: u32) {
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
             let of = |k: usize, x: f32| {
@@ -44,7 +44,7 @@ fn closed_box(scene: &mut Scene, half: Vec3, material: u32) {
 }
 
 /// The sum of what comes back after up to `depth` bounces.
-fn series(radiance: f64, albedo: f64, depth: i32) -> f64 {
+pub(crate) fn series(radiance: f64, albedo: f64, depth: i32) -> f64 {
     radiance * (1.0 - albedo.powi(depth + 1)) / (1.0 - albedo)
 }
 

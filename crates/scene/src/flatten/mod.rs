@@ -3,6 +3,7 @@
 //! Everything here reaches pixels, so it keeps the picture contract: only `eosphor-core`'s arithmetic and correctly
 //! rounded `+ - * /` and square roots, in serial and fixed order.
 
+mod bodies;
 mod camera;
 mod check;
 mod environment;
@@ -110,9 +111,12 @@ impl SceneData {
             notes.push(Note::FarOrigin { origin: scene.origin });
         }
 
-        let materials: Vec<Material> =
+        let mut materials: Vec<Material> =
             scene.materials.iter().map(|m| materials::compose(m, scene.settings.composition)).collect();
         let mut geometry = geometry::build(scene)?;
+        if scene.settings.integrator == Integrator::Path {
+            bodies::mark(&mut materials, &geometry);
+        }
         view::order_corners(
             &mut geometry.triangles,
             &mut geometry.triangle_shading,

@@ -23,7 +23,7 @@ fn triangle(positions: [u32; 3]) -> Triangle {
 }
 
 /// A mesh of `n` by `n` quads in the plane z = 0, from 0 to 1.
-fn grid(n: u32) -> Mesh {
+pub(super) fn grid(n: u32) -> Mesh {
     let mut mesh = Mesh { name: "grid".into(), ..Mesh::default() };
     for y in 0..=n {
         for x in 0..=n {
@@ -51,7 +51,7 @@ pub(super) fn cube() -> Mesh {
 }
 
 /// A sphere of radius 1 whose triangles share no vertices.
-fn sphere_mesh(n: u32) -> Mesh {
+pub(super) fn sphere_mesh(n: u32) -> Mesh {
     let mut mesh = Mesh { name: "sphere".into(), ..Mesh::default() };
     let point = |i: u32, j: u32| {
         let (theta, phi) = (

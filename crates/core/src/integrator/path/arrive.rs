@@ -1,11 +1,12 @@
 //! What a ray does at the surface that it found.
 
-use super::{Numbers, PathPoint, PathState, limited, power_share};
+use super::{Media, Numbers, PathPoint, PathState, limited, power_share};
 use crate::integrator::coverage::MAX_HOLES;
 use crate::integrator::{PathRay, RayKind};
 use crate::light::light_of_primitive;
 use crate::math::{Vec3, max, min};
 use crate::ray::PrimitiveId;
+use crate::shading::left_by_body;
 use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
 
@@ -35,7 +36,12 @@ pub fn arrive<N: Numbers>(
     let (settings, ray) = (view.settings, &path.ray);
     let material = &point.material_values;
     // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
-    let weight = if point.front { ray.weight } else { ray.weight * point.left_by_body(view, t) };
+    // The body that the ray is in; or else, seen from behind, the one that it must have started in.
+    let within = Media::of(ray).material().or(if point.front { None } else { Some(point.material) });
+    let weight = match within {
+        Some(material) => ray.weight * left_by_body(view, material, t),
+        None => ray.weight,
+    };
     let weight = weight.min(Vec3::splat(MAX_RADIANCE));
     let behind = straight_share(point);
     let chance = min(behind.max_component(), 1.0);

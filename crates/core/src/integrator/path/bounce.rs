@@ -2,7 +2,7 @@
 
 use super::arrive::ray_behind;
 use super::{
-    Arrival, LightRequest, Numbers, PathPoint, PathState, ScatterPoint, arrive, sample_light, scatter,
+    Arrival, LightRequest, Media, Numbers, PathPoint, PathState, ScatterPoint, arrive, sample_light, scatter,
     surroundings,
 };
 use crate::integrator::MAX_DEPTH;
@@ -28,7 +28,8 @@ pub fn bounce<N: Numbers, B: Bounce>(view: &SceneView, path: &PathState, hit: &H
         to.add(surroundings(view, ray));
         return;
     }
-    let point = PathPoint::new(view, &ray.ray(), hit);
+    let mut point = PathPoint::new(view, &ray.ray(), hit);
+    point.material_values.ior = Media::of(ray).relative_ior(view, &point);
     let (found, arrival) = arrive(view, &point, path, hit.t, numbers);
     to.add(found);
     let weight = match arrival {
@@ -46,5 +47,5 @@ pub fn bounce<N: Numbers, B: Bounce>(view: &SceneView, path: &PathState, hit: &H
     if !is_last {
         sample_light(view, (&point, &at), (ray, weight), numbers, choice, |request| to.ask(request));
     }
-    scatter((&point, &at), (path, weight), hit.t, numbers, (lobe, is_last), |next| to.go_on(next));
+    scatter(view, (&point, &at), (path, weight), hit.t, numbers, (lobe, is_last), |next| to.go_on(next));
 }

@@ -1,6 +1,6 @@
 //! Light from one of the lights, chosen by how much it may give, or from the environment.
 
-use super::{Numbers, PathPoint, ScatterPoint, limited, power_share};
+use super::{Media, Numbers, PathPoint, ScatterPoint, limited, power_share};
 use crate::bsdf::Scattered;
 use crate::integrator::PathRay;
 use crate::light::{Light, LightReceiver, LightSampleLanes};
@@ -52,16 +52,17 @@ impl Strength {
         }
     }
 
-    /// What a path of this weight and depth gets of it where the surface scatters it like that.
+    /// What a path of this weight and depth gets of it where the surface scatters it like that, and bodies between leave so much.
     #[inline(always)]
     pub(super) fn contribution(
         &self,
         settings: &Settings,
         (weight, depth): (Vec3, u32),
         scattered: Scattered,
+        left: Vec3,
     ) -> Vec3 {
         let share = if self.density > 0.0 { power_share(self.density, scattered.pdf) } else { 1.0 };
-        limited(settings, depth > 0, weight * scattered.value * self.radiance * share)
+        limited(settings, depth > 0, weight * scattered.value * self.radiance * share * left)
     }
 }
 
@@ -202,7 +203,16 @@ pub fn sample_light<N: Numbers>(
         return;
     }
     let scattered = at.mixture.eval(direction);
-    let contribution = draw.strength.contribution(view.settings, (weight, ray.depth), scattered);
+    // What is infinitely far is in no body.
+    let left = if draw.t_max < f32::INFINITY {
+        let media = Media::of(ray);
+        let media = if is_behind { media.beyond(view, point) } else { media };
+        media.left(view, draw.t_max)
+    } else {
+        Vec3::ONE
+    };
+    let weight = (weight, ray.depth);
+    let contribution = draw.strength.contribution(view.settings, weight, scattered, left);
     if contribution.max_component() > 0.0 {
         ask(LightRequest {
             ray: Ray { origin, t_min: 0.0, direction: draw.to_light, t_max: draw.t_max },

@@ -5,7 +5,9 @@
 
 use super::arrive::{after_roulette, lamp_share};
 use super::light::{LightDraw, Strength, choose_lanes, draw_environment, draw_light};
-use super::{Bounce, LightRequest, NumberLanes, PathState, bounce, frame, in_frame, limited, out_of_frame};
+use super::{
+    Bounce, LightRequest, Media, NumberLanes, PathState, bounce, frame, in_frame, limited, out_of_frame,
+};
 use crate::bsdf::{Matte, Scattered};
 use crate::integrator::{MAX_DEPTH, PathRay, RayKind};
 use crate::light::{Light, LightReceiver, LightSampleLanes, TriangleLamp};
@@ -28,10 +30,10 @@ pub trait BounceLanes {
     fn lane(&mut self, lane: usize) -> Self::Lane<'_>;
 }
 
-/// Whether [`bounce_matte`] takes what a ray found.
+/// Whether [`bounce_matte`] takes what a ray found: in no body.
 #[inline(always)]
-pub fn is_matte_triangle(view: &SceneView, hit: &Hit) -> bool {
-    if hit.is_miss() | (hit.id.instance != 0) {
+pub fn is_matte_triangle(view: &SceneView, ray: &PathRay, hit: &Hit) -> bool {
+    if hit.is_miss() | (hit.id.instance != 0) | !Media::of(ray).is_nowhere() {
         return false;
     }
     let instance = item(view.instances, 0);
@@ -201,7 +203,12 @@ impl<const W: usize> MatteLanes<W> {
             let strength = Strength { radiance: draws.radiance.get(lane), density: draws.density[lane] };
             let cos = in_frame(&self.axes(lane), to_light).z;
             let scattered = Matte::new(self.albedo.get(lane)).eval(cos);
-            let found = strength.contribution(settings, (self.weight.get(lane), self.depth[lane]), scattered);
+            let found = strength.contribution(
+                settings,
+                (self.weight.get(lane), self.depth[lane]),
+                scattered,
+                Vec3::ONE,
+            );
             contribution.set(lane, found);
             is_lit[lane] = draws.is_there[lane]
                 & (strength.radiance.max_component() > 0.0)

@@ -6,6 +6,7 @@
 //! | what a ray does at the surface that it found | `arrive.rs` | emission; whether it goes on, and with which weight |
 //! | a light, chosen by what it may give and sampled | `light.rs` | a shadow ray and what it brings |
 //! | where the path goes on | `scatter.rs` | the next ray |
+//! | which bodies a ray is in, one inside another | `media.rs` | indices of refraction, what light loses on its way |
 //!
 //! [`bounce`] puts the stages of one ray together; [`radiance`] is the reference scheduler: a loop over it, without a stack. Each
 //! contribution is added by itself to the exact sum, and a stage reads nothing but its arguments, so any order gives the same bits.
@@ -19,6 +20,7 @@ mod arrive;
 mod bounce;
 mod light;
 mod matte_lanes;
+mod media;
 mod numbers;
 mod radiance;
 mod scatter;
@@ -29,6 +31,7 @@ pub use arrive::{Arrival, arrive};
 pub use bounce::{Bounce, bounce};
 pub use light::{LightRequest, sample_light};
 pub use matte_lanes::{BounceLanes, bounce_matte, is_matte_triangle};
+pub use media::Media;
 pub use numbers::{NumberLanes, Numbers, NumbersByKey, NumbersInLane};
 pub use radiance::radiance;
 pub use scatter::scatter;

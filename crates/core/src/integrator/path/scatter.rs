@@ -1,15 +1,17 @@
 //! Where a path goes on.
 
-use super::{Numbers, PathPoint, PathState, ScatterPoint, arrive::ray_behind};
+use super::{Media, Numbers, PathPoint, PathState, ScatterPoint, arrive::ray_behind};
 use crate::integrator::coverage::MAX_HOLES;
 use crate::integrator::{PathRay, RayKind};
 use crate::math::Vec3;
 use crate::sums::MAX_RADIANCE;
+use crate::view::SceneView;
 
 /// What goes on from a point that `path` found at distance `t`, with the weight that it has there; `go_on` is told, unless the path
 /// ends. At the last bounce, `is_last`, only what passes thin glass straight goes on: that is none.
 #[inline(always)]
 pub fn scatter<N: Numbers>(
+    view: &SceneView,
     (point, at): (&PathPoint, &ScatterPoint),
     (path, weight): (&PathState, Vec3),
     t: f32,
@@ -24,10 +26,13 @@ pub fn scatter<N: Numbers>(
         return;
     }
     let direction = at.to_world(sample.to_light);
+    let media = Media::of(ray);
+    let media = if sample.is_transmitted { media.beyond(view, point) } else { media };
+    let [inside, outer] = media.words();
     let mut next = PathState {
         ray: PathRay {
             origin: point.offset_origin(direction),
-            path: ray.path,
+            path: outer,
             direction,
             depth: ray.depth + 1,
             weight,
@@ -37,7 +42,7 @@ pub fn scatter<N: Numbers>(
                 (false, false) => RayKind::Glossy,
             },
             start: point.id,
-            inside: ray.inside,
+            inside,
             holes: 0,
             travelled: 0.0,
             lobe_density: if sample.is_delta { 0.0 } else { sample.pdf },

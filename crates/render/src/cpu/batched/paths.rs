@@ -184,7 +184,7 @@ impl PathBatch {
             counts.count(path.state.ray.kind);
             if hit.is_miss() {
                 sums[path.pixel as usize].add(surroundings(view, &path.state.ray));
-            } else if is_matte_triangle(view, hit) {
+            } else if is_matte_triangle(view, &path.state.ray, hit) {
                 matte.push(number as u32);
             } else {
                 others.push(number as u32);

@@ -94,37 +94,49 @@ fn albedo(closure: &Closure, to_viewer: Vec3, count: u32) -> f64 {
     sampled(closure, to_viewer, count).into_iter().fold(0.0, f64::max)
 }
 
-/// Long: it needs the machine's own fma, as without that it does not end within eight minutes.
-/// `RUSTFLAGS=-Ctarget-cpu=native cargo test --release -p eosphor-core -- --ignored --nocapture a_million`
-#[test]
-#[ignore = "it takes minutes"]
-fn a_million_materials_make_no_light() {
-    const THREADS: u32 = 2;
-    let worst_of = |thread: u32| {
-        let mut numbers = Numbers(thread << 28);
-        let mut worst = (0.0, String::new());
-        for _ in 0..1_000_000 / THREADS {
-            let (closure, to_viewer) = (numbers.closure(), viewer(numbers.part().max(0.05)));
-            // More points where fewer cannot tell.
+/// The largest albedo of sets of parameters, each seen at five angles, and whose it is. More points are taken where fewer cannot
+/// tell: of as many as are taken where it counts, the mean is off by less than 0.0001.
+fn most_of(sets: impl Iterator<Item = u32>, enough: &[(u32, f64)]) -> (f64, String) {
+    let mut most = (0.0, String::new());
+    for set in sets {
+        let mut numbers = Numbers(mix(set) ^ 0x5bd1_e995);
+        let closure = numbers.closure();
+        for _ in 0..5 {
+            let to_viewer = viewer(numbers.part().max(0.05));
             let mut got = 0.0;
-            for (bits, enough) in [(7, 0.9), (12, 0.99), (16, 1.0005), (20, 2.0)] {
+            for &(bits, enough) in enough {
                 got = albedo(&closure, to_viewer, 1 << bits);
+                assert!(got >= 0.0, "{got} {closure:?} {to_viewer:?}");
                 if got < enough {
                     break;
                 }
             }
-            if got > worst.0 {
-                worst = (got, format!("{closure:?} {to_viewer:?}"));
+            if got > most.0 {
+                most = (got, format!("{closure:?} {to_viewer:?}"));
             }
         }
-        worst
-    };
+    }
+    most
+}
+
+/// Long: it needs the machine's own fma, as without that it does not end within eight minutes.
+/// `RUSTFLAGS=-Ctarget-cpu=native cargo test --release -p eosphor-core -- --ignored --nocapture a_million`
+#[test]
+#[ignore = "it takes minutes"]
+fn a_million_sets_and_angles_make_no_light() {
+    let threads = std::thread::available_parallelism().map_or(2, |count| count.get() as u32);
+    let stages = [(7, 0.9), (11, 0.98), (14, 0.998), (16, 1.0003), (20, 2.0)];
+    let of = |thread: u32| most_of((thread..200_000).step_by(threads as usize), &stages);
     let worst = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..THREADS).map(|thread| scope.spawn(move || worst_of(thread))).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
+        let threads: Vec<_> = (0..threads).map(|thread| scope.spawn(move || of(thread))).collect();
+        let mut found: Vec<_> = threads.into_iter().map(|thread| thread.join().unwrap()).collect();
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found
     });
-    println!("largest albedo {:.5}: {}", worst.0, worst.1);
-    assert!(worst.0 < 1.001, "{worst:?}");
+    for (albedo, what) in &worst {
+        println!("largest albedo {albedo:.5}: {what}");
+    }
+    assert!(worst[0].0 < 1.001, "{:?}", worst[0]);
 }
 
 #[test]

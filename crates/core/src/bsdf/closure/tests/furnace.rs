@@ -9,12 +9,13 @@ const INDICES: [f32; 10] = [1.1, 1.33, 1.5, 2.0, 2.5, 1.0 / 1.1, 1.0 / 1.33, 1.0
 
 /// The mean weight of paths that go on, per channel.
 pub(super) fn sampled(closure: &Closure, to_viewer: Vec3, count: u32) -> [f64; 3] {
+    let mixture = closure.towards(to_viewer);
     let mut sum = [0.0; 3];
     for i in 0..count {
         // Hammersley's points: the pick goes evenly, and the other numbers are spread evenly in every part of it.
         let (u, pick) =
             (sobol_2d(i).map(|x| (x >> 8) as f32 * (1.0 / 16_777_216.0)), (i as f32 + 0.5) / count as f32);
-        if let Some(sample) = closure.sample(to_viewer, pick, u) {
+        if let Some(sample) = mixture.sample(pick, u) {
             sum[0] += f64::from(sample.weight.x);
             sum[1] += f64::from(sample.weight.y);
             sum[2] += f64::from(sample.weight.z);

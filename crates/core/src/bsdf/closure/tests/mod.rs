@@ -1,9 +1,11 @@
 //! Tests of all lobes together, by their values, their densities and the light that they lose.
 
+mod chi_square;
 mod density;
 mod everything;
 mod furnace;
 mod mitsuba;
+mod quadrature;
 mod smooth;
 
 use super::*;
