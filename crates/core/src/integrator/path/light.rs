@@ -145,7 +145,7 @@ pub fn sample_light<N: Numbers>(
     if draw.t_max < f32::INFINITY {
         let media = Media::of(ray);
         let media = if is_behind { media.beyond(view, point) } else { media };
-        contribution = contribution * media.left(view, draw.t_max);
+        contribution *= media.left(view, draw.t_max);
     }
     let contribution = limited(settings, ray.depth > 0, contribution);
     if contribution.max_component() > 0.0 {
