@@ -51,14 +51,15 @@ pub fn mirror_loss(cosine: f64, alpha: f64) -> Loss {
     Loss { lost: sum.lost.max(0.0), ..sum }
 }
 
-/// `eta` is the index beyond over that on the viewer's side.
-pub fn glass_loss(cosine: f64, alpha: f64, eta: f64) -> f64 {
-    let mut lost = 1.0;
-    for_each_facet(cosine, alpha, [256, 48], |weight, to_viewer, z| {
+/// What glass loses, and what of that a white mirror would lose; `eta` is the index beyond over that on the viewer's side.
+pub fn glass_loss(cosine: f64, alpha: f64, eta: f64, steps: [usize; 2]) -> [f64; 2] {
+    let mut lost = [1.0, 1.0];
+    for_each_facet(cosine, alpha, steps, |weight, to_viewer, z| {
         let beyond = 1.0 - (1.0 - to_viewer * to_viewer) / (eta * eta);
         let reflected = escaping(cosine, 2.0 * to_viewer * z - cosine, alpha);
+        lost[1] -= weight * reflected;
         if beyond <= 0.0 {
-            lost -= weight * reflected;
+            lost[0] -= weight * reflected;
             return;
         }
         let beyond = beyond.sqrt();
@@ -67,7 +68,7 @@ pub fn glass_loss(cosine: f64, alpha: f64, eta: f64) -> f64 {
         let reflectance = 0.5 * (s * s + p * p);
         // The light's cosine below the surface.
         let refracted = escaping(cosine, cosine / eta - (to_viewer / eta - beyond) * z, alpha);
-        lost -= weight * (reflectance * reflected + (1.0 - reflectance) * refracted);
+        lost[0] -= weight * (reflectance * reflected + (1.0 - reflectance) * refracted);
     });
-    lost.max(0.0)
+    lost.map(|lost| lost.max(0.0))
 }

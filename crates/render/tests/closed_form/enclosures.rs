@@ -63,8 +63,8 @@ fn share(view: &SceneView, path: &PathState, hit: &Hit, request: &LightRequest) 
     let light = &view.lights[number as usize];
     let density = light.pdf_li(point.position, request.ray.direction, request.ray.t_max);
     let own = density * view.light_tree().chance(&at.receiver(&point), number);
-    // In double precision, which has tiny shares, too.
-    1.0 / (1.0 + (f64::from(lobes) / f64::from(own)).powi(2))
+    // A sample that grazes the lamp may have none, by another rounding.
+    if own > 0.0 { 1.0 / (1.0 + (f64::from(lobes) / f64::from(own)).powi(2)) } else { 1.0 }
 }
 
 /// What a path brings.
