@@ -1,6 +1,6 @@
 //! The camera: the scene's, or the automatic one; and the headlight beside it.
 
-use super::framing::{self, HalfSides, Surfaces};
+use super::framing::{self, HalfSides, Motion, Surfaces};
 use super::note::Note;
 use crate::error::{Problem, SceneError};
 use crate::model::{Camera as ModelCamera, Scene};
@@ -15,7 +15,7 @@ const HEADLIGHT: f32 = 0.8;
 /// The camera, and the headlight to be used where the scene has no light.
 pub(super) fn build(
     scene: &Scene,
-    surfaces: &Surfaces,
+    (surfaces, first_deforming): (&Surfaces, usize),
     world: &Bounds,
     notes: &mut Vec<Note>,
 ) -> Result<(Camera, Option<Light>), SceneError> {
@@ -28,11 +28,12 @@ pub(super) fn build(
         None => {
             let width_at_1 = half_width(&ModelCamera::default(), width, height);
             let height_at_1 = width_at_1 * (f64::from(height) / f64::from(width));
-            let framing = framing::frame(surfaces, HalfSides { width: width_at_1, height: height_at_1 });
+            let half = HalfSides { width: width_at_1, height: height_at_1 };
+            let framing = framing::frame(surfaces, &Motion::new(scene, surfaces, first_deforming), half);
             if !world.is_empty() {
                 let position = scene.point_in_file(framing.camera.position);
-                let framing::Framing { camera, view, left_out } = framing;
-                notes.push(Note::FramedCamera { position, camera, view, left_out });
+                let framing::Framing { camera, view, left_out, frames } = framing;
+                notes.push(Note::FramedCamera { position, camera, view, left_out, frames });
             }
             from_model(&framing.camera, width, height)?
         }

@@ -7,7 +7,7 @@ use super::{SceneData, camera, lights, places, settings};
 use crate::error::SceneError;
 use crate::model::{Camera as ModelCamera, RenderSettings, Scene};
 use eosphor_core::camera::Camera;
-use eosphor_core::geometry::{Bounds, Geometry, Instance};
+use eosphor_core::geometry::{Bounds, Instance};
 use eosphor_core::light::{Light, LightNode};
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::{Integrator, Settings};
@@ -66,12 +66,7 @@ impl FrameBounds {
     pub fn new(scene: &Scene, data: &SceneData) -> FrameBounds {
         let is_own = |light: &Light| light.is_lamp();
         let has_headlight = scene.lights.is_empty() && data.lights.len() == 1 && !is_own(&data.lights[0]);
-        let part = |first: u32, count: u32| first as usize..first as usize + count as usize;
-        let bounds_of = |g: &Geometry| {
-            let triangles = &data.triangles[part(g.first_triangle, g.triangle_count)];
-            places::bounds_of(triangles, &data.spheres[part(g.first_sphere, g.sphere_count)])
-        };
-        let bounds: Vec<Bounds> = data.geometries.iter().map(bounds_of).collect();
+        let bounds = data.bounds_of_geometries();
         let world = places::world_bounds(&bounds, &data.instances);
         let emitters = data.instances_move.then(|| data.emitters());
         FrameBounds { bounds, world, emitters, has_headlight }

@@ -174,7 +174,7 @@ impl Flat {
 }
 
 /// The numbers of the placed meshes whose vertices move, in order.
-fn deforming(scene: &Scene) -> impl Iterator<Item = u32> {
+pub(super) fn deforming(scene: &Scene) -> impl Iterator<Item = u32> {
     let mut is_placed = vec![false; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| is_placed[instance.mesh as usize] = true);
     let moves = |number: &u32| scene.meshes[*number as usize].deformation.is_some();

@@ -134,7 +134,8 @@ impl SceneData {
             instances: &geometry.instances,
             bounds: &geometry.bounds,
         };
-        let (camera, headlight) = camera::build(scene, &surfaces, &world, &mut notes)?;
+        let first_deforming = geometry.geometries.len() - geometry.deforming as usize;
+        let (camera, headlight) = camera::build(scene, (&surfaces, first_deforming), &world, &mut notes)?;
         let settings = settings::build(&scene.settings, &camera, &world);
         let mut data = SceneData {
             triangles: geometry.triangles,

@@ -18,6 +18,8 @@ pub enum Note {
         view: View,
         /// What it does not frame.
         left_out: LeftOut,
+        /// How many frames of an animation are in the picture; 1 where it is chosen for a single one.
+        frames: u32,
     },
     /// The scene lies far from 0.
     FarOrigin {
@@ -53,8 +55,12 @@ pub enum Note {
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Note::FramedCamera { position: [x, y, z], view, left_out, .. } => {
-                write!(f, "no camera: {view}, at ({x:.4}, {y:.4}, {z:.4}){left_out}")
+            Note::FramedCamera { position: [x, y, z], view, left_out, frames, .. } => {
+                write!(f, "no camera: {view}, at ({x:.4}, {y:.4}, {z:.4}){left_out}")?;
+                match frames {
+                    1 => Ok(()),
+                    _ => write!(f, "; all {frames} frames are in view"),
+                }
             }
             Note::FarOrigin { origin: [x, y, z] } => {
                 write!(
