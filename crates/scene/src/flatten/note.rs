@@ -38,6 +38,8 @@ pub enum Note {
         /// Their radiance.
         radiance: f32,
     },
+    /// The environment's picture has no light.
+    DarkEnvironment,
     /// Spheres shine but are no lights.
     EmissiveSpheres {
         /// How many.
@@ -76,6 +78,7 @@ impl fmt::Display for Note {
             Note::Surroundings { radiance } => {
                 write!(f, "no light: uniform surroundings of radiance {radiance}")
             }
+            Note::DarkEnvironment => f.write_str("the environment is black: it lights nothing"),
             Note::EmissiveSpheres { count } => {
                 write!(
                     f,
