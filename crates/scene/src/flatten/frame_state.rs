@@ -255,6 +255,8 @@ mod tests {
                 let (expected, _) = SceneData::flatten(&still).unwrap();
                 let expected = state_of(expected, None);
                 assert_eq!(states.at(frame).unwrap(), expected, "{frame}");
+                let (of_frame, _) = SceneData::flatten(&Scene { frame, ..scene.clone() }).unwrap();
+                assert_eq!(state_of(of_frame, None), expected, "{frame}");
             }
         }
         scene.camera = Some(ModelCamera { up: vec3(0.0, 0.0, 1.0), ..ModelCamera::default() });
@@ -325,6 +327,11 @@ mod tests {
             let (expected, _) = SceneData::flatten(&still).unwrap();
             let places = Some(Places { instances: expected.instances.clone() });
             assert_eq!(states.at(frame).unwrap(), state_of(expected, places), "{frame}");
+            // A still of the frame has the same.
+            let still = Scene { frame, ..scene.clone() };
+            let (data, _) = SceneData::flatten(&still).unwrap();
+            let places = Some(Places { instances: data.instances.clone() });
+            assert_eq!(states.at(frame).unwrap(), state_of(data, places), "{frame}");
         }
         assert!(states.at(1).unwrap().lights != states.at(2).unwrap().lights);
     }

@@ -348,6 +348,13 @@ fn moving_vertices_are_in_the_picture() {
     let frames = scene.animation.as_ref().unwrap().frames;
     let most = reach(&scene, frames).into_iter().fold(0.0, f32::max);
     assert!((0.9..=0.95).contains(&most), "{most}");
+    // A still of another frame has the same camera, and what the frame has.
+    let (first, _) = SceneData::flatten(&scene).unwrap();
+    let (later, _) = SceneData::flatten(&Scene { frame: 7, ..scene.clone() }).unwrap();
+    assert_eq!(first.camera, later.camera);
+    let mut arrays = ShapedArrays::new(&first);
+    arrays.take(&FrameStates::new(&scene, &first).at(7).unwrap().shapes.unwrap(), &first).unwrap();
+    assert!(first.triangles != later.triangles && arrays.view(&first).triangles == later.triangles);
     // A turntable keeps it about the middle of all frames.
     scene.turntable(8).unwrap();
     assert_ne!(scene.camera.unwrap().look_at, None);
