@@ -6,6 +6,8 @@
 
 use crate::root;
 use anyhow::{Context, ensure};
+use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -94,13 +96,45 @@ fn stage(with_sanitizer: bool) -> anyhow::Result<PathBuf> {
         let _ = Command::new("strip").arg(&program).status();
         gather_seeds(name, &stage.join("seeds").join(name))?;
     }
+    write_dictionaries(&stage)?;
     fs::write(stage.join("run"), RUN)?;
     let status = Command::new("chmod").arg("+x").arg(stage.join("run")).status()?;
     ensure!(status.success(), "chmod failed");
     Ok(stage)
 }
 
-/// Small files of the target's kind: what earlier runs found, this repository's scenes, and the test scenes beside the
+/// Words of the formats, of which libFuzzer makes texts: keys and values of the scene files' schema, and those of glTF.
+fn write_dictionaries(stage: &Path) -> anyhow::Result<()> {
+    let folder = stage.join("dictionaries");
+    fs::create_dir_all(&folder)?;
+    let schema: Value = serde_json::from_str(&fs::read_to_string(root().join("scenes/schema.json"))?)?;
+    let mut words = BTreeSet::new();
+    collect_words(&schema, &mut words);
+    let lines: Vec<String> = words.iter().map(|word| format!("\"\\\"{word}\\\"\"\n")).collect();
+    fs::write(folder.join("json"), lines.concat())?;
+    for target in ["gltf", "glb"] {
+        fs::copy(root().join("fuzz/gltf.dict"), folder.join(target))?;
+    }
+    Ok(())
+}
+
+/// The names of properties, and the texts that values may be.
+fn collect_words(schema: &Value, words: &mut BTreeSet<String>) {
+    match schema {
+        Value::Object(keys) => {
+            let properties = keys.get("properties").and_then(Value::as_object);
+            words.extend(properties.into_iter().flat_map(|properties| properties.keys().cloned()));
+            let values = keys.get("enum").and_then(Value::as_array).into_iter().flatten();
+            let values = values.chain(keys.get("const")).filter_map(Value::as_str);
+            words.extend(values.map(str::to_owned));
+            keys.values().for_each(|value| collect_words(value, words));
+        }
+        Value::Array(items) => items.iter().for_each(|item| collect_words(item, words)),
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => {}
+    }
+}
+
+/// Small files of the target's kind: what earlier runs found, seeds, this repository's scenes, and the test scenes beside the
 /// checkout where they are.
 fn gather_seeds(target: &str, folder: &Path) -> anyhow::Result<()> {
     let endings: &[&str] = match target {
@@ -113,7 +147,9 @@ fn gather_seeds(target: &str, folder: &Path) -> anyhow::Result<()> {
         kind => &[kind],
     };
     let mut found = Vec::new();
-    for place in ["fuzz/regressions", "scenes", "crates/scene/tests", "docs", "../shared/scenes"] {
+    for place in
+        ["fuzz/regressions", "fuzz/seeds", "scenes", "crates/scene/tests", "docs", "../shared/scenes"]
+    {
         collect(&root().join(place), endings, &mut found);
     }
     for (number, path) in found.iter().enumerate() {
@@ -149,11 +185,13 @@ out=${OUT:-.}
 # The sanitizer, where it is built in, keeps what was freed.
 export ASAN_OPTIONS=quarantine_size_mb=64:detect_leaks=0
 seconds=$1; shift
-[ $# -gt 0 ] || set -- obj mtl gltf glb ply json pg1 texture picture builders traversals
+[ $# -gt 0 ] || set -- obj mtl gltf glb ply json pg1 texture picture builders traversals message
 mkdir -p "$out/found" "$out/logs"
 for target in "$@"; do
   mkdir -p "corpus/$target"
-  RUST_BACKTRACE=1 ./"$target" "corpus/$target" "seeds/$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 \
+  words=()
+  [ ! -f "dictionaries/$target" ] || words=(-dict="dictionaries/$target")
+  RUST_BACKTRACE=1 ./"$target" "corpus/$target" "seeds/$target" "${words[@]}" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 \
     -max_len=20000 -artifact_prefix="$out/found/$target-" >"$out/logs/$target.txt" 2>&1 &
 done
 wait

@@ -29,6 +29,7 @@ mod positions;
 mod sky;
 mod snippet;
 mod solids;
+mod studio;
 
 pub use error::{Place, Problem, SceneError, Warning};
 #[cfg(feature = "files")]

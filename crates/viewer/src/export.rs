@@ -8,18 +8,14 @@ use crate::renderer::Shared;
 use eosphor::Scene;
 
 /// The command line that renders a page's view.
-///
-/// # Errors
-///
-/// Where none does, in a line for readers.
-pub(crate) fn command_line(shared: &Shared, view: &PageView) -> Result<String, String> {
+pub(crate) fn command_line(shared: &Shared, view: &PageView) -> String {
     let stage = shared.stage();
     let mut flags = Vec::new();
     if let Some(device) = &stage.device {
         flags.extend([format!("--backend={}", device.backend), format!("--accel={}", device.accel)]);
     }
-    flags.extend(view.flags(&stage.scene, &stage.own)?);
-    Ok(shared.source.command(flags))
+    flags.extend(view.flags(&stage.scene, &stage.own));
+    shared.source.command(flags)
 }
 
 /// The text of a scene file that shows what the page shows.
@@ -29,12 +25,9 @@ pub(crate) fn command_line(shared: &Shared, view: &PageView) -> Result<String, S
 /// Where no file can say it, in a line for readers.
 pub(crate) fn scene_file(shared: &Shared, client: &Client) -> Result<String, String> {
     let view = view_of(client)?;
-    if view.frame > 0 {
-        return Err("a scene file names no frame: save frame 0, or copy the command line".into());
-    }
     let stage = shared.stage();
     let (camera, settings) = view.applied(&stage.scene, &stage.own);
-    let mut shown = Scene { settings, ..(*stage.scene).clone() };
+    let mut shown = Scene { settings, frame: view.frame, ..(*stage.scene).clone() };
     // One that was framed for the size of the start would be framed anew for another size.
     if view.camera_of_scene(&stage.scene, &stage.own).is_none() {
         // As flags that say the whole camera do.

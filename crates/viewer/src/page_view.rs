@@ -81,7 +81,7 @@ impl PageView {
     /// Where the scene has no camera, and none can be found for it.
     pub(crate) fn of(scene: &Scene) -> Result<PageView, SceneError> {
         let settings = &scene.settings;
-        let camera = match scene.camera_at(0) {
+        let camera = match scene.camera_at(scene.frame) {
             Some(camera) => camera,
             None => scene.framed_camera()?,
         };
@@ -106,7 +106,7 @@ impl PageView {
             shadows: settings.shadows,
             exposure: settings.exposure,
             tone_curve: settings.tone_curve,
-            frame: 0,
+            frame: scene.frame,
             show: Show::Picture,
         })
     }
@@ -201,11 +201,7 @@ impl PageView {
     }
 
     /// The flags of `eosphor render` that turn the scene's own view into this one, and its output.
-    ///
-    /// # Errors
-    ///
-    /// Where no flags do, in a line for readers.
-    pub(crate) fn flags(&self, scene: &Scene, own: &PageView) -> Result<Vec<String>, String> {
+    pub(crate) fn flags(&self, scene: &Scene, own: &PageView) -> Vec<String> {
         let is_new = |differs: fn(&PageView, &PageView) -> bool| differs(self, own);
         let point = |p: [f64; 3]| p.map(|x| x.to_string()).join(",");
         let mut flags = vec![format!("--size={}x{}", self.size[0], self.size[1])];
@@ -247,12 +243,15 @@ impl PageView {
         if is_new(|a, b| a.tone_curve != b.tone_curve || a.lighting != b.lighting) {
             flags.push(format!("--tone-curve={}", word(&self.tone_curve)));
         }
-        flags.extend(self.output_flags()?);
-        Ok(flags)
+        if is_new(|a, b| a.frame != b.frame) {
+            flags.push(format!("--frame={}", self.frame));
+        }
+        flags.extend(self.output_flags());
+        flags
     }
 
     /// What is shown, and the file that it is written to.
-    fn output_flags(&self) -> Result<Vec<String>, String> {
+    fn output_flags(&self) -> Vec<String> {
         let mut flags = vec!["--no-metadata".to_owned()];
         let layer = match self.show {
             Show::Picture => None,
@@ -265,22 +264,15 @@ impl PageView {
                 None
             }
         };
-        let file = match (layer, self.frame) {
-            (_, 1..) if self.show != Show::Picture => {
-                return Err("normals, depths, objects, materials and costs can be rendered to a file for frame 0 only".into());
-            }
-            (Some(layer), _) => {
+        let file = match layer {
+            Some(layer) => {
                 flags.push(format!("--layers={layer}"));
                 "picture.exr"
             }
-            (None, 0) => "picture.png",
-            (None, frame) => {
-                flags.push(format!("--frames={frame}"));
-                "frame_%04d.png"
-            }
+            None => "picture.png",
         };
         flags.extend(["-o".to_owned(), file.to_owned()]);
-        Ok(flags)
+        flags
     }
 }
 
@@ -305,7 +297,8 @@ fn samples_of(settings: &RenderSettings) -> u32 {
 fn distance_ahead(scene: &Scene, camera: &Camera) -> f32 {
     let focus = camera.lens.and_then(|lens| lens.focus_distance);
     let framed = || {
-        let framed = Scene { camera: None, animation: None, ..scene.clone() }.framed_camera().ok()?;
+        let framed =
+            Scene { camera: None, animation: None, frame: 0, ..scene.clone() }.framed_camera().ok()?;
         Some((framed.look_at? - camera.position).length())
     };
     focus.or_else(framed).filter(|d| d.is_finite() && *d > 0.0).unwrap_or(1.0)

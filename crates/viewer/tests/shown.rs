@@ -28,7 +28,7 @@ fn frames_of_an_animation_are_those_of_the_animation() {
     assert!(picture == file_of(&frozen));
     page.say(json!({ "type": "command" }));
     let command = page.text("command")["text"].as_str().unwrap().to_owned();
-    assert!(command.ends_with("--no-metadata --frames=77 -o frame_%04d.png"), "{command}");
+    assert!(command.ends_with("--frame=77 --no-metadata -o picture.png"), "{command}");
     view.frame = scene.animation.unwrap().frames;
     page.want(&view, false);
     assert!(page.text("refused")["text"].as_str().unwrap().contains("there is no frame"));

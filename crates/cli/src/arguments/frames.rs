@@ -14,6 +14,9 @@ pub(crate) struct FrameFlags {
     /// The frames of an animation to render, A to B - 1: 0..120 are the first 120; one number is one frame [default: all]
     #[arg(long, value_name = "A..B", value_parser = frame_range, allow_hyphen_values = true)]
     pub(crate) frames: Option<FrameRange>,
+    /// The frame of the animation that a single picture shows, 0 to 5999999 [default: the scene's, or 0]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=MAX_FRAMES - 1), allow_hyphen_values = true)]
+    pub(crate) frame: Option<u32>,
     /// Render a turntable of N frames, 1 to 6000000: the camera circles once around the point that it looks at
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=MAX_FRAMES), allow_hyphen_values = true)]
     pub(crate) orbit: Option<u32>,
@@ -86,6 +89,12 @@ impl FrameFlags {
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
         let frames = "frames (an output as frame_%04d.png, or an .mp4)";
         check(&[
+            need(
+                "--frame",
+                self.frame.is_some(),
+                !is_sequence,
+                "a single picture; --frames chooses among several",
+            ),
             need("--orbit", self.orbit.is_some(), is_sequence, frames),
             need("--fps", self.fps.is_some(), is_sequence, frames),
             need("--share", self.share, output == OutputKind::Frames, "frames (an output as frame_%04d.png)"),
@@ -107,14 +116,30 @@ impl FrameFlags {
         }])
     }
 
-    /// Changes how a scene moves, as the flags say.
-    pub(crate) fn apply(&self, scene: &mut Scene) {
+    /// Changes how a scene moves and which frame it shows, as the flags say. Fails where there is no such frame.
+    pub(crate) fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
         if let Some(frames) = self.orbit {
             scene.orbit_camera(frames);
         }
         if let (Some(fps), Some(animation)) = (self.fps, &mut scene.animation) {
             animation.fps = fps;
         }
+        if let Some(frame) = self.frame {
+            check(&[Need {
+                flag: "--frame",
+                is_given: true,
+                is_met: scene.animation.is_some(),
+                needs: "a scene with an animation",
+            }])?;
+            let frames = scene.animation.as_ref().map_or(1, |animation| animation.frames);
+            if frame >= frames {
+                let message =
+                    format!("--frame: there is no frame {frame}; the animation has 0 to {}", frames - 1);
+                return Err(Failure::Usage(message));
+            }
+            scene.frame = frame;
+        }
+        Ok(())
     }
 }
 

@@ -27,7 +27,7 @@ pub(crate) struct LightFlags {
     #[arg(long, value_name = "X,Y,Z[,POWER]", value_parser = light, allow_hyphen_values = true)]
     light: Vec<PointLight>,
     /// Surround the scene with a picture of all directions, from which light comes (.hdr, .exr or another): equirectangular, its
-    /// middle towards +x, and +z right of that, with +y up. Needs --integrator path
+    /// middle towards +x, and +z right of that, with +y up. builtin:studio is three lamps with soft edges. Needs --integrator path
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// The environment's radiance over what its picture or the sky says, 0 to 1e6 [default: 1]
@@ -64,9 +64,14 @@ impl LightFlags {
         !self.sun.is_empty() || !self.light.is_empty() || self.environment.is_some() || self.sky.is_given()
     }
 
-    /// The file of the environment.
+    /// The file of the environment, or the name of a built-in one.
     pub(crate) fn environment(&self) -> Option<&Path> {
         self.environment.as_deref()
+    }
+
+    /// The file of the environment, where it is one.
+    pub(crate) fn environment_file(&self) -> Option<&Path> {
+        self.environment().filter(|file| !is_builtin(file))
     }
 
     /// Adds them after the scene's own: suns, then points; puts an environment in place of the scene's. All textures together may
@@ -118,6 +123,11 @@ impl LightFlags {
         }
         Ok(())
     }
+}
+
+/// Whether a picture is made by the program.
+pub(crate) fn is_builtin(file: &Path) -> bool {
+    file.to_str().is_some_and(|name| name.starts_with("builtin:"))
 }
 
 /// `0,0,1`.

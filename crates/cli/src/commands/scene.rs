@@ -18,12 +18,12 @@ pub(super) fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result
     let files: Vec<&Path> =
         flags.outputs.iter().map(PathBuf::as_path).filter(|output| !is_stdout(output)).collect();
     let mut sources = loaded.files_read;
-    sources.extend(flags.picture.lights.environment().map(Path::to_path_buf));
+    sources.extend(flags.picture.lights.environment_file().map(Path::to_path_buf));
     check_sources(&sources, &files)?;
     for path in &sources {
         flags.report.verbosity().say(Verbosity::Verbose, &format!("read {}", path.display()));
     }
-    flags.animation.apply(&mut scene);
+    flags.animation.apply(&mut scene)?;
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
     scene.settle_orbit()?;
     pg1_config::tell(flags, &scene);

@@ -57,7 +57,7 @@ fn load_scene(flags: &ViewFlags) -> Result<SourceScene, Failure> {
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
     scene.settle_orbit()?;
     let mut files = loaded.files_read;
-    files.extend(flags.picture.lights.environment().map(std::path::Path::to_path_buf));
+    files.extend(flags.picture.lights.environment_file().map(std::path::Path::to_path_buf));
     Ok(SourceScene { scene, files })
 }
 
@@ -109,8 +109,10 @@ impl SceneSource for FlaggedScene {
         options.integrator = Some(shown.settings.integrator);
         let mut before = load(file, &options).map_err(|error| said(&error))?.scene;
         before.settle_orbit().map_err(|error| said(&error))?;
-        let environment = self.flags.picture.lights.environment().map(std::path::absolute).transpose();
-        let environment = environment.map_err(|error| said(&error))?;
+        let lights = &self.flags.picture.lights;
+        let file = lights.environment_file().map(std::path::absolute).transpose();
+        let file = file.map_err(|error| said(&error))?;
+        let environment = file.or_else(|| lights.environment().map(std::path::Path::to_path_buf));
         let environment = environment.as_deref().and_then(std::path::Path::to_str);
         scene_over_base(&base, &before, shown, environment).map_err(|error| said(&error))
     }

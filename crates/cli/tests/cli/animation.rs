@@ -335,6 +335,7 @@ fn what_cannot_be_is_said() {
         assert!(run.code == Some(2) && run.stderr.contains(reason), "{pattern} {flags:?}: {}", run.stderr);
     };
     usage("a.png", &["--frames", "0..2"], "frame_%04d.png");
+    usage("%d.png", &["--frame", "2"], "--frames chooses among several");
     usage("%d_%d.png", &[], "frame_%04d.png");
     usage("%d.png", &["--frames", "3..7"], "the animation has 6 frames, 0..6");
     usage("%d.png", &["--frames", "3..3"], "as in 0..120");
@@ -370,6 +371,20 @@ fn objects_move() {
         assert!(*frame == bytes(&place.path(&format!("b_{k}.ppm"))), "frame {k}");
         assert!(k == 0 || *frame != all[k - 1], "frame {k} moves");
     }
+    // A single picture shows any of them, by flag or file, and its layers.
+    render("still.ppm", &["--frame", "2"]).succeeded();
+    assert!(bytes(&place.path("still.ppm")) == all[2]);
+    let text = fs::read_to_string(place.path("scene.json")).unwrap();
+    fs::write(place.path("scene.json"), text.replacen("{", r#"{"frame": 3, "#, 1)).unwrap();
+    render("still.ppm", &[]).succeeded();
+    assert!(bytes(&place.path("still.ppm")) == all[3]);
+    render("still.exr", &["--layers", "object"]).succeeded();
+    for (frame, words) in [("4", "no frame 4; the animation has 0 to 3"), ("6000000", "--frame")] {
+        render("no.ppm", &["--frame", frame]).is_wrong_usage(&[words]);
+    }
+    fs::write(place.path("scene.json"), text).unwrap();
+    let still = ["render", "builtin:cornell", "-o", "no.ppm", "--frame", "0"];
+    place.run(&still).is_wrong_usage(&["--frame would do nothing here", "a scene with an animation"]);
     fs::remove_file(place.path("a_2.ppm")).unwrap();
     render("a_%d.ppm", &["--resume"]).succeeded();
     assert!(bytes(&place.path("a_2.ppm")) == all[2]);

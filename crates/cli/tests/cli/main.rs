@@ -11,6 +11,7 @@ mod damage;
 mod folders;
 mod gltf;
 mod help;
+mod hostile;
 #[cfg(unix)]
 mod inputs;
 mod lab;

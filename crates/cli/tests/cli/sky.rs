@@ -63,6 +63,9 @@ fn skies_of_flags_are_those_of_scenes() {
         ],
         &format!(r#""environment": {{"sky": {{{at}, "sun-strength": 0}}}},"#),
     );
+    same(&["--environment", "builtin:studio"], r#""environment": "builtin:studio","#);
+    render(&place, "bare.json", "a.png", &["--environment", "builtin:flat"])
+        .failed_with(&["no built-in picture \"flat\"", "studio"]);
     render(&place, "bare.json", "a.png", &["--sky", "--samples", "16"]).succeeded();
     let Picture::Bytes(picture) = Picture::read(&place.path("a.png")).unwrap() else {
         panic!("PNG has bytes")

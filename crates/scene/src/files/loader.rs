@@ -9,6 +9,7 @@ use crate::error::{Place, Problem, SceneError, Warning};
 use crate::model::origin::APART;
 use crate::model::{Image, Material, RenderSettings, Scene, Texture, share_words};
 use crate::solids::{PARQUET, parquet};
+use crate::studio::{STUDIO, studio};
 use eosphor_core::settings::Integrator;
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -151,11 +152,15 @@ impl Loader {
         if let Some(&number) = self.images.get(file) {
             return Ok(number);
         }
-        if file != Path::new(PARQUET) {
-            let message = format!("there is no built-in texture {}; there is parquet", quoted(name));
-            return Err(SceneError::invalid(Place::file(file), message));
-        }
-        let picture = parquet();
+        let picture = match file {
+            file if file == Path::new(PARQUET) => parquet(),
+            file if file == Path::new(STUDIO) => studio(),
+            _ => {
+                let message =
+                    format!("there is no built-in picture {}; there are parquet and studio", quoted(name));
+                return Err(SceneError::invalid(Place::file(file), message));
+            }
+        };
         self.budget.admits(picture.texels.bytes(), || picture.name.clone());
         self.scene.images.push(picture);
         let number = self.scene.images.len() as u32 - 1;
@@ -184,7 +189,7 @@ impl Loader {
 
     /// Reads one picture, and nothing else.
     pub(super) fn only_image(mut self, path: &Path) -> Result<Image, SceneError> {
-        let number = self.image(path)?;
+        let number = self.image_beside(Path::new(""), path)?;
         self.budget.check()?;
         Ok(self.scene.images.swap_remove(number as usize))
     }

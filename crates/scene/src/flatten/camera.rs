@@ -1,6 +1,7 @@
 //! The camera: the scene's, or the automatic one; and the headlight beside it.
 
-use super::framing::{self, HalfSides, Surfaces};
+use super::framing::{self, Framing, HalfSides, Motion};
+use super::geometry::{self, Flat};
 use super::note::Note;
 use crate::error::{Problem, SceneError};
 use crate::model::{Camera as ModelCamera, Scene};
@@ -15,7 +16,7 @@ const HEADLIGHT: f32 = 0.8;
 /// The camera, and the headlight to be used where the scene has no light.
 pub(super) fn build(
     scene: &Scene,
-    surfaces: &Surfaces,
+    flat: &Flat,
     world: &Bounds,
     notes: &mut Vec<Note>,
 ) -> Result<(Camera, Option<Light>), SceneError> {
@@ -23,16 +24,17 @@ pub(super) fn build(
         notes.push(Note::Empty);
     }
     let [width, height] = scene.settings.size;
-    let camera = match scene.camera_at(0) {
+    let camera = match scene.camera_at(scene.frame) {
         Some(camera) => from_model(&camera, width, height)?,
         None => {
             let width_at_1 = half_width(&ModelCamera::default(), width, height);
             let height_at_1 = width_at_1 * (f64::from(height) / f64::from(width));
-            let framing = framing::frame(surfaces, HalfSides { width: width_at_1, height: height_at_1 });
+            let half = HalfSides { width: width_at_1, height: height_at_1 };
+            let framing = framed(scene, flat, half)?;
             if !world.is_empty() {
                 let position = scene.point_in_file(framing.camera.position);
-                let framing::Framing { camera, view, left_out } = framing;
-                notes.push(Note::FramedCamera { position, camera, view, left_out });
+                let Framing { camera, view, left_out, frames } = framing;
+                notes.push(Note::FramedCamera { position, camera, view, left_out, frames });
             }
             from_model(&framing.camera, width, height)?
         }
@@ -41,14 +43,22 @@ pub(super) fn build(
     Ok((camera, headlight))
 }
 
+/// The camera of all frames, which is chosen by the first one. `flat` is the scene's geometry in its own frame.
+fn framed(scene: &Scene, flat: &Flat, half: HalfSides) -> Result<Framing, SceneError> {
+    let first = (scene.frame > 0).then(|| geometry::build(scene, 0)).transpose()?;
+    let flat = first.as_ref().unwrap_or(flat);
+    let surfaces = flat.surfaces();
+    Ok(framing::frame(&surfaces, &Motion::new(scene, &surfaces, flat.first_deforming()), half))
+}
+
 impl Scene {
-    /// Whether its camera spans a view at the first frame, as flattening will ask.
+    /// Whether its camera spans a view, as flattening will ask.
     ///
     /// # Errors
     /// What is wrong with the camera.
     pub fn check_view(&self) -> Result<(), SceneError> {
         let [width, height] = self.settings.size;
-        self.camera_at(0).map_or(Ok(()), |camera| from_model(&camera, width, height).map(|_| ()))
+        self.camera_at(self.frame).map_or(Ok(()), |camera| from_model(&camera, width, height).map(|_| ()))
     }
 }
 

@@ -7,7 +7,7 @@ use super::{SceneData, camera, lights, places, settings};
 use crate::error::SceneError;
 use crate::model::{Camera as ModelCamera, RenderSettings, Scene};
 use eosphor_core::camera::Camera;
-use eosphor_core::geometry::{Bounds, Geometry, Instance};
+use eosphor_core::geometry::{Bounds, Instance};
 use eosphor_core::light::{Light, LightNode};
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::{Integrator, Settings};
@@ -66,12 +66,7 @@ impl FrameBounds {
     pub fn new(scene: &Scene, data: &SceneData) -> FrameBounds {
         let is_own = |light: &Light| light.is_lamp();
         let has_headlight = scene.lights.is_empty() && data.lights.len() == 1 && !is_own(&data.lights[0]);
-        let part = |first: u32, count: u32| first as usize..first as usize + count as usize;
-        let bounds_of = |g: &Geometry| {
-            let triangles = &data.triangles[part(g.first_triangle, g.triangle_count)];
-            places::bounds_of(triangles, &data.spheres[part(g.first_sphere, g.sphere_count)])
-        };
-        let bounds: Vec<Bounds> = data.geometries.iter().map(bounds_of).collect();
+        let bounds = data.bounds_of_geometries();
         let world = places::world_bounds(&bounds, &data.instances);
         let emitters = data.instances_move.then(|| data.emitters());
         FrameBounds { bounds, world, emitters, has_headlight }
@@ -260,6 +255,8 @@ mod tests {
                 let (expected, _) = SceneData::flatten(&still).unwrap();
                 let expected = state_of(expected, None);
                 assert_eq!(states.at(frame).unwrap(), expected, "{frame}");
+                let (of_frame, _) = SceneData::flatten(&Scene { frame, ..scene.clone() }).unwrap();
+                assert_eq!(state_of(of_frame, None), expected, "{frame}");
             }
         }
         scene.camera = Some(ModelCamera { up: vec3(0.0, 0.0, 1.0), ..ModelCamera::default() });
@@ -330,6 +327,11 @@ mod tests {
             let (expected, _) = SceneData::flatten(&still).unwrap();
             let places = Some(Places { instances: expected.instances.clone() });
             assert_eq!(states.at(frame).unwrap(), state_of(expected, places), "{frame}");
+            // A still of the frame has the same.
+            let still = Scene { frame, ..scene.clone() };
+            let (data, _) = SceneData::flatten(&still).unwrap();
+            let places = Some(Places { instances: data.instances.clone() });
+            assert_eq!(states.at(frame).unwrap(), state_of(data, places), "{frame}");
         }
         assert!(states.at(1).unwrap().lights != states.at(2).unwrap().lights);
     }

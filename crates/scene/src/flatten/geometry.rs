@@ -1,7 +1,8 @@
 //! Primitives, geometries and instances.
 
-use super::normals;
+use super::framing::Surfaces;
 use super::places::{self, Maps};
+use super::{normals, view};
 use crate::error::{Problem, SceneError};
 use crate::model::{
     Instance as ModelInstance, MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Poses, Scene,
@@ -54,6 +55,22 @@ pub(super) struct Flat {
 }
 
 impl Flat {
+    /// For framing.
+    pub(super) fn surfaces(&self) -> Surfaces<'_> {
+        Surfaces {
+            triangles: &self.triangles,
+            spheres: &self.spheres,
+            geometries: &self.geometries,
+            instances: &self.instances,
+            bounds: &self.bounds,
+        }
+    }
+
+    /// The number of the first geometry whose vertices move.
+    pub(super) fn first_deforming(&self) -> usize {
+        self.geometries.len() - self.deforming as usize
+    }
+
     /// Closes a geometry that began at these numbers.
     fn close_geometry(&mut self, first_triangle: usize, first_sphere: usize) -> Result<(), SceneError> {
         let bounds = places::bounds_of(&self.triangles[first_triangle..], &self.spheres[first_sphere..]);
@@ -174,15 +191,15 @@ impl Flat {
 }
 
 /// The numbers of the placed meshes whose vertices move, in order.
-fn deforming(scene: &Scene) -> impl Iterator<Item = u32> {
+pub(super) fn deforming(scene: &Scene) -> impl Iterator<Item = u32> {
     let mut is_placed = vec![false; scene.meshes.len()];
     scene.instances.iter().for_each(|instance| is_placed[instance.mesh as usize] = true);
     let moves = |number: &u32| scene.meshes[*number as usize].deformation.is_some();
     (0..scene.meshes.len() as u32).filter(move |number| is_placed[*number as usize]).filter(moves)
 }
 
-/// Bakes and places everything.
-pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
+/// Bakes and places everything as it is in a frame.
+pub(super) fn build(scene: &Scene, frame: u32) -> Result<Flat, SceneError> {
     let mut placements = vec![0u32; scene.meshes.len()];
     for instance in &scene.instances {
         placements[instance.mesh as usize] += 1;
@@ -202,7 +219,7 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     for (number, instance) in scene.instances.iter().enumerate() {
         if !own_geometry(instance.mesh) {
             let mesh = &scene.meshes[instance.mesh as usize];
-            flat.mesh(scene, mesh, &places::maps(scene, number, 0)?, Part::of(instance, number))?;
+            flat.mesh(scene, mesh, &places::maps(scene, number, frame)?, Part::of(instance, number))?;
         }
     }
     // Objects are numbered so: instances, parallelograms, spheres.
@@ -231,14 +248,15 @@ pub(super) fn build(scene: &Scene) -> Result<Flat, SceneError> {
     for (geometry, number) in (flat.geometries.len() as u32..).zip(deforming(scene)) {
         geometry_of_mesh[number as usize] = geometry;
     }
-    flat.deforming_meshes(scene, 0)?;
+    flat.deforming_meshes(scene, frame)?;
     for (number, instance) in scene.instances.iter().enumerate() {
         if own_geometry(instance.mesh) {
             let geometry = geometry_of_mesh[instance.mesh as usize];
-            let maps = places::maps_of_geometry(scene, number, 0, &flat.bounds[geometry as usize])?;
+            let maps = places::maps_of_geometry(scene, number, frame, &flat.bounds[geometry as usize])?;
             flat.place(geometry, maps, Part::of(instance, number));
         }
     }
+    view::order_corners(&mut flat.triangles, &mut flat.triangle_shading, &mut flat.triangle_extras);
     Ok(flat)
 }
 

@@ -98,8 +98,8 @@ impl SceneData {
     /// A mesh that moves, whose vertices move, or that is placed more than once and has more than 256 triangles, becomes a
     /// geometry of its own with
     /// instances; everything else is baked into the world, geometry 0, in the order of the scene's instances, then
-    /// parallelograms, then spheres. Nothing but the scene decides this. What moves is where it is in frame 0; meshes whose
-    /// vertices move are the last geometries.
+    /// parallelograms, then spheres. Nothing but the scene decides this. What moves is where it is in the scene's frame
+    /// ([`Scene::frame`]); meshes whose vertices move are the last geometries.
     ///
     /// # Errors
     /// Whatever [`Scene::validate`] finds; transforms that cannot be inverted; a camera that spans no view; more
@@ -113,15 +113,10 @@ impl SceneData {
 
         let mut materials: Vec<Material> =
             scene.materials.iter().map(|m| materials::compose(m, scene.settings.composition)).collect();
-        let mut geometry = geometry::build(scene)?;
+        let geometry = geometry::build(scene, scene.frame)?;
         if scene.settings.integrator == Integrator::Path {
             bodies::mark(&mut materials, &geometry);
         }
-        view::order_corners(
-            &mut geometry.triangles,
-            &mut geometry.triangle_shading,
-            &mut geometry.triangle_extras,
-        );
         if scene.environment.is_some() && scene.settings.integrator != Integrator::Path {
             let message = "the integrator whitted has none; use the integrator path, or leave it out";
             return Err(Problem::new("environment", message).into());
@@ -131,14 +126,7 @@ impl SceneData {
         let (environment, environment_table) = environment::build(scene, &textures, &srgb_decode);
 
         let world = places::world_bounds(&geometry.bounds, &geometry.instances);
-        let surfaces = framing::Surfaces {
-            triangles: &geometry.triangles,
-            spheres: &geometry.spheres,
-            geometries: &geometry.geometries,
-            instances: &geometry.instances,
-            bounds: &geometry.bounds,
-        };
-        let (camera, headlight) = camera::build(scene, &surfaces, &world, &mut notes)?;
+        let (camera, headlight) = camera::build(scene, &geometry, &world, &mut notes)?;
         let settings = settings::build(&scene.settings, &camera, &world);
         let mut data = SceneData {
             triangles: geometry.triangles,
@@ -154,7 +142,7 @@ impl SceneData {
             textures: textures.headers,
             texture_words: textures.words,
             srgb_decode,
-            lights: lights::explicit(scene, 0),
+            lights: lights::explicit(scene, scene.frame),
             light_nodes: Vec::new(),
             light_places: Vec::new(),
             environment,
@@ -178,6 +166,9 @@ impl SceneData {
         if scene.settings.integrator == Integrator::Path {
             if data.environment.chance > 0.0 {
                 data.environment.chance = environment::chance(!data.lights.is_empty() || may_shine);
+            }
+            if scene.environment.is_some() && data.environment.chance == 0.0 {
+                notes.push(Note::DarkEnvironment);
             }
             data.settings.shadow_mode = settings::shadows_of_paths(&data.materials);
             // What shines without being a light is found all the same.

@@ -18,6 +18,8 @@ pub enum Note {
         view: View,
         /// What it does not frame.
         left_out: LeftOut,
+        /// How many frames of an animation are in the picture; 1 where it is chosen for a single one.
+        frames: u32,
     },
     /// The scene lies far from 0.
     FarOrigin {
@@ -36,6 +38,8 @@ pub enum Note {
         /// Their radiance.
         radiance: f32,
     },
+    /// The environment's picture has no light.
+    DarkEnvironment,
     /// Spheres shine but are no lights.
     EmissiveSpheres {
         /// How many.
@@ -53,8 +57,12 @@ pub enum Note {
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Note::FramedCamera { position: [x, y, z], view, left_out, .. } => {
-                write!(f, "no camera: {view}, at ({x:.4}, {y:.4}, {z:.4}){left_out}")
+            Note::FramedCamera { position: [x, y, z], view, left_out, frames, .. } => {
+                write!(f, "no camera: {view}, at ({x:.4}, {y:.4}, {z:.4}){left_out}")?;
+                match frames {
+                    1 => Ok(()),
+                    _ => write!(f, "; all {frames} frames are in view"),
+                }
             }
             Note::FarOrigin { origin: [x, y, z] } => {
                 write!(
@@ -70,6 +78,7 @@ impl fmt::Display for Note {
             Note::Surroundings { radiance } => {
                 write!(f, "no light: uniform surroundings of radiance {radiance}")
             }
+            Note::DarkEnvironment => f.write_str("the environment is black: it lights nothing"),
             Note::EmissiveSpheres { count } => {
                 write!(
                     f,

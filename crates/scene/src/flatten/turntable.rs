@@ -1,8 +1,10 @@
 //! The camera of a scene without one, as a value, and cameras that go around a scene.
 
+use super::framing::{Motion, Surfaces};
 use super::{Note, SceneData};
 use crate::error::SceneError;
 use crate::model::{Animation, Camera, CameraMotion, Scene};
+use eosphor_core::geometry::Bounds;
 use eosphor_core::math::Vec3;
 
 impl Scene {
@@ -47,32 +49,39 @@ impl Scene {
     ///
     /// As of [`SceneData::flatten`]; nothing has changed then.
     pub fn settle_orbit(&mut self) -> Result<(), SceneError> {
-        let is_open = |animation: &Animation| {
-            matches!(animation.camera, Some(CameraMotion::Orbit { around: None, .. }))
-        };
+        let is_open = |motion: &mut CameraMotion| matches!(motion, CameraMotion::Orbit { around: None, .. });
         if self.camera.is_some_and(|camera| camera.look_at.is_some()) {
             return Ok(());
         }
-        let Some(animation) = self.animation.take_if(|animation| is_open(animation)) else { return Ok(()) };
+        let Some(animation) = &mut self.animation else { return Ok(()) };
+        let Some(mut orbit) = animation.camera.take_if(is_open) else { return Ok(()) };
         let framed = self.middle_and_camera();
-        let animation = self.animation.insert(animation);
-        let (middle, camera) = framed?;
-        if let Some(CameraMotion::Orbit { around, .. }) = &mut animation.camera {
-            *around = Some(middle);
+        if let (Ok((middle, _)), CameraMotion::Orbit { around, .. }) = (&framed, &mut orbit) {
+            *around = Some(*middle);
         }
-        self.camera = Some(camera);
+        self.animation.iter_mut().for_each(|animation| animation.camera = Some(orbit.clone()));
+        self.camera = Some(framed?.1);
         Ok(())
     }
 
-    /// The middle of the scene, and its camera, or one that looks there.
+    /// The middle of the scene over all its frames, and its camera, or one that looks there.
     fn middle_and_camera(&self) -> Result<(Vec3, Camera), SceneError> {
         let (data, _) = SceneData::flatten(self)?;
-        let middle = data.world_bounds().center();
+        let middle = data.world_bounds().union(&self.bounds_of_motion(&data)).center();
         let camera = match self.camera {
             Some(camera) => camera,
             None => Camera { look_at: Some(middle), ..self.framed_camera()? },
         };
         Ok((middle, camera))
+    }
+
+    /// The box around what moves, in other frames than the first.
+    fn bounds_of_motion(&self, data: &SceneData) -> Bounds {
+        let bounds = data.bounds_of_geometries();
+        let (triangles, spheres) = (&data.triangles, &data.spheres);
+        let (geometries, instances) = (&data.geometries, &data.instances);
+        let surfaces = Surfaces { triangles, spheres, geometries, instances, bounds: &bounds };
+        Motion::new(self, &surfaces, data.first_deforming()).bounds()
     }
 }
 

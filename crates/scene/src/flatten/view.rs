@@ -1,7 +1,7 @@
 //! SceneData, borrowed for shading.
 
 use super::{SceneData, places};
-use eosphor_core::geometry::{Bounds, TriangleExtra, TriangleShading};
+use eosphor_core::geometry::{Bounds, Geometry, TriangleExtra, TriangleShading};
 use eosphor_core::intersect::longest_edge_last;
 use eosphor_core::material::NONE;
 use eosphor_core::math::Vec3;
@@ -30,6 +30,16 @@ impl SceneData {
             camera: &self.camera,
             settings: &self.settings,
         }
+    }
+
+    /// The box around each geometry in its own space, not padded.
+    pub(super) fn bounds_of_geometries(&self) -> Vec<Bounds> {
+        let part = |first: u32, count: u32| first as usize..first as usize + count as usize;
+        let bounds_of = |g: &Geometry| {
+            let triangles = &self.triangles[part(g.first_triangle, g.triangle_count)];
+            places::bounds_of(triangles, &self.spheres[part(g.first_sphere, g.sphere_count)])
+        };
+        self.geometries.iter().map(bounds_of).collect()
     }
 
     /// The box around everything in world space; empty where there is nothing.

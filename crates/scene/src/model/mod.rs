@@ -85,6 +85,8 @@ pub struct Scene {
     pub settings: RenderSettings,
     /// What moves; nothing where there is none.
     pub animation: Option<Animation>,
+    /// The frame of the animation that a single picture shows, from 0.
+    pub frame: u32,
     /// The device and the hierarchy that the scene asks to be rendered with.
     pub device: DeviceSettings,
     /// The file that it asks to be rendered into, as it names it.

@@ -78,10 +78,7 @@ fn hear(shared: &Arc<Shared>, client: &Arc<Client>, text: &str) {
         FromPage::Command {} => {
             let wanted = client.state().wanted;
             if let Some(wanted) = wanted {
-                client.tell(match command_line(shared, &wanted.view) {
-                    Ok(text) => ToPage::Command { text },
-                    Err(text) => ToPage::Refused { text },
-                });
+                client.tell(ToPage::Command { text: command_line(shared, &wanted.view) });
             }
             return;
         }

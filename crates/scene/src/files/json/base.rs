@@ -16,7 +16,7 @@ use serde_json::{Map, Value};
 use std::path::Path;
 
 /// What may stand beside the base.
-const BESIDE: [&str; 10] = [
+const BESIDE: [&str; 11] = [
     "eosphor",
     "$schema",
     "description",
@@ -27,6 +27,7 @@ const BESIDE: [&str; 10] = [
     "settings",
     "device",
     "output",
+    "frame",
 ];
 
 /// The objects whose keys go over those of the base one by one, as far as they are given.
@@ -126,6 +127,7 @@ impl Builder<'_> {
             scene.lights = self.placed_lights(lights, scene);
         }
         scene.output = file.output.or(scene.output.take());
+        scene.frame = file.frame.unwrap_or(scene.frame);
         scene.validate().map_err(|problem| self.document.problem(&problem, |_| None))
     }
 

@@ -55,6 +55,7 @@ impl Builder<'_> {
         self.loader.scene.environment = self.environment(file.environment)?;
         let keeps_units = self.keep_old_units(file.version);
         self.loader.scene.animation = file.animation;
+        self.loader.scene.frame = file.frame.unwrap_or(0);
         (self.loader.scene.device, self.loader.scene.output) = (file.device, file.output);
         let materials = self.materials(file.materials)?;
         // Who states an origin counts on all digits about it.

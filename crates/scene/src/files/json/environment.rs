@@ -29,7 +29,7 @@ pub(super) enum EnvironmentEntry {
 #[serde(rename_all = "kebab-case")]
 #[schemars(inline, extend("oneOf" = [{ "required": ["file"] }, { "required": ["sky"] }]))]
 pub(super) struct EnvironmentFields {
-    /// HDR, EXR or another picture, beside the scene file.
+    /// HDR, EXR or another picture, beside the scene file; or `builtin:studio`, three lamps with soft edges.
     #[serde(default)]
     #[schemars(with = "PathBuf", extend("examples" = ["sky.hdr"]))]
     file: Option<PathBuf>,

@@ -35,8 +35,8 @@ pub(super) struct SceneFile {
     pub(super) _description: Option<String>,
     /// The scene to start from: a file of any kind that can be rendered, relative to this file or absolute, or `builtin:NAME`. Keys
     /// of `settings` and `device` given here override those of the base one by one; `camera` (which then does not move), `lights`,
-    /// `environment` and `output` replace the base's. No other keys may stand beside it. A glTF file, which alone is path-traced,
-    /// has here the settings of the integrator that this file names, and those of `whitted` where it names none.
+    /// `environment`, `output` and `frame` replace the base's. No other keys may stand beside it. A glTF file, which alone is
+    /// path-traced, has here the settings of the integrator that this file names, and those of `whitted` where it names none.
     #[serde(default)]
     #[schemars(extend("examples" = ["builtin:glass"]))]
     pub(super) base: Option<PathBuf>,
@@ -89,6 +89,10 @@ pub(super) struct SceneFile {
     /// What moves.
     #[serde(default)]
     pub(super) animation: Option<Animation>,
+    /// The frame of the animation that a single picture shows; 0 where not given, the first one.
+    #[serde(default)]
+    #[schemars(with = "u32", range(min = 0, max = 5_999_999), extend("examples" = [0]))]
+    pub(super) frame: Option<u32>,
     /// Where single precision counts coordinates from; all keys stay in the coordinates of the file. Where not given, 0,
     /// or, if the first placed vertex is farther from there than 65,536 sizes of its mesh, a point near that vertex.
     #[serde(default)]

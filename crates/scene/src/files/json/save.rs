@@ -43,9 +43,10 @@ pub enum CannotSave {
 }
 
 /// The text of a scene file with this `base`, which loads as `after` where the base alone loads as `before`. Camera, lights,
-/// settings, environment, device and output are written where they differ; size, samples and seed always. `environment_file` is the
-/// picture of the environment, where that is the only picture of `after` that `before` has not, and its last. Where the base is a
-/// glTF file, `before` is what it is with the integrator of `after` ([`LoadOptions::integrator`]), which is written, too.
+/// settings, environment, device, output and frame are written where they differ; size, samples and seed always.
+/// `environment_file` is the picture of the environment, where that is the only picture of `after` that `before` has not, and its
+/// last. Where the base is a glTF file, `before` is what it is with the integrator of `after` ([`LoadOptions::integrator`]), which
+/// is written, too.
 ///
 /// # Errors
 /// Where something else differs, or `after` is no scene that can be rendered.
@@ -91,6 +92,9 @@ pub fn scene_over_base(
     }
     if let Some(output) = after.output.as_ref().filter(|_| before.output != after.output) {
         file.insert("output".into(), output.as_str().into());
+    }
+    if after.frame != before.frame {
+        file.insert("frame".into(), after.frame.into());
     }
     let text = pretty(&file);
     check_text(&text, before, after)?;
@@ -326,6 +330,7 @@ fn check_text(text: &str, before: &Scene, after: &Scene) -> Result<(), CannotSav
         environment: before.environment.filter(is_sky),
         device: before.device,
         output: before.output.clone(),
+        frame: before.frame,
         ..Scene::default()
     };
     let read = Document::of(Path::new("the scene"), text).and_then(|document| {
@@ -348,7 +353,8 @@ fn check_text(text: &str, before: &Scene, after: &Scene) -> Result<(), CannotSav
         && motion(&scene) == motion(after)
         && scene.environment.filter(is_sky) == after.environment.filter(is_sky)
         && scene.device == after.device
-        && scene.output == after.output;
+        && scene.output == after.output
+        && scene.frame == after.frame;
     match is_same {
         true => Ok(()),
         false => Err(Problem::new("the scene", "not all of it can be said in a file over its base").into()),

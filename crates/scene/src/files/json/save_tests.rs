@@ -40,7 +40,7 @@ fn check(base: &str, before: &Scene, after: &Scene) -> String {
         (after.settings, &after.lights, after.device),
         "{text}"
     );
-    assert_eq!(read.origin, after.origin);
+    assert_eq!((read.origin, read.frame), (after.origin, after.frame));
     let camera = |scene: &Scene| SceneData::flatten(scene).unwrap().0.camera;
     assert_eq!(camera(&read), camera(after), "{text}");
     for frame in [0, 1, 30] {
@@ -105,6 +105,15 @@ fn without_a_headlight_it_stays_dark() {
     check("far.obj", &before, &after);
     after.settings.ambient = before.settings.ambient;
     check("far.obj", &before, &after);
+}
+
+#[test]
+fn frames_of_stills_are_written() {
+    let before = read("builtin:solids", None);
+    let text = check("builtin:solids", &before, &Scene { frame: 77, ..before.clone() });
+    assert!(text.contains("\"frame\": 77"), "{text}");
+    let text = scene_over_base("builtin:solids", &before, &Scene { frame: 120, ..before.clone() }, None);
+    assert!(text.unwrap_err().to_string().contains("frame: 120 is out of range; it must be 0 to 119"));
 }
 
 #[test]

@@ -422,6 +422,8 @@ const WRONG_CONTENTS: &[(&str, &str)] = &[
         "\"meshes\": [{\"file\": \"models/tri.obj\", \"transform\": {\"scale\": 1e12, \"matrix\": [[1e12,0,0,0],[0,1e12,0,0],[0,0,1e12,0]]}}],\n\"instances\": [§{\"mesh\": \"tri\", \"transform\": {\"scale\": 1e12, \"matrix\": [[1e12,0,0,0],[0,1e12,0,0],[0,0,1e12,0]]}}]",
         "instances[0]: its transform is not finite; use smaller numbers",
     ),
+    (r#""frame": §3"#, "frame: there is no frame 3: nothing moves, so there is no animation"),
+    (r#""frame": §3, "animation": {"frames": 3}"#, "frame: 3 is out of range; it must be 0 to 2"),
     (
         r#""camera": {"lens": §{"aperture-radius": 1}}"#,
         "camera.lens: which distance is sharp? Give focus-distance, or let the camera look-at a point",
@@ -464,7 +466,7 @@ const WRONG_CONTENTS: &[(&str, &str)] = &[
     ),
     (
         r#""materials": {"a": {"matte": {"color": [1,1,1]}, "texture": §"builtin:marble"}}"#,
-        r#"texture: builtin:marble: there is no built-in texture "marble"; there is parquet"#,
+        r#"texture: builtin:marble: there is no built-in picture "marble"; there are parquet and studio"#,
     ),
     (r#""camera": {"direction": §[0,0,0]}"#, r#""direction" has no length; give the way the camera looks"#),
     (r#""camera": {"up": §[0,0,0]}"#, r#""up" has no length; give the way to the top of the picture"#),

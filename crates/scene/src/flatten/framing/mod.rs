@@ -3,13 +3,17 @@
 //! A closed room is seen from within, one that is open to a side from there. Of everything else the largest sides are seen
 //! from above their front. Front is +z or +x, up is +y. Grounds, backdrops and what is lost far away are in the picture
 //! where they happen to be; nothing is framed for them.
+//!
+//! The side is chosen by the first frame of an animation. The distance is such that all frames are in the picture.
 
+mod motion;
 mod room;
 mod subject;
 mod surfaces;
 #[cfg(test)]
 mod tests;
 
+pub(super) use motion::Motion;
 pub(super) use surfaces::Surfaces;
 
 use crate::double::{Vec3d, add, cross, dot, length, scale, single, sub, unit};
@@ -18,7 +22,7 @@ use eosphor_core::math::sqrt64;
 use room::Room;
 use std::fmt;
 use subject::{Part, Subject};
-use surfaces::area_vector;
+use surfaces::{Box3, area_vector};
 
 /// Room around what is framed.
 const MARGIN: f64 = 1.06;
@@ -28,6 +32,9 @@ const ROOM_FOV_DEGREES: f32 = 75.0;
 
 /// Surfaces that cover less of the picture are looked at from close by.
 const LEAST_COVERAGE: f64 = 3e-4;
+
+/// A scene that is a smaller share of the way that it moves along is seen in the first frame alone.
+const LEAST_OF_MOTION: f64 = 1.0 / 32.0;
 
 /// What the camera of a scene without one shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,6 +103,8 @@ pub(super) struct Framing {
     pub(super) camera: Camera,
     pub(super) view: View,
     pub(super) left_out: LeftOut,
+    /// How many frames of an animation it shows.
+    pub(super) frames: u32,
 }
 
 /// The way from a subject to its camera.
@@ -113,13 +122,13 @@ pub(super) struct HalfSides {
 }
 
 /// The camera of a scene. `half` is that of the default field of view.
-pub(super) fn frame(surfaces: &Surfaces, half: HalfSides) -> Framing {
+pub(super) fn frame(surfaces: &Surfaces, motion: &Motion, half: HalfSides) -> Framing {
     let everything = Subject::default();
     let all = everything.bounds(surfaces);
     let room = Room::find(surfaces, &all);
     if let Some(Room::Closed { eye, look_at }) = room {
         let camera = Camera { fov_x_degrees: ROOM_FOV_DEGREES, ..looking(eye, look_at) };
-        return Framing { camera, view: View::Inside, left_out: LeftOut::default() };
+        return Framing { camera, view: View::Inside, left_out: LeftOut::default(), frames: 1 };
     }
     if let Some(Room::Open { axis, is_up }) = room {
         let mut to_eye = [0.0; 3];
@@ -127,9 +136,10 @@ pub(super) fn frame(surfaces: &Surfaces, half: HalfSides) -> Framing {
         if axis == 1 {
             to_eye[2] = 0.6;
         }
-        let (eye, look_at) = fit(&everything, surfaces, unit(to_eye), half);
+        let (moved, frames) = moved(motion, &everything, surfaces);
+        let (eye, look_at) = fit(&everything, surfaces, &moved, unit(to_eye), half);
         let camera = looking(eye, look_at);
-        return Framing { camera, view: View::OpenSide, left_out: LeftOut::default() };
+        return Framing { camera, view: View::OpenSide, left_out: LeftOut::default(), frames };
     }
     let subject = Subject::find(surfaces);
     let left_out = LeftOut {
@@ -137,11 +147,28 @@ pub(super) fn frame(surfaces: &Surfaces, half: HalfSides) -> Framing {
         skies: subject.skies.len() as u32,
         far: subject.within.is_some(),
     };
-    let (eye, look_at, side) = outside(&subject, surfaces, half);
-    if let Some((eye, look_at)) = close_up(&subject, surfaces, eye, half) {
-        return Framing { camera: looking(eye, look_at), view: View::CloseUp, left_out };
+    let (moved, frames) = moved(motion, &subject, surfaces);
+    let still = outside(&subject, surfaces, &[], half);
+    if let Some((eye, look_at)) = close_up(&subject, surfaces, still.0, half) {
+        return Framing { camera: looking(eye, look_at), view: View::CloseUp, left_out, frames: 1 };
     }
-    Framing { camera: looking(eye, look_at), view: View::Outside { side: side.name }, left_out }
+    let (eye, look_at, side) =
+        if moved.is_empty() { still } else { outside(&subject, surfaces, &moved, half) };
+    Framing { camera: looking(eye, look_at), view: View::Outside { side: side.name }, left_out, frames }
+}
+
+/// The corners of what moves in other frames, and how many frames there are. None where what is seen in the first frame would be
+/// too small among them.
+fn moved(motion: &Motion, subject: &Subject, surfaces: &Surfaces) -> (Vec<Vec3d>, u32) {
+    let points = motion.points(subject);
+    let longest = |bounds: Box3| bounds.size().into_iter().fold(0.0, f64::max);
+    let mut all = subject.bounds(surfaces);
+    let first = longest(all);
+    points.iter().for_each(|&p| all.include(p));
+    match first > 0.0 && first < LEAST_OF_MOTION * longest(all) {
+        true => (Vec::new(), 1),
+        false => (points, motion.frames),
+    }
 }
 
 fn looking(eye: Vec3d, look_at: Vec3d) -> Camera {
@@ -151,9 +178,10 @@ fn looking(eye: Vec3d, look_at: Vec3d) -> Camera {
 }
 
 /// Of the sides that suit the first from which enough is seen.
-fn outside(subject: &Subject, surfaces: &Surfaces, half: HalfSides) -> (Vec3d, Vec3d, Side) {
+fn outside(subject: &Subject, surfaces: &Surfaces, moved: &[Vec3d], half: HalfSides) -> (Vec3d, Vec3d, Side) {
     let sides = sides(subject, surfaces);
-    let views: Vec<_> = sides.iter().map(|&side| (fit(subject, surfaces, side.to_eye, half), side)).collect();
+    let views: Vec<_> =
+        sides.iter().map(|&side| (fit(subject, surfaces, moved, side.to_eye, half), side)).collect();
     let middle = subject.bounds(surfaces).center();
     let mut areas = vec![0.0; views.len()];
     subject.each(surfaces, |part| match part {
@@ -227,11 +255,17 @@ fn sides(subject: &Subject, surfaces: &Surfaces) -> Vec<Side> {
     sides
 }
 
-/// The nearest camera in this direction that sees all of the subject, and what it looks at.
+/// The nearest camera in this direction that sees all of the subject and these points, and what it looks at.
 ///
 /// With X to the right, Y up and Z towards the camera, a point is in the picture where |X - eye X| <= width (eye Z - Z),
 /// and the same for Y. So the eye's X and Z follow from the largest X + width Z and -X + width Z.
-fn fit(subject: &Subject, surfaces: &Surfaces, to_eye: Vec3d, half: HalfSides) -> (Vec3d, Vec3d) {
+fn fit(
+    subject: &Subject,
+    surfaces: &Surfaces,
+    moved: &[Vec3d],
+    to_eye: Vec3d,
+    half: HalfSides,
+) -> (Vec3d, Vec3d) {
     let right = unit(cross([0.0, 1.0, 0.0], to_eye));
     let up = cross(to_eye, right);
     let (w, h) = (half.width / MARGIN, half.height / MARGIN);
@@ -256,6 +290,7 @@ fn fit(subject: &Subject, surfaces: &Surfaces, to_eye: Vec3d, half: HalfSides) -
         Part::Triangle(t) => t.iter().for_each(|&p| take(p, 0.0)),
         Part::Sphere(center, radius) => take(center, radius),
     });
+    moved.iter().for_each(|&p| take(p, 0.0));
     if nearest == f64::NEG_INFINITY {
         return (scale(to_eye, 1.0), origin);
     }

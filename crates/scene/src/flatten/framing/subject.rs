@@ -86,24 +86,31 @@ impl Subject {
 
     /// Takes everything that has a surface and is not left out.
     pub(super) fn each(&self, surfaces: &Surfaces, mut take: impl FnMut(Part)) {
-        let counts = |part: &Part| {
-            self.within.is_none_or(|within| {
-                let middle = part.bounds().center();
-                (0..3).all(|k| (within.min[k]..=within.max[k]).contains(&middle[k]))
-            })
-        };
         surfaces.each_triangle(|t| {
             let part = Part::Triangle(t);
-            if counts(&part) && !self.sheets.iter().any(|sheet| sheet.holds(t)) && part.area() > 0.0 {
+            if self.has_triangle(t) && part.area() > 0.0 {
                 take(part);
             }
         });
         surfaces.each_sphere(|number, center, radius| {
             let part = Part::Sphere(center, radius);
-            if counts(&part) && !self.skies.iter().any(|sky| sky.0 == number) {
+            if self.is_near(&part) && !self.skies.iter().any(|sky| sky.0 == number) {
                 take(part);
             }
         });
+    }
+
+    /// Whether a triangle, of whatever area, is not left out.
+    pub(super) fn has_triangle(&self, t: &[Vec3d; 3]) -> bool {
+        self.is_near(&Part::Triangle(t)) && !self.sheets.iter().any(|sheet| sheet.holds(t))
+    }
+
+    /// Whether a part is not far from the rest.
+    fn is_near(&self, part: &Part) -> bool {
+        self.within.is_none_or(|within| {
+            let middle = part.bounds().center();
+            (0..3).all(|k| (within.min[k]..=within.max[k]).contains(&middle[k]))
+        })
     }
 
     pub(super) fn bounds(&self, surfaces: &Surfaces) -> Box3 {

@@ -8,7 +8,7 @@ use eosphor_core::math::{Affine, Vec3};
 const MAX_FRAMED_TRIANGLES: u64 = 1 << 22;
 
 /// The sides of a box by its corners' numbers (bit k says whether coordinate k is the upper one), seen from outside.
-const BOX_SIDES: [[usize; 3]; 12] = [
+pub(super) const BOX_SIDES: [[usize; 3]; 12] = [
     [0, 4, 6],
     [0, 6, 2],
     [1, 3, 7],

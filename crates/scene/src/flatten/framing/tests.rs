@@ -1,7 +1,9 @@
 use super::*;
-use crate::{LoadOptions, Note, Scene, SceneData, Sphere, load_from_memory};
+use crate::model::{Animation, Interpolation, Move, MoveKey};
+use crate::{FrameStates, LoadOptions, Note, Scene, SceneData, ShapedArrays, Sphere, load, load_from_memory};
 use eosphor_core::math::{Vec3, vec3};
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// An OBJ in the making.
 #[derive(Default)]
@@ -246,4 +248,114 @@ fn nothing_and_points_have_a_camera() {
     assert!(data.camera.eye.is_finite());
     let (data, notes) = SceneData::flatten(&Scene::default()).unwrap();
     assert!(data.camera.eye.is_finite() && notes == [Note::Empty]);
+}
+
+/// How far the corners of what moves come towards the picture's edges in each frame: 1 is at an edge.
+fn reach(scene: &Scene, frames: u32) -> Vec<f32> {
+    let (data, _) = SceneData::flatten(scene).unwrap();
+    let states = FrameStates::new(scene, &data);
+    let of_frame = |frame: u32| {
+        let state = states.at(frame).unwrap();
+        assert_eq!(state.camera, data.camera, "{frame}");
+        let arrays = state.shapes.as_ref().map(|shapes| {
+            let mut arrays = ShapedArrays::new(&data);
+            arrays.take(shapes, &data).unwrap();
+            arrays
+        });
+        let view = data.view_at(Some(&state), arrays.as_ref());
+        let c = view.camera;
+        let edge = |p: Vec3| {
+            let way = p - c.eye;
+            let depth = way.dot(c.forward);
+            let (x, y) = (way.dot(c.right) / c.half_width, way.dot(c.up) / c.half_height);
+            if depth > 0.0 { x.abs().max(y.abs()) / depth } else { f32::INFINITY }
+        };
+        let corners = view.instances.iter().skip(1).flat_map(|instance| {
+            let g = &view.geometries[instance.geometry as usize];
+            let triangles = &view.triangles[g.first_triangle as usize..][..g.triangle_count as usize];
+            triangles.iter().flatten().map(|&p| instance.world_from_object.point(p))
+        });
+        corners.map(edge).fold(0.0, f32::max)
+    };
+    (0..frames).map(of_frame).collect()
+}
+
+/// The same scene with its only instance on a way of ten seconds, in so many frames.
+fn moving(mut scene: Scene, frames: u32, to: Vec3) -> Scene {
+    let key = |seconds: f32, translate: Vec3| MoveKey {
+        seconds,
+        translate: Some(translate),
+        rotate_degrees: Some(vec3(0.0, 9.0 * seconds, 0.0)),
+        ..MoveKey::default()
+    };
+    let keys = vec![key(0.0, Vec3::ZERO), key(10.0, to)];
+    let motion = Move { keys, interpolation: Interpolation::Linear, ..Move::default() };
+    scene.instances[0].moves = vec![Arc::new(motion)];
+    scene.animation = Some(Animation { fps: frames as f32 / 10.0, ..Animation::of_frames(frames) });
+    scene
+}
+
+#[test]
+fn all_frames_of_what_moves_are_in_the_picture() {
+    let still = Seen::of(&cube(1.0).scene());
+    for (frames, to) in [(7, vec3(6.0, 1.0, 0.0)), (240, vec3(0.0, 5.0, 3.0))] {
+        let scene = moving(cube(1.0).scene(), frames, to);
+        let (_, notes) = SceneData::flatten(&scene).unwrap();
+        assert!(
+            notes[0].to_string().ends_with(&format!("; all {frames} frames are in view")),
+            "{}",
+            notes[0]
+        );
+        let reach = reach(&scene, frames);
+        let most = reach.iter().copied().fold(0.0, f32::max);
+        assert!((0.9..=0.95).contains(&most), "{reach:?}");
+        // By the first frame alone some would be outside.
+        let mut first_alone = scene.clone();
+        first_alone.camera = Some(still.camera);
+        assert!(self::reach(&first_alone, frames).iter().any(|&reach| reach > 1.0));
+    }
+    // One that flies away is seen where it starts.
+    let far = Seen::of(&moving(cube(1.0).scene(), 50, vec3(4000.0, 0.0, 0.0)));
+    assert_eq!(far.camera, still.camera);
+    // An animation in which nothing moves changes nothing, nor does one of a single frame.
+    let mut scene = cube(1.0).scene();
+    scene.animation = Some(Animation::of_frames(9));
+    assert_eq!(Seen::of(&scene).camera, still.camera);
+    assert_eq!(Seen::of(&moving(scene, 1, vec3(6.0, 1.0, 0.0))).camera, still.camera);
+}
+
+/// A body of too many triangles counts as its box, which holds it.
+#[test]
+fn large_bodies_that_move_are_in_the_picture_too() {
+    let mut model = Model::default();
+    for n in 0..1200 {
+        let x = f64::from(n % 40) / 40.0;
+        let y = f64::from(n / 40) / 30.0;
+        model = model.block([x, y, 0.0], [x + 0.02, y + 0.02, x * y], false, None);
+    }
+    let scene = moving(model.scene(), 60, vec3(2.0, 0.5, 0.0));
+    let most = reach(&scene, 60).into_iter().fold(0.0, f32::max);
+    assert!((0.8..=0.95).contains(&most), "{most}");
+}
+
+/// `scenes/reed.glb` bends and swells: a skin and morph targets.
+#[test]
+fn moving_vertices_are_in_the_picture() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/reed.glb");
+    let mut scene = load(path, &LoadOptions::default()).unwrap().scene;
+    scene.camera = None;
+    assert!(scene.has_moving_vertices());
+    let frames = scene.animation.as_ref().unwrap().frames;
+    let most = reach(&scene, frames).into_iter().fold(0.0, f32::max);
+    assert!((0.9..=0.95).contains(&most), "{most}");
+    // A still of another frame has the same camera, and what the frame has.
+    let (first, _) = SceneData::flatten(&scene).unwrap();
+    let (later, _) = SceneData::flatten(&Scene { frame: 7, ..scene.clone() }).unwrap();
+    assert_eq!(first.camera, later.camera);
+    let mut arrays = ShapedArrays::new(&first);
+    arrays.take(&FrameStates::new(&scene, &first).at(7).unwrap().shapes.unwrap(), &first).unwrap();
+    assert!(first.triangles != later.triangles && arrays.view(&first).triangles == later.triangles);
+    // A turntable keeps it about the middle of all frames.
+    scene.turntable(8).unwrap();
+    assert_ne!(scene.camera.unwrap().look_at, None);
 }

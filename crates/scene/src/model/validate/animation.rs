@@ -2,7 +2,7 @@
 
 use super::{Check, MAX_COORDINATE, color, in_range, index, number, point};
 use crate::error::Problem;
-use crate::model::{Animation, CameraMotion, Law, LightMotion, MAX_FRAMES, Move, MoveKey};
+use crate::model::{Animation, CameraMotion, Law, LightMotion, MAX_FRAMES, Move, MoveKey, Scene};
 use eosphor_core::math::Vec3;
 
 pub(super) fn check(animation: &Animation, lights: usize) -> Check {
@@ -38,6 +38,21 @@ pub(super) fn check(animation: &Animation, lights: usize) -> Check {
             check_order(keys.iter().map(|key| key.seconds), "animation.camera.keys.keys")
         }
         Some(CameraMotion::Moves(moves)) => check_moves("animation.camera", moves),
+    }
+}
+
+impl Scene {
+    /// Whether there is the frame that a single picture shows.
+    pub(super) fn check_frame(&self) -> Check {
+        match &self.animation {
+            Some(animation) => in_range("frame".to_string(), self.frame, 0, animation.frames - 1),
+            None if self.frame == 0 => Ok(()),
+            None => {
+                let message =
+                    format!("there is no frame {}: nothing moves, so there is no animation", self.frame);
+                Err(Problem::new("frame", message))
+            }
+        }
     }
 }
 

@@ -90,6 +90,7 @@ impl Scene {
         if let Some(animation) = &self.animation {
             animation::check(animation, self.lights.len())?;
         }
+        self.check_frame()?;
         for (i, light) in self.lights.iter().enumerate() {
             check_light(light, &format!("lights[{i}]"))?;
         }

@@ -265,7 +265,10 @@ fn textures_are_found_or_missed_by_name() {
     assert_eq!(scene.images.iter().map(|i| i.width).max(), Some(1024));
     input.floor.texture = "builtin:marble".into();
     let error = scene_with(&input, &options).unwrap_err();
-    assert_eq!(error, "builtin:marble: there is no built-in texture \"marble\"; there is parquet");
+    assert_eq!(
+        error,
+        "builtin:marble: there is no built-in picture \"marble\"; there are parquet and studio"
+    );
     let cut = vec![(PathBuf::from("floor.data"), Cow::Owned(floor_data()[..10].to_vec()))];
     input.floor.texture = "floor.data".into();
     let error = input.scene_from(Source::Memory(cut), &CourseOptions::default()).unwrap_err().to_string();
