@@ -90,6 +90,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--samples", type=int, default=256)
+    parser.add_argument("--mitsuba-samples", type=int, help="as --samples where not given; it needs more for the same noise")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--variant", default="llvm_ad_rgb")
     parser.add_argument("--pictures", type=pathlib.Path)
@@ -104,7 +105,8 @@ def main():
 
     if "llvm" in flags.variant:
         dr.set_thread_count(flags.threads)
-    print(f"Mitsuba {mi.__version__}, {mi.variant()}; {flags.seeds} seeds of {flags.samples} samples each side")
+    their_samples = flags.mitsuba_samples or flags.samples
+    print(f"Mitsuba {mi.__version__}, {mi.variant()}; {flags.seeds} seeds of {flags.samples} samples, Mitsuba's of {their_samples}")
     failed = []
     for name in flags.scenes or pictures.SCENES:
         with tempfile.TemporaryDirectory() as folder:
@@ -117,9 +119,10 @@ def main():
                 seconds[0] += spent
                 ours.append(picture)
                 before = time.process_time()
-                passes = max(flags.samples // PASS, 1)
-                each = flags.samples // passes
-                theirs.append(sum(np.array(mi.render(of, spp=each, seed=1000 * seed + k), dtype=np.float64) for k in range(passes)) / passes)
+                passes = max(their_samples // PASS, 1)
+                each = their_samples // passes
+                parts = [np.array(mi.render(of, spp=each, seed=1000 * seed + k), dtype=np.float64) for k in range(passes)]
+                theirs.append(sum(parts) / passes)
                 seconds[1] += time.process_time() - before
         ours, theirs = np.array(ours), np.array(theirs)
         line, holds = judge(ours, theirs)
