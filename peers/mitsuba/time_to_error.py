@@ -11,10 +11,7 @@ and its first picture, which is compiled, is not timed. eosphor's time is that o
 """
 
 import argparse
-import json
 import pathlib
-import resource
-import subprocess
 import tempfile
 import time
 
@@ -23,54 +20,12 @@ import numpy as np
 
 mi.set_variant("llvm_ad_rgb")
 import drjit as dr  # noqa: E402
+import pictures  # noqa: E402
+from both import eosphor, eosphor_scene, matte, mitsuba_scene  # noqa: E402
 
 EPSILON = 0.01
 DEPTH = 8
 SAMPLERS = ["independent", "multijitter", "ldsampler"]
-
-
-def rgb(color):
-    return {"type": "rgb", "value": color}
-
-
-def matte(color):
-    return {"matte": {"color": color}}
-
-
-def box(corner, u, v, w, material):
-    """Six parallelograms that face outwards; u, v and w are right-handed."""
-    c, u, v, w = (np.array(x, dtype=float) for x in (corner, u, v, w))
-    sides = [(c, v, u), (c, w, v), (c, u, w), (c + w, u, v), (c + u, v, w), (c + v, w, u)]
-    return [{"corner": list(a), "edge-u": list(b), "edge-v": list(d), "material": material} for a, b, d in sides]
-
-
-def cornell():
-    """The room of Cornell University with two matte boxes, in numbers of about 2."""
-    wall = lambda corner, u, v, material: {"corner": corner, "edge-u": u, "edge-v": v, "material": material}
-    turned = lambda degrees, size: [[size * np.cos(a), 0, -size * np.sin(a)] for a in [np.radians(degrees)]][0]
-    boxes = []
-    for middle, degrees, height in [((0.33, 0, 0.35), -18, 0.6), ((-0.35, 0, -0.3), 17, 1.2)]:
-        u, v = np.array(turned(degrees, 0.6)), np.array(turned(degrees - 90, 0.6))
-        boxes += box(np.array(middle) - (u + v) / 2, v, u, [0, height, 0], "white")
-    return {
-        "materials": {
-            "white": matte([0.73, 0.71, 0.68]),
-            "red": matte([0.63, 0.065, 0.05]),
-            "green": matte([0.14, 0.45, 0.091]),
-            "lamp": {"emissive": {"radiance": [17, 12, 4]}},
-        },
-        "parallelograms": [
-            wall([-1, 0, 1], [2, 0, 0], [0, 0, -2], "white"),
-            wall([-1, 2, -1], [2, 0, 0], [0, 0, 2], "white"),
-            wall([-1, 0, -1], [2, 0, 0], [0, 2, 0], "white"),
-            wall([-1, 0, 1], [0, 0, -2], [0, 2, 0], "red"),
-            wall([1, 0, -1], [0, 0, 2], [0, 2, 0], "green"),
-            wall([-0.25, 1.98, -0.2], [0.5, 0, 0], [0, 0, 0.4], "lamp"),
-        ]
-        + boxes,
-        "camera": {"position": [0, 1, 3.9], "look-at": [0, 1, 0], "fov-y-degrees": 39},
-        "size": [128, 128],
-    }
 
 
 def metal_spheres(environment):
@@ -84,96 +39,14 @@ def metal_spheres(environment):
         "environment": {"file": str(environment)},
         "camera": {"position": [0, 1.6, 5], "look-at": [0, 0.4, 0], "fov-y-degrees": 32},
         "size": [128, 72],
+        "depth": DEPTH,
+        # Noise counts here, not the last percent of the look.
+        "lobes": "near",
     }
-
-
-def sponza(obj, environment):
-    """Its walls, all matte, below a sky."""
-    return {
-        "obj": str(obj),
-        "materials": {"stone": matte([0.6, 0.55, 0.5])},
-        "environment": {"file": str(environment)},
-        "camera": {"position": [-11, 3, 0.2], "look-at": [5, 4, 0], "fov-y-degrees": 60},
-        "size": [128, 72],
-    }
-
-
-def eosphor_scene(scene, folder):
-    """A file, and the flags that go with it."""
-    file = {"eosphor": 2} | {k: scene[k] for k in ("materials", "parallelograms", "spheres", "environment", "camera") if k in scene}
-    if "obj" in scene:
-        file["meshes"] = [{"file": scene["obj"], "material": "stone"}]
-    file["settings"] = {"size": scene["size"], "integrator": "path", "depth": DEPTH, "roulette": 64}
-    path = folder / "scene.json"
-    path.write_text(json.dumps(file))
-    return path
-
-
-def mitsuba_bsdf(material):
-    if "matte" in material:
-        return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": rgb(material["matte"]["color"])}}
-    pbr = material["pbr"]
-    # The nearest that Mitsuba has: noise counts here, not the last percent of the look.
-    return {"type": "principled", "base_color": rgb(pbr["color"]), "metallic": 1.0, "roughness": pbr["roughness"], "specular": 0.5}
-
-
-def mitsuba_scene(scene, sampler):
-    shapes = []
-    for p in scene.get("parallelograms", []):
-        u, v = np.multiply(0.5, p["edge-u"]), np.multiply(0.5, p["edge-v"])
-        matrix = np.eye(4)
-        # Mitsuba's rectangle reaches from -1 to 1 and faces +z.
-        matrix[:3, :4] = np.stack([u, v, np.cross(u, v), p["corner"] + u + v], axis=1)
-        shape = {"type": "rectangle", "to_world": mi.ScalarTransform4f(matrix)}
-        material = scene["materials"][p["material"]]
-        if "emissive" in material:
-            shape |= {
-                "bsdf": {"type": "diffuse", "reflectance": rgb([0, 0, 0])},
-                "emitter": {"type": "area", "radiance": rgb(material["emissive"]["radiance"])},
-            }
-        else:
-            shape |= {"bsdf": mitsuba_bsdf(material)}
-        shapes.append(shape)
-    for s in scene.get("spheres", []):
-        shapes.append({
-            "type": "sphere", "center": s["center"], "radius": s["radius"],
-            "bsdf": mitsuba_bsdf(scene["materials"][s["material"]]),
-        })
-    if "obj" in scene:
-        shapes.append({"type": "obj", "filename": scene["obj"], "face_normals": True, "bsdf": mitsuba_bsdf(scene["materials"]["stone"])})
-    if "environment" in scene:
-        # Its middle lies towards +z, ours towards +x.
-        turn = mi.ScalarTransform4f().rotate([0, 1, 0], 90)
-        shapes.append({"type": "envmap", "filename": scene["environment"]["file"], "to_world": turn})
-    camera, (width, height) = scene["camera"], scene["size"]
-    sensor = {
-        "type": "perspective", "fov": camera["fov-y-degrees"], "fov_axis": "y", "near_clip": 1e-3,
-        "to_world": mi.ScalarTransform4f().look_at(camera["position"], camera["look-at"], [0, 1, 0]),
-        "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "component_format": "float32"},
-        "sampler": {"type": sampler},
-    }
-    integrator = {"type": "path", "max_depth": DEPTH + 1, "rr_depth": 1000}
-    file = {"type": "scene", "integrator": integrator, "sensor": sensor} | {f"shape{i}": s for i, s in enumerate(shapes)}
-    return mi.load_dict(file)
-
-
-def pixels(path):
-    bitmap = mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
-    return np.array(bitmap, dtype=np.float64)
 
 
 def rel_mse(picture, reference):
     return float(np.mean((picture - reference) ** 2 / (reference**2 + EPSILON)))
-
-
-def eosphor(program, scene, samples, seed, folder):
-    output = folder / "picture.exr"
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [program, "render", scene, "-o", output, "--samples", str(samples), "--seed", str(seed), "--threads", "1", "--quiet"]
-    subprocess.run([str(x) for x in command], check=True, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return seconds, pixels(output)
 
 
 def mitsuba(scene, samples, seed):
@@ -195,9 +68,9 @@ def main():
     shared = pathlib.Path(flags.shared) / "scenes"
     sky = shared / "environments" / "venice_sunset_1k.hdr"
     scenes = {
-        "cornell": cornell,
+        "cornell": lambda: pictures.cornell(shared, None),
         "metal-spheres": lambda: metal_spheres(sky),
-        "sponza": lambda: sponza(shared / "sponza-dabrovic" / "sponza.obj", sky),
+        "sponza": lambda: pictures.sponza(shared, None),
     }
     dr.set_thread_count(1)
     print(f"Mitsuba {mi.__version__}, {mi.variant()}; relMSE with epsilon {EPSILON}; means over {flags.seeds} seeds")
