@@ -44,7 +44,7 @@ def deviations(ours, theirs):
     a, b = ours.var(axis=0, ddof=1) / n, theirs.var(axis=0, ddof=1) / m
     apart = ours.mean(axis=0) - theirs.mean(axis=0)
     # What has no noise, as the middle of a lamp, is equal up to rounding.
-    floor = 1e-6 * np.abs(theirs.mean(axis=0)) + 1e-12
+    floor = 1e-5 * np.abs(theirs.mean(axis=0)) + 1e-12
     variance = a + b + floor**2
     freedom = np.maximum(variance**2 / (a**2 / (n - 1) + b**2 / (m - 1) + 1e-300), 2)
     freedom = np.minimum(freedom, n + m - 2)
