@@ -1,9 +1,9 @@
 //! Directions by how bright they are.
 //!
 //! The table divides the picture into cells of equal width and height. It begins with running sums of the weights of its rows, from
-//! 0 to [`TABLE_UNIT`], and an index into them (`index.rs`); then, row by row, there are those of the cells of a row. Sums are whole
-//! numbers, as random numbers have digits: so the probability of a cell is exactly what is said of it. Within a cell all directions
-//! are equally likely.
+//! 0 to [`TABLE_UNIT`], and an index into them (`index.rs`); then, row by row, there are those of a row's cells. Sums are whole
+//! numbers, as random numbers have digits: so the probability of a cell is exactly what is said of it. In a cell all directions are
+//! equally likely.
 
 use super::index::pick;
 use super::{Environment, TABLE_UNIT, direction_at, index_length, picture_place};

@@ -47,7 +47,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     fn way(&self, first: usize, end: usize) -> Way {
         match self.coherence {
             Coherence::Coherent => Way::Packets,
-            _ => choose(&self.rays[first..end], self.bvh.extent()),
+            _ => choose(&self.rays[first..end], self.bvh.extent(), self.bvh.blocks.len()),
         }
     }
 
@@ -441,12 +441,6 @@ fn alone_sorted<S: Simd>(bvh: &Bvh8View) -> u32 {
 /// Blocks of a dense hierarchy.
 const DENSE: usize = 100_000;
 
-/// Blocks of a hierarchy that is so flat that rays of one octant meet most of it: they stay together wherever they start. (A box
-/// of 30 triangles: paths 1.2 times as fast. With hundreds of blocks there is no gain, with thousands it is a loss.)
-const FLAT: usize = 16;
-/// With so many rays, each octant has some registers of them.
-const OCTANTS_FULL: usize = 256;
-
 /// Fewer rays than this are traced one by one.
 const FEW: usize = 4;
 /// From so many on, scattered rays are worth sorting by place.
@@ -470,12 +464,7 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
             let mut first = 0;
             while first < self.rays.len() {
                 let mut end = self.rays.len().min(first + CHUNK);
-                let way = match self.way(first, end) {
-                    Way::Scattered if self.bvh.blocks.len() <= FLAT && end - first >= OCTANTS_FULL => {
-                        Way::SortedPackets
-                    }
-                    way => way,
-                };
+                let way = self.way(first, end);
                 match way {
                     // What is said to be incoherent does not go in packets as it comes.
                     Way::Packets if self.coherence != Coherence::Incoherent => {

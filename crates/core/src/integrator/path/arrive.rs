@@ -92,8 +92,9 @@ pub(super) fn ray_behind(point: &PathPoint, ray: &PathRay, weight: Vec3, t: f32)
     }
 }
 
-/// The share of the radiance of what shines (a primitive, its material, and whether the ray met its front) that counts where a ray of a lobe found it this far from where the lobe is. All counts
-/// of what no light sample finds: what has holes, spheres from within, and what was met from the camera, a mirror or glass.
+/// The share of the radiance of what shines (a primitive, its material, and whether the ray met its front) that counts where a ray
+/// of a lobe found it this far from where the lobe is. All counts of what no light sample finds: what has holes, spheres from
+/// within, and what was met from the camera, a mirror or glass.
 #[inline(always)]
 pub(super) fn lamp_share(
     view: &SceneView,

@@ -145,7 +145,8 @@ pub(super) fn choose_lanes<'a, const W: usize>(
     chosen
 }
 
-/// The light that is sampled by `choice` in [0, 1), and its chance; no light is the environment. `None` where none reaches the point.
+/// The light that is sampled by `choice` in [0, 1), and its chance; no light is the environment. `None` where none reaches the
+/// point.
 #[inline(always)]
 pub(super) fn choose<'a>(
     view: &SceneView<'a>,

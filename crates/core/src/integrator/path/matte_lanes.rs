@@ -1,7 +1,8 @@
 //! Paths that have met matte triangles, bounced several at a time: the bits of [`bounce`], of which this is the common case.
 //!
-//! What lanes do alike stands in short loops over arrays, free of branches, which become SIMD code; each calls the functions that one
-//! path calls. What differs from lane to lane (textures, which light, other kinds of lights, lamps that are met) is done lane by lane.
+//! What lanes do alike stands in short loops over arrays, free of branches, which become SIMD code; each calls the functions that
+//! one path calls. What differs from lane to lane (textures, which light, other kinds of lights, lamps that are met) is done lane
+//! by lane.
 
 use super::arrive::{after_roulette, lamp_share};
 use super::light::{LightDraw, Strength, choose_lanes, draw_environment, draw_light};
@@ -45,8 +46,8 @@ pub fn is_matte_triangle(view: &SceneView, ray: &PathRay, hit: &Hit) -> bool {
     PathMaterial::is_matte(item(view.materials, shading.material))
 }
 
-/// What `count` rays of paths found, which [`is_matte_triangle`] takes: `met(lane)` gives the path and the hit of each of W lanes, of
-/// which those after the first `count` may repeat others.
+/// What `count` rays of paths found, which [`is_matte_triangle`] takes: `met(lane)` gives the path and the hit of each of W lanes,
+/// of which those after the first `count` may repeat others.
 #[inline(always)]
 pub fn bounce_matte<'a, const W: usize, B: BounceLanes>(
     view: &SceneView,
