@@ -1,7 +1,6 @@
 //! Path tracing: closed rooms and squares that face each other, with lamps found by samples of lights alone, by rays of lobes
-//! alone,
-//! and by both, each without its share for the other. Samples are taken until the mean's standard deviation is as small as is asked
-//! for: `EOSPHOR_TEST_DEVIATION=0.0005`.
+//! alone, and by both, each without its share for the other. Samples are taken until the mean's standard deviation is as small as
+//! is asked for: `EOSPHOR_TEST_DEVIATION=0.0005`.
 
 use super::paths::{closed_box, paths, series, shining};
 use super::support::*;
