@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether eosphor and Mitsuba 3 see the same light: means of blocks of 8 x 8 pixels of eight scenes.
+"""Whether eosphor and Mitsuba 3 see the same light: means of blocks of 8 x 8 pixels of nine scenes.
 
     python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 numpy scipy
     venv/bin/python compare_pictures.py --eosphor ../../target/release/eosphor [--seeds 16] [--samples 256] [--pictures DIR] [SCENE...]
@@ -7,7 +7,7 @@
 Each program renders each scene with each seed. The spread over seeds says how far means may be apart by chance: Welch's t of the two
 means of a block, per channel, told as the deviation of a normal distribution that is as likely. It holds that at most 0.5 % of blocks are
 beyond 3, none beyond 5, and that the picture's mean is within 3 and 0.1 %. "worst by chance" is how often the worst of so many blocks
-would be as bad without any difference (Sidak). Paths have at most 8 bounces (12 in the dragon) and no roulette. Rough lobes are those of
+would be as bad without any difference (Sidak). Paths have at most 8 bounces (12 in dragon and bunny) and no roulette. Rough lobes are those of
 lobes.py, whose masking and energy are as in docs/path-tracing.md; all else is Mitsuba's own: diffuse, dielectric, volpath with
 albedo 0, emitters, instances, the camera. Environments are resampled without loss (both.for_mitsuba).
 

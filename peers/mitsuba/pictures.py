@@ -1,4 +1,4 @@
-"""The eight scenes of compare_pictures.py, as both.py reads them. Each is a function of (shared scenes, a folder for files made)."""
+"""The scenes of compare_pictures.py, as both.py reads them. Each is a function of (shared scenes, a folder for files made)."""
 
 from collections import Counter
 
@@ -153,27 +153,43 @@ def many_triangles(shared, folder):
     return scene
 
 
-def dragon(shared, folder):
-    """A dragon of absorbing glass. Sheets without thickness, which the scan has, are taken out: bodies are told by their sides."""
-    read = mi.traverse(mi.load_dict({"type": "ply", "filename": str(shared / "dragon" / "dragon_vrip_res3.ply")}))
-    faces = np.array(read["faces"]).reshape(-1, 3)
-    # About the origin, and large: Mitsuba moves origins of rays by 9e-5 (1 + the largest coordinate), past faces next to sharp edges.
-    points = 1000 * (np.array(read["vertex_positions"]).reshape(-1, 3) - [0, 0.125, 0])
-    count = Counter(tuple(sorted(map(int, f))) for f in faces)
-    triangles = points[[f for f in faces if count[tuple(sorted(map(int, f)))] == 1]]
+def absorbing_glass(triangles, folder):
+    """Over a floor, below a lamp. About the origin, and large: Mitsuba moves origins of rays by 9e-5 (1 + the largest coordinate)."""
     glass = {
         "color": [1, 1, 1], "transmission": 1, "solid": True, "roughness": 0, "ior": 1.5,
         "attenuation-color": [0.3, 0.7, 0.5], "attenuation-distance": 30,
     }
     return {
         "materials": {"floor": matte([0.5, 0.45, 0.4]), "glass": {"pbr": glass}, "lamp": lamp([6, 6, 5])},
-        "meshes": [{"file": obj(folder / "dragon.obj", triangles), "material": "glass"}],
-        "parallelograms": [wall([-300, -75, 300], [600, 0, 0], [0, 0, -600], "floor"), wall([-100, 225, -100], [200, 0, 0], [0, 0, 200], "lamp")],
+        "meshes": [{"file": obj(folder / "glass.obj", triangles), "material": "glass"}],
+        "parallelograms": [
+            wall([-300, -75, 300], [600, 0, 0], [0, 0, -600], "floor"),
+            wall([-100, 225, -100], [200, 0, 0], [0, 0, 200], "lamp"),
+        ],
         "background": [0.4, 0.5, 0.7],
         "camera": {"position": [30, 75, 320], "look-at": [-5, -10, 0], "fov-y-degrees": 36},
         "size": [128, 96],
         "depth": 12,
     }
+
+
+def points_and_faces(kind, file):
+    read = mi.traverse(mi.load_dict({"type": kind, "filename": str(file)}))
+    return np.array(read["vertex_positions"]).reshape(-1, 3), np.array(read["faces"]).reshape(-1, 3)
+
+
+def dragon(shared, folder):
+    """Sheets without thickness, which the reduced scan has, are taken out: bodies are told by their sides. It still intersects itself."""
+    points, faces = points_and_faces("ply", shared / "dragon" / "dragon_vrip_res3.ply")
+    count = Counter(tuple(sorted(map(int, f))) for f in faces)
+    triangles = (1000 * (points - [0, 0.125, 0]))[[f for f in faces if count[tuple(sorted(map(int, f)))] == 1]]
+    return absorbing_glass(triangles, folder)
+
+
+def glass_bunny(shared, folder):
+    """The dragon's glass about a body that is closed and does not intersect itself."""
+    points, faces = points_and_faces("obj", shared / "bunny" / "bunny-watertight.obj")
+    return absorbing_glass((68 * (points - [0, 1.05, 0]))[faces], folder)
 
 
 def instances(shared, folder):
@@ -214,5 +230,6 @@ SCENES = {
     "textured-emitter": textured_emitter,
     "many-triangles": many_triangles,
     "dragon": dragon,
+    "glass-bunny": glass_bunny,
     "instances": instances,
 }
