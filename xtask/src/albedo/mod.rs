@@ -217,7 +217,7 @@ fn glass_nodes(counts: [usize; 3], is_denser: bool) -> Vec<f64> {
         }
     }
     // Smooth glass loses nothing.
-    let is_rough = |node: usize| node / counts[0] % counts[1] > 0;
+    let is_rough = |node: usize| !(node / counts[0]).is_multiple_of(counts[1]);
     let moved = |node: usize| if is_rough(node) { 0.5 * sums[node] / around[node] } else { 0.0 };
     (0..exact.len()).map(|node| exact[node] - moved(node)).collect()
 }

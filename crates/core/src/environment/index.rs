@@ -44,7 +44,7 @@ pub(super) fn pick(table: &[u32], first: usize, count: u32, u: f32, jitter: f32)
     let held = |range: u32| {
         let at = first + count as usize + 1 + range as usize / 2;
         let word = table.get(at).copied().unwrap_or(0);
-        if range % 2 == 0 { word & 0xffff } else { word >> 16 }
+        if range.is_multiple_of(2) { word & 0xffff } else { word >> 16 }
     };
     // The last sum that is no larger: the part after it has a weight.
     let (mut low, mut high) = (held(range), if range + 1 < count { held(range + 1) + 1 } else { count });

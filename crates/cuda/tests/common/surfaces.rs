@@ -157,5 +157,6 @@ pub(crate) fn scene() -> Scene {
         device: DeviceSettings::default(),
         output: None,
         animation: None,
+        frame: 0,
     }
 }
