@@ -31,7 +31,7 @@ pub trait BounceLanes {
     fn lane(&mut self, lane: usize) -> Self::Lane<'_>;
 }
 
-/// Whether [`bounce_matte`] takes what a ray found: in no body.
+/// Whether [`bounce_matte`] takes what a ray found: a matte triangle of the world, met by a ray that is in no body.
 #[inline(always)]
 pub fn is_matte_triangle(view: &SceneView, ray: &PathRay, hit: &Hit) -> bool {
     if hit.is_miss() | (hit.id.instance != 0) | !Media::of(ray).is_nowhere() {

@@ -68,7 +68,6 @@ impl Media {
         if point.front {
             return own / self.ior(view);
         }
-        // The ray is in another body, which this one overlaps.
         match self.place_of(point.material as u64 + 1) {
             // The ray is in another body, which this one overlaps.
             Some(place) if place > 0 => 1.0,
