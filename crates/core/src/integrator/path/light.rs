@@ -66,8 +66,8 @@ impl Strength {
     }
 }
 
-/// From the environment, which was chosen because `choice` is below its chance. `choice` over that chance is again an even number in
-/// [0, 1), which chooses between the sun and the rest.
+/// From the environment, which was chosen because `choice` is below its chance. `choice` over that chance is again an even number
+/// in [0, 1), which chooses between the sun and the rest.
 #[inline(always)]
 pub(super) fn draw_environment<N: Numbers>(view: &SceneView, choice: f64, numbers: &N) -> LightDraw {
     let environment = view.environment;
