@@ -86,7 +86,7 @@ impl LightTree<'_> {
     /// receiver.
     #[inline(always)]
     pub fn choose(&self, receiver: &LightReceiver, u: f64) -> Option<ChosenLight> {
-        choose_light(self, receiver, u)
+        choose_light(self, *receiver, u)
     }
 
     /// As [`LightTree::choose`] in each of several lanes. The first choice, between the children of the root, is made in all lanes
@@ -150,7 +150,7 @@ impl LightTree<'_> {
     /// The chance that [`LightTree::choose`] has of choosing a light; 0 for what is no light of the tree.
     #[inline(always)]
     pub fn chance(&self, receiver: &LightReceiver, light: u32) -> f32 {
-        chance_of_light(self, receiver, light)
+        chance_of_light(self, *receiver, light)
     }
 
     /// The chance of a node's first child; `None` where neither of them reaches the receiver.
@@ -178,13 +178,13 @@ fn share_of_first([first, second]: [f32; 2]) -> (f64, bool) {
 }
 
 out_of_line! {
-    fn choose_light(tree: &LightTree<'_>, receiver: &LightReceiver, u: f64) -> Option<ChosenLight> {
-        tree.descend(receiver, u, Descent { node: 0, chance: 1.0 }, 0.0)
+    fn choose_light(tree: &LightTree<'_>, receiver: LightReceiver, u: f64) -> Option<ChosenLight> {
+        tree.descend(&receiver, u, Descent { node: 0, chance: 1.0 }, 0.0)
     }
 }
 
 out_of_line! {
-    fn chance_of_light(tree: &LightTree<'_>, receiver: &LightReceiver, light: u32) -> f32 {
+    fn chance_of_light(tree: &LightTree<'_>, receiver: LightReceiver, light: u32) -> f32 {
         let Some(&place) = tree.places.get(light as usize) else { return 0.0 };
         if place == LightNode::LEAF {
             return 0.0;
@@ -195,7 +195,7 @@ out_of_line! {
             if node.is_leaf() {
                 return at.chance as f32;
             }
-            let Some(first) = tree.first_chance(node, receiver) else { return 0.0 };
+            let Some(first) = tree.first_chance(node, &receiver) else { return 0.0 };
             let Some(below) = at.below(node, first, place < node.number) else { return 0.0 };
             at = below;
         }

@@ -91,4 +91,11 @@ impl<const W: usize> PointLanes<W> {
         }
         points
     }
+    /// Where a ray of a lane starts that leaves to the side that `direction` points to.
+    #[inline(always)]
+    pub fn offset_origin(&self, lane: usize, direction: Vec3) -> Vec3 {
+        let normal = self.geometric_normal.get(lane);
+        let side = if direction.dot(normal) >= 0.0 { self.offset[lane] } else { -self.offset[lane] };
+        self.position.get(lane).plus_scaled(normal, side)
+    }
 }

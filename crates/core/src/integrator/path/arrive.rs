@@ -81,11 +81,17 @@ pub(super) fn straight_share(point: &PathPoint) -> Vec3 {
 /// The ray behind a surface that it passes at distance `t`. It is no bounce, and what it meets was found by the lobe before.
 #[inline(always)]
 pub(super) fn ray_behind(point: &PathPoint, ray: &PathRay, weight: Vec3, t: f32) -> PathRay {
+    ray_from(point.offset_origin(ray.direction), point.id, ray, weight, t)
+}
+
+/// The same from a place behind a primitive.
+#[inline(always)]
+pub(super) fn ray_from(origin: Vec3, start: PrimitiveId, ray: &PathRay, weight: Vec3, t: f32) -> PathRay {
     PathRay {
-        origin: point.offset_origin(ray.direction),
+        origin,
         weight,
         kind: RayKind::Refracted,
-        start: point.id,
+        start,
         holes: ray.holes + 1,
         travelled: ray.travelled + t,
         ..*ray

@@ -3,14 +3,14 @@
 use super::{Media, Numbers, PathPoint, ScatterPoint, limited, power_share};
 use crate::bsdf::Scattered;
 use crate::integrator::PathRay;
-use crate::light::{Light, LightReceiver, LightSampleLanes};
+use crate::light::{ChosenLight, Light, LightReceiver, LightSampleLanes};
 use crate::material::NONE;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, Ray, RayFilter};
 use crate::sampling::triangle_point;
 use crate::settings::Settings;
 use crate::shading::emission_texel;
-use crate::view::{SceneView, item};
+use crate::view::SceneView;
 
 /// A shadow ray, and what the path gets where nothing is in its way.
 #[derive(Clone, Copy, Debug)]
@@ -137,8 +137,11 @@ pub(super) fn choose_lanes<'a, const W: usize>(
     for lane in 0..W {
         chosen[lane] = if choice[lane] < to_environment {
             Some((None, 1.0))
-        } else if let Some(light) = lights[lane] {
-            Some((Some(item(view.lights, light.number)), light.chance * share as f32))
+        } else if let Some(ChosenLight { number, chance }) = lights[lane]
+            // By `get`, which has no panic for GPUs.
+            && let Some(light) = view.lights.get(number as usize)
+        {
+            Some((Some(light), chance * share as f32))
         } else {
             None
         };

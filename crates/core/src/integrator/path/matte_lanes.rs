@@ -1,15 +1,15 @@
-//! Paths that have met matte triangles, bounced several at a time: the bits of [`bounce`], of which this is the common case.
+//! Paths that have met matte triangles, bounced several at a time: the bits of [`bounce`](super::bounce), of which this is the
+//! common case.
 //!
 //! What lanes do alike stands in short loops over arrays, free of branches, which become SIMD code; each calls the functions that
 //! one path calls. What differs from lane to lane (textures, which light, other kinds of lights, lamps that are met) is done lane
 //! by lane.
 
-use super::arrive::{after_roulette, lamp_share};
+use super::arrive::{after_roulette, lamp_share, ray_from};
 use super::light::{LightDraw, Strength, choose_lanes, draw_environment, draw_light};
-use super::{
-    Bounce, LightRequest, Media, NumberLanes, PathState, bounce, frame, in_frame, limited, out_of_frame,
-};
+use super::{Bounce, LightRequest, Media, NumbersOfLanes, PathState, frame, in_frame, limited, out_of_frame};
 use crate::bsdf::{Matte, Scattered};
+use crate::integrator::coverage::MAX_HOLES;
 use crate::integrator::{MAX_DEPTH, PathRay, RayKind};
 use crate::light::{Light, LightReceiver, LightSampleLanes, TriangleLamp};
 use crate::material::NONE;
@@ -34,7 +34,13 @@ pub trait BounceLanes {
 /// Whether [`bounce_matte`] takes what a ray found: a matte triangle of the world, met by a ray that is in no body.
 #[inline(always)]
 pub fn is_matte_triangle(view: &SceneView, ray: &PathRay, hit: &Hit) -> bool {
-    if hit.is_miss() | (hit.id.instance != 0) | !Media::of(ray).is_nowhere() {
+    Media::of(ray).is_nowhere() && is_matte_outside(view, hit)
+}
+
+/// The same of a ray that is in no body.
+#[inline(always)]
+pub fn is_matte_outside(view: &SceneView, hit: &Hit) -> bool {
+    if hit.is_miss() | (hit.id.instance != 0) {
         return false;
     }
     let instance = item(view.instances, 0);
@@ -53,7 +59,7 @@ pub fn bounce_matte<'a, const W: usize, B: BounceLanes>(
     view: &SceneView,
     count: usize,
     met: impl Fn(usize) -> (&'a PathState, &'a Hit),
-    numbers: &NumberLanes<W>,
+    numbers: &impl NumbersOfLanes<W>,
     to: &mut B,
 ) {
     let settings = view.settings;
@@ -84,7 +90,11 @@ pub fn bounce_matte<'a, const W: usize, B: BounceLanes>(
             continue;
         }
         if !is_there {
-            bounce(view, path, hit, &numbers.lane(lane), &mut to.lane(lane));
+            if path.ray.holes < MAX_HOLES {
+                let origin = points.offset_origin(lane, path.ray.direction);
+                let ray = ray_from(origin, hit.id, &path.ray, weight.get(lane), hit.t);
+                to.lane(lane).go_on(PathState { ray, ..*path });
+            }
         } else if emission.max_component() > 0.0 {
             let lamp = (hit.id, number_of_material, front);
             let share = lamp_share(view, lamp, path, path.ray.travelled + hit.t);
@@ -155,7 +165,7 @@ impl<const W: usize> MatteLanes<W> {
         view: &SceneView,
         goes_on: &[bool; W],
         met: &impl Fn(usize) -> (&'a PathState, &'a Hit),
-        numbers: &NumberLanes<W>,
+        numbers: &impl NumbersOfLanes<W>,
         to: &mut B,
     ) {
         let settings = view.settings;
@@ -183,7 +193,7 @@ impl<const W: usize> MatteLanes<W> {
             }
         }
         if lamps.is_any {
-            let on_light = numbers.on_light();
+            let on_light = numbers.on_lights();
             let samples = LightSampleLanes::<W>::of_triangles(
                 |lane| lamps.lamp(lane),
                 |lane| origin.get(lane),
@@ -236,13 +246,13 @@ impl<const W: usize> MatteLanes<W> {
         &self,
         goes_on: &[bool; W],
         met: &impl Fn(usize) -> (&'a PathState, &'a Hit),
-        numbers: &NumberLanes<W>,
+        numbers: &impl NumbersOfLanes<W>,
         to: &mut B,
     ) {
         let zero = Vec3Lanes::<W>::ZERO;
         let (mut local, mut direction, mut origin, mut next_weight) = (zero, zero, zero, zero);
         let (mut density, mut is_scattered) = ([0.0; W], *goes_on);
-        let u = numbers.direction();
+        let u = numbers.directions();
         for lane in 0..W {
             local.set(lane, cosine_direction([u[0][lane], u[1][lane]]));
         }

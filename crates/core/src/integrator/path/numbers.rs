@@ -121,16 +121,37 @@ impl<const W: usize> NumberLanes<W> {
         }
         lanes
     }
+}
+
+/// Numbers of several paths.
+pub trait NumbersOfLanes<const W: usize> {
+    /// Those of one path.
+    type Lane<'a>: Numbers
+    where
+        Self: 'a;
 
     /// What decides whether each path goes on: the second number of [`Numbers::arrival`].
+    fn survival(&self) -> [f32; W];
+    /// Which light each samples: the first number of [`Numbers::choice`].
+    fn light_choice(&self) -> [f64; W];
+    /// The points on lights.
+    fn on_lights(&self) -> [[f32; W]; 2];
+    /// The directions in lobes.
+    fn directions(&self) -> [[f32; W]; 2];
+    /// Those of one path.
+    fn lane(&self, lane: usize) -> Self::Lane<'_>;
+}
+
+impl<const W: usize> NumbersOfLanes<W> for NumberLanes<W> {
+    type Lane<'a> = NumbersInLane<'a, W>;
+
     #[inline(always)]
-    pub fn survival(&self) -> &[f32; W] {
-        &self.pairs[ARRIVAL as usize][1]
+    fn survival(&self) -> [f32; W] {
+        self.pairs[ARRIVAL as usize][1]
     }
 
-    /// Which light each samples: the first number of [`Numbers::choice`].
     #[inline(always)]
-    pub fn light_choice(&self) -> [f64; W] {
+    fn light_choice(&self) -> [f64; W] {
         let mut choice = [0.0; W];
         for lane in 0..W {
             choice[lane] = with_digits(self.pairs[CHOICE as usize][0][lane], self.digits[lane]);
@@ -138,22 +159,49 @@ impl<const W: usize> NumberLanes<W> {
         choice
     }
 
-    /// The points on lights.
     #[inline(always)]
-    pub fn on_light(&self) -> &[[f32; W]; 2] {
-        &self.pairs[LIGHT as usize]
+    fn on_lights(&self) -> [[f32; W]; 2] {
+        self.pairs[LIGHT as usize]
     }
 
-    /// The directions in lobes.
     #[inline(always)]
-    pub fn direction(&self) -> &[[f32; W]; 2] {
-        &self.pairs[DIRECTION as usize]
+    fn directions(&self) -> [[f32; W]; 2] {
+        self.pairs[DIRECTION as usize]
     }
 
-    /// Those of one path.
     #[inline(always)]
-    pub fn lane(&self, lane: usize) -> NumbersInLane<'_, W> {
+    fn lane(&self, lane: usize) -> NumbersInLane<'_, W> {
         NumbersInLane { lanes: self, lane }
+    }
+}
+
+/// One path is a lane by itself.
+impl NumbersOfLanes<1> for NumbersByKey {
+    type Lane<'a> = NumbersByKey;
+
+    #[inline(always)]
+    fn survival(&self) -> [f32; 1] {
+        [self.arrival()[1]]
+    }
+
+    #[inline(always)]
+    fn light_choice(&self) -> [f64; 1] {
+        [self.choice().0]
+    }
+
+    #[inline(always)]
+    fn on_lights(&self) -> [[f32; 1]; 2] {
+        self.on_light().map(|u| [u])
+    }
+
+    #[inline(always)]
+    fn directions(&self) -> [[f32; 1]; 2] {
+        self.direction().map(|u| [u])
+    }
+
+    #[inline(always)]
+    fn lane(&self, _: usize) -> NumbersByKey {
+        *self
     }
 }
 

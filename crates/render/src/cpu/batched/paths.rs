@@ -10,8 +10,8 @@ use super::super::dispatch::TileJob;
 use super::{BATCH, CameraRays, NO_RAY, Path, Workspace};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::path::{
-    Bounce, BounceLanes, LightRequest, NumberLanes, PathState, bounce, bounce_matte, is_matte_triangle,
-    surroundings, through,
+    Bounce, BounceLanes, LightRequest, NumberLanes, NumbersOfLanes, PathState, bounce, bounce_matte,
+    is_matte_triangle, surroundings, through,
 };
 use eosphor_core::integrator::{RayCounts, pixel_key};
 use eosphor_core::math::Vec3;
