@@ -1,10 +1,12 @@
-//! The entry points: each renders a band of rows over one structure.
+//! The entry points: those that render a band of rows over one structure, and those of path tracing, which work on queues of paths.
 
 use crate::band::render_band;
 use crate::parameters::{array, indexed, instance_tree};
+use crate::paths;
 use crate::watch::{Counting, Unwatched, Watching};
 use eosphor_core::device::{
-    BandLaunch, BvhPair, Link, PairTracer, PairView, Root, WarpMode, WideNode, WideTracer, WideView,
+    BandLaunch, BvhPair, Link, PairTracer, PairView, PathLaunch, Root, WarpMode, WideNode, WideTracer,
+    WideView,
 };
 use eosphor_core::geometry::Sphere;
 use eosphor_core::hierarchy::{
@@ -30,25 +32,29 @@ macro_rules! reached {
     };
 }
 
-/// Defines a kernel that renders a band of rows. It takes the own parameters of the structure (`crates/cuda/src/structure.rs`),
-/// the structure's primitives, the scene's arrays and the launch, in this order.
-macro_rules! render_kernel {
+/// Defines a kernel over a structure. It takes the own parameters of the structure (`crates/cuda/src/structure.rs`), the
+/// structure's primitives, the scene's arrays and the launch, in this order.
+macro_rules! structure_kernel {
     ($($kernel:tt)*) => {
-        scene_arrays! { define_render_kernel($($kernel)*) }
+        scene_arrays! { define_structure_kernel($($kernel)*) }
     };
 }
 
-macro_rules! define_render_kernel {
+macro_rules! define_structure_kernel {
     (
-        ($(#[$doc:meta])* $name:ident, $integrator:ty, $watching:ty, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr)
+        (
+            $(#[$doc:meta])* $name:ident, $watching:ty,
+            ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr,
+            |$view:ident, $traced:ident, $launch:ident: $launch_type:ty, $watch:ident| $body:expr
+        )
         $($(#[$field_doc:meta])* $array:ident $label:literal $field:ident: $access:ident $item:ty,)*
     ) => {
         $(#[$doc])*
         ///
         /// # Safety
         ///
-        /// References are to the first items of arrays, which are as long as the scene's indices and `launch.counts` say; the
-        /// launch's `sums`, or where they are null its `film`, have room for the pixels of its rows; its `sharing` is at most 5.
+        /// References are to the first items of arrays, which are as long as the scene's indices and the launch's `counts` say; the
+        /// launch is as its type and the function that is called here say.
         #[unsafe(no_mangle)]
         pub unsafe extern "ptx-kernel" fn $name(
             $($own: $type,)*
@@ -56,61 +62,157 @@ macro_rules! define_render_kernel {
             packed_spheres: &Sphere,
             sphere_primitives: &u32,
             $($field: &$item,)*
-            launch: BandLaunch,
+            $launch: $launch_type,
         ) {
             // SAFETY: uploaded arrays: the references are first items of arrays that hold every index of the scene.
             unsafe {
-                let view = SceneView { $($field: reached!($access $field, launch.counts.$field)),* };
+                let $view = SceneView { $($field: reached!($access $field, $launch.counts.$field)),* };
                 let $primitives = PrimitivesView {
                     triangles: indexed(packed_triangles),
                     spheres: indexed(packed_spheres),
                     sphere_primitives: indexed(sphere_primitives),
-                    geometries: view.geometries,
-                    instances: array(view.instances.get_unchecked(0), launch.counts.instances),
+                    geometries: $view.geometries,
+                    instances: array($view.instances.get_unchecked(0), $launch.counts.instances),
                 };
-                let watching = <$watching>::new();
-                let $work = watching.work();
-                let tracer = watching.around($tracer);
-                render_band::<_, $integrator>(&view, &tracer, &launch, &watching);
+                let $watch = <$watching>::new();
+                let $work = $watch.work();
+                let $traced = $watch.around($tracer);
+                $body;
             }
         }
     };
 }
 
-/// Defines two kernels over a structure: one for each integrator.
+/// Defines the kernels over a structure: one that renders a band of rows by Whitted's integrator, and those of path tracing that
+/// trace rays: they find what paths hit, and which lights are seen, where light may come through surfaces too.
 macro_rules! render_kernels {
     (
         $(#[$doc:meta])*
-        $whitted:ident, $path:ident, $watching:ty, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+        $whitted:ident, $hits:ident, $lights:ident, $through:ident,
+        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
-        render_kernel! { $(#[$doc])* $whitted, Whitted<1>, $watching, ($($own: $type),*) |$primitives, $work| $tracer }
-        render_kernel! { $(#[$doc])* $path, Path, $watching, ($($own: $type),*) |$primitives, $work| $tracer }
+        structure_kernel! {
+            $(#[$doc])* $whitted, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: BandLaunch, watch| render_band::<_, Whitted<1>>(&view, &tracer, &launch, &watch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $hits, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| paths::find_hits(&view, &tracer, &launch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $lights, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, false>(&view, &tracer, &launch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $through, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, true>(&view, &tracer, &launch)
+        }
     };
 }
 
-/// Defines four kernels over a structure: for each integrator one that renders, and one that also counts and times what queries do.
+/// Defines the kernels over a structure that also count and time what queries do: one for each integrator.
+macro_rules! count_kernels {
+    (
+        $(#[$doc:meta])*
+        $whitted:ident, $path:ident,
+        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+    ) => {
+        structure_kernel! {
+            $(#[$doc])* $whitted, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: BandLaunch, watch| render_band::<_, Whitted<1>>(&view, &tracer, &launch, &watch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $path, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: BandLaunch, watch| render_band::<_, Path>(&view, &tracer, &launch, &watch)
+        }
+    };
+}
+
+/// Defines all of them.
 macro_rules! render_and_count_kernels {
     (
         $(#[$doc:meta])*
-        $whitted:ident, $path:ident, $count:ident, $count_path:ident,
+        $whitted:ident, $hits:ident, $lights:ident, $through:ident, $count:ident, $count_path:ident,
         ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
-        render_kernels! { $(#[$doc])* $whitted, $path, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer }
-        render_kernels! { $(#[$doc])* $count, $count_path, Counting, ($($own: $type),*) |$primitives, $work| $tracer }
+        render_kernels! { $(#[$doc])* $whitted, $hits, $lights, $through, ($($own: $type),*) |$primitives, $work| $tracer }
+        count_kernels! { $(#[$doc])* $count, $count_path, ($($own: $type),*) |$primitives, $work| $tracer }
     };
+}
+
+/// Defines a kernel of path tracing that traces no ray: it takes the scene's arrays and the launch.
+macro_rules! path_kernel {
+    ($($kernel:tt)*) => {
+        scene_arrays! { define_path_kernel($($kernel)*) }
+    };
+}
+
+macro_rules! define_path_kernel {
+    (
+        ($(#[$doc:meta])* $name:ident, |$view:ident, $launch:ident| $body:expr)
+        $($(#[$field_doc:meta])* $array:ident $label:literal $field:ident: $access:ident $item:ty,)*
+    ) => {
+        $(#[$doc])*
+        ///
+        /// # Safety
+        ///
+        /// As for the kernels over a structure.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "ptx-kernel" fn $name($($field: &$item,)* $launch: PathLaunch) {
+            // SAFETY: uploaded arrays: the references are first items of arrays that hold every index of the scene.
+            unsafe {
+                let $view = SceneView { $($field: reached!($access $field, $launch.counts.$field)),* };
+                $body;
+            }
+        }
+    };
+}
+
+/// Begins a round of paths: one thread.
+///
+/// # Safety
+///
+/// As for `paths::begin`.
+#[unsafe(no_mangle)]
+pub unsafe extern "ptx-kernel" fn paths_begin(launch: PathLaunch) {
+    // SAFETY: the launch is as its type says.
+    unsafe { paths::begin(&launch) }
+}
+
+path_kernel! {
+    /// Paths from the camera.
+    paths_generate, |view, launch| paths::generate(&view, &launch)
+}
+
+path_kernel! {
+    /// What paths do that leave the scene or have met what is matte.
+    paths_shade_matte, |view, launch| paths::shade::<true>(&view, &launch)
+}
+
+path_kernel! {
+    /// What the others do where they have met something.
+    paths_shade, |view, launch| paths::shade::<false>(&view, &launch)
+}
+
+path_kernel! {
+    /// What the samples of a pass make of the pixels.
+    paths_settle, |view, launch| paths::settle(&view, &launch)
 }
 
 render_and_count_kernels! {
     /// Without any structure: the reference.
-    render_exhaustive, path_exhaustive, count_exhaustive, count_path_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
+    render_exhaustive, path_hits_exhaustive, path_lights_exhaustive, path_through_exhaustive, count_exhaustive, count_path_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
 }
 
 /// Defines kernels over a bounding volume hierarchy.
 macro_rules! bvh_kernel {
-    ($(#[$doc:meta])* $whitted:ident, $path:ident, placed $placed:literal, in step $in_step:literal) => {
+    (
+        $(#[$doc:meta])* $whitted:ident, $hits:ident, $lights:ident, $through:ident,
+        placed $placed:literal, in step $in_step:literal
+    ) => {
         render_kernels! {
             $(#[$doc])*
-            $whitted, $path, Unwatched, (
+            $whitted, $hits, $lights, $through, (
                 pairs: &BvhPair,
                 roots: &Root<Link>,
                 instance_root: Link,
@@ -128,31 +230,31 @@ macro_rules! bvh_kernel {
 
 bvh_kernel! {
     /// Over a bounding volume hierarchy.
-    render_bvh, path_bvh, placed true, in step false
+    render_bvh, path_hits_bvh, path_lights_bvh, path_through_bvh, placed true, in step false
 }
 
 bvh_kernel! {
     /// The same where there is no instance but the world.
-    render_bvh_world, path_bvh_world, placed false, in step false
+    render_bvh_world, path_hits_bvh_world, path_lights_bvh_world, path_through_bvh_world, placed false, in step false
 }
 
 bvh_kernel! {
     /// The same with the threads of a warp in step.
-    render_bvh_in_step, path_bvh_in_step, placed true, in step true
+    render_bvh_in_step, path_hits_bvh_in_step, path_lights_bvh_in_step, path_through_bvh_in_step, placed true, in step true
 }
 
 render_kernels! {
     /// Over a hierarchy with eight children a node.
-    render_bvh_wide, path_bvh_wide, Unwatched, (
+    render_bvh_wide, path_hits_bvh_wide, path_lights_bvh_wide, path_through_bvh_wide, (
         nodes: &WideNode,
         roots: &Root<u32>,
         instance_root: u32
     ) |primitives, _work| WideTracer::<true>::new(WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, primitives })
 }
 
-render_kernels! {
+count_kernels! {
     /// Over a bounding volume hierarchy as CPUs read it, whose walk counts.
-    count_bvh, count_path_bvh, Counting, (
+    count_bvh, count_path_bvh, (
         nodes: &BvhNode,
         roots: &u32,
         instance_nodes: &BvhNode,
@@ -168,7 +270,7 @@ render_kernels! {
 
 render_and_count_kernels! {
     /// Over an octree, all octants that a ray meets.
-    render_octree, path_octree, count_octree, count_path_octree, (
+    render_octree, path_hits_octree, path_lights_octree, path_through_octree, count_octree, count_path_octree, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -186,7 +288,7 @@ render_and_count_kernels! {
 
 render_and_count_kernels! {
     /// Over an octree, octants in the order of the ray.
-    render_octree_parametric, path_octree_parametric, count_octree_parametric, count_path_octree_parametric, (
+    render_octree_parametric, path_hits_octree_parametric, path_lights_octree_parametric, path_through_octree_parametric, count_octree_parametric, count_path_octree_parametric, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -204,7 +306,7 @@ render_and_count_kernels! {
 
 render_and_count_kernels! {
     /// Over a uniform grid.
-    render_grid, path_grid, count_grid, count_path_grid, (
+    render_grid, path_hits_grid, path_lights_grid, path_through_grid, count_grid, count_path_grid, (
         starts: &u32,
         roots: &GridRoot,
         references: &u32,
@@ -222,7 +324,7 @@ render_and_count_kernels! {
 
 render_and_count_kernels! {
     /// Over a kd-tree.
-    render_kdtree, path_kdtree, count_kdtree, count_path_kdtree, (
+    render_kdtree, path_hits_kdtree, path_lights_kdtree, path_through_kdtree, count_kdtree, count_path_kdtree, (
         nodes: &KdNode,
         roots: &KdRoot,
         references: &u32,

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `kernels.rs` | the entry points that render, one for each structure, and the parameters that all of them take |
 //! | `parameters.rs` | arrays out of parameters |
+//! | `paths.rs` | what path tracing does with queues of paths, kernel by kernel |
 //! | `band.rs` | which samples of which pixel a thread renders, and the rendering of them |
 //! | `warp.rs` | what the threads of a warp add up together |
 //! | `totals.rs` | rays counted |
@@ -15,6 +16,7 @@
 mod band;
 mod kernels;
 mod parameters;
+mod paths;
 mod rays;
 mod totals;
 mod warp;

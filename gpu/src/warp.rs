@@ -23,6 +23,47 @@ fn across(number: u64, bits: u32) -> u64 {
     (exchange((number >> 32) as u32) as u64) << 32 | exchange(number as u32) as u64
 }
 
+/// The same, but the compiler does not know which.
+#[inline(always)]
+pub(crate) fn unknown(of: bool) -> bool {
+    let same: u32;
+    // SAFETY: copies a register.
+    unsafe { asm!("mov.b32 {0}, {1};", out(reg32) same, in(reg32) of as u32, options(nomem, nostack)) };
+    same != 0
+}
+
+/// For which threads this is true, as bits.
+#[inline(always)]
+pub(crate) fn lanes(of: bool) -> u32 {
+    let lanes;
+    // SAFETY: all threads of the warp come here.
+    unsafe {
+        asm!(
+            "{{.reg .pred p; setp.ne.u32 p, {1}, 0; vote.sync.ballot.b32 {0}, p, 0xffffffff;}}",
+            out(reg32) lanes, in(reg32) of as u32, options(nomem, nostack)
+        );
+    }
+    lanes
+}
+
+/// What the first thread makes, for all.
+#[inline(always)]
+pub(crate) fn from_first_lane(lane: u32, make: impl FnOnce() -> u64) -> u64 {
+    let made = if lane == 0 { make() } else { 0 };
+    let of_first = |half: u32| {
+        let theirs: u32;
+        // SAFETY: all threads of the warp come here.
+        unsafe {
+            asm!(
+                "shfl.sync.idx.b32 {0}, {1}, 0, 31, 0xffffffff;",
+                out(reg32) theirs, in(reg32) half, options(nomem, nostack)
+            );
+        }
+        theirs
+    };
+    (of_first((made >> 32) as u32) as u64) << 32 | of_first(made as u32) as u64
+}
+
 /// The sum over all threads.
 #[inline(always)]
 pub(crate) fn total(number: u64) -> u64 {

@@ -2,10 +2,11 @@
 
 use crate::bands::{BandHeight, Rows, rays_per_sample, sharing};
 use crate::device::{Device, devices};
-use crate::launch::{Launched, Launcher, Pixel};
+use crate::launch::{Launched, Launcher};
 use crate::options::CudaOptions;
-use crate::scene::{DeviceScene, ShapedFrame};
-use crate::structure::{Structure, kernel};
+use crate::pixel::Pixel;
+use crate::scene::{DeviceScene, Kernels, ShapedFrame};
+use crate::structure::{Structure, kernels};
 use crate::traversal::Traversal;
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
@@ -77,12 +78,12 @@ impl Backend for CudaBackend {
             false => Structure::new(&hierarchy, self.traversal, moving)?,
         };
         let (placed, integrator) = (scene.instances.len() > 1, scene.settings.integrator);
-        let kernel = kernel(self.accel, self.traversal, placed, self.count_work, integrator)?;
+        let names = kernels(self.accel, self.traversal, placed, self.count_work, integrator)?;
         let band_bytes = largest_band(scene.settings.width, scene.settings.height) as u64;
         let view = scene.view();
-        let kernel = (kernel, self.block_size);
+        let kernels = (names, self.block_size);
         let upload =
-            |device: &Device| DeviceScene::upload(device, kernel, &view, &structure, moving, band_bytes);
+            |device: &Device| DeviceScene::upload(device, kernels, &view, &structure, moving, band_bytes);
         Ok(Box::new(PreparedCuda {
             scenes: self.devices.iter().map(upload).collect::<Result<_, _>>()?,
             devices: self.devices.clone(),
@@ -263,15 +264,21 @@ impl PreparedCuda {
         let fail = |error| device.failure("rendering", error);
         let control = task.control;
         let (width, height) = task.size;
-        let mut room = scene.take_room(device, largest_band(width, height)).map_err(fail)?;
+        let samples = task.samples.clone();
+        let band_bytes = largest_band(width, height);
+        let mut room = scene.take_room(device, band_bytes, samples.len() as u32).map_err(fail)?;
         let parameters = &scene.at(device, control.frame, task.shaped.as_ref())?;
-        let (block_size, samples) = (self.block_size, task.samples.clone());
+        let block_size = self.block_size;
         let sharing = sharing(samples.len() as u32);
         let rays_per_pixel = self.rays_per_sample * samples.len() as f64;
         let mut launcher =
             Launcher { scene, parameters, width, block_size, samples, sharing, room: &mut room };
         let pixels_at_a_time = device.threads_at_a_time().map_err(fail)? as u32 >> sharing;
-        let mut band_height = BandHeight::new::<T>(width, rays_per_pixel, pixels_at_a_time);
+        // Paths in queues need sums, whatever is wanted of them.
+        let mut band_height = match scene.kernels {
+            Kernels::Whole(_) => BandHeight::new::<T>(width, rays_per_pixel, pixels_at_a_time),
+            Kernels::Paths(_) => BandHeight::new::<ExactSum>(width, rays_per_pixel, pixels_at_a_time),
+        };
         let mut flying: Option<Launched> = None;
         for number in 0.. {
             let cancelled = control.cancel.load(Ordering::Relaxed);
@@ -279,10 +286,10 @@ impl PreparedCuda {
             let launch = |rows| launcher.launch::<T>(rows, number % 2).map_err(fail);
             let launched = next.map(launch).transpose()?;
             let more = launched.is_some();
-            if let Some(band) = std::mem::replace(&mut flying, launched) {
+            if let Some(mut band) = std::mem::replace(&mut flying, launched) {
                 // SAFETY: each row was handed out once.
                 let pixels = unsafe { task.pixels.rows(&band.rows) };
-                let (statistics, seconds) = launcher.finish(&band, pixels).map_err(fail)?;
+                let (statistics, seconds) = launcher.finish(&mut band, pixels).map_err(fail)?;
                 band_height.learn(band.rows.len() as u32, seconds);
                 let progress = {
                     let mut done = task.done.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,6 +1,7 @@
 //! Bands of rows: which device takes which, in launches short enough to watch and stop.
 
-use crate::launch::{Pixel, WARP_ROWS};
+use crate::launch::WARP_ROWS;
+use crate::pixel::Pixel;
 use eosphor_core::settings::Integrator;
 use eosphor_core::view::SceneView;
 use eosphor_render::Accel;

@@ -105,21 +105,42 @@ impl Device {
     /// A kernel for blocks of up to so many threads, always as many on this device. The driver compiles it, the first time on a
     /// machine in seconds.
     pub(crate) fn kernel(&self, name: &'static str, threads: u32) -> Result<CudaFunction, BackendError> {
-        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kernel) = kernels.get(name) {
-            return Ok(kernel.clone());
-        }
-        let fail = |error| self.failure("loading the kernel", error);
-        let text = Ptx::from_src(ptx::text(&[name], threads));
-        let module = self.stream.context().load_module(text).map_err(fail)?;
-        let kernel = module.load_function(name).map_err(fail)?;
-        kernels.insert(name, kernel.clone());
+        let [kernel] = self.kernels([name], threads)?;
         Ok(kernel)
+    }
+
+    /// The same of several, which are compiled together. Threads may ask for different ones at the same time.
+    pub(crate) fn kernels<const N: usize>(
+        &self,
+        names: [&'static str; N],
+        threads: u32,
+    ) -> Result<[CudaFunction; N], BackendError> {
+        let known = || self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        let missing: Vec<&'static str> =
+            names.into_iter().filter(|name| !known().contains_key(name)).collect();
+        if !missing.is_empty() {
+            let fail = |error| self.failure("loading the kernel", error);
+            let text = Ptx::from_src(ptx::text(&missing, threads));
+            let module = self.stream.context().load_module(text).map_err(fail)?;
+            for name in missing {
+                let kernel = module.load_function(name).map_err(fail)?;
+                known().insert(name, kernel);
+            }
+        }
+        let known = known();
+        Ok(names.map(|name| known[name].clone()))
     }
 
     /// Memory that nobody has taken.
     pub(crate) fn free_bytes(&self) -> Result<u64, DriverError> {
         self.stream.context().mem_get_info().map(|(free, _)| free as u64)
+    }
+
+    /// Blocks of this kernel that run at a time.
+    pub(crate) fn blocks_at_a_time(&self, kernel: &CudaFunction, threads: u32) -> Result<u32, DriverError> {
+        let processors =
+            self.stream.context().attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)?;
+        Ok(processors as u32 * kernel.occupancy_max_active_blocks_per_multiprocessor(threads, 0, None)?)
     }
 
     /// What the driver sets aside for the stacks of threads when a kernel is launched: for as many as can run at a time.

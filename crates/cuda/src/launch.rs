@@ -1,9 +1,13 @@
 //! Launches: a band of rows of a scene on a device.
 
 use crate::launch_buffers::{Band, LaunchBuffers};
-use crate::scene::{DeviceScene, FrameParameters};
+use crate::path_launch::{PathBand, PathBandLauncher, PathKernels};
+use crate::pixel::Pixel;
+use crate::scene::{DeviceScene, FrameParameters, Kernels};
 use cudarc::driver::sys::CUevent_flags;
-use cudarc::driver::{CudaEvent, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg};
+use cudarc::driver::{
+    CudaEvent, CudaFunction, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg,
+};
 use eosphor_core::device::{BandLaunch, RayTotals};
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
@@ -15,20 +19,6 @@ pub(crate) const WARP_ROWS: u32 = 4;
 
 /// Threads of a warp.
 const WARP: u32 = 32;
-
-/// What kernels make of a pixel: its colour, from all its samples, or the sum of some. Any bytes are one.
-pub(crate) trait Pixel: Copy + Send + Sync {
-    /// Whether it is a sum.
-    const IS_SUM: bool;
-}
-
-impl Pixel for Vec3 {
-    const IS_SUM: bool = false;
-}
-
-impl Pixel for ExactSum {
-    const IS_SUM: bool = true;
-}
 
 /// Launches kernels for bands of rows.
 pub(crate) struct Launcher<'a> {
@@ -51,7 +41,9 @@ pub(crate) struct Launched {
     /// Which of the room's bands.
     band: usize,
     start: CudaEvent,
-    end: CudaEvent,
+    end: Option<CudaEvent>,
+    /// Where paths are in queues, how far they are.
+    paths: Option<PathBand>,
 }
 
 impl Launcher<'_> {
@@ -61,13 +53,53 @@ impl Launcher<'_> {
         rows: Range<u32>,
         band: usize,
     ) -> Result<Launched, DriverError> {
-        let Band { stream, pixels, totals } = &mut self.room.bands[band];
         let bytes = rows.len() * self.width as usize * size_of::<T>();
-        assert!(bytes <= pixels.num_bytes(), "the band is larger than its room");
-        stream.memset_zeros(totals)?;
+        let own = &mut self.room.bands[band];
+        assert!(bytes <= own.pixels.num_bytes(), "the band is larger than its room");
+        own.stream.memset_zeros(&mut own.totals)?;
+        let start = own.stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
+        match &self.scene.kernels {
+            Kernels::Whole(kernel) => {
+                self.launch_whole::<T>(kernel, rows.clone(), band)?;
+                let stream = &self.room.bands[band].stream;
+                let end = Some(stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?);
+                Ok(Launched { rows, band, start, end, paths: None })
+            }
+            Kernels::Paths(kernels) => {
+                let launcher = self.paths(kernels, rows.clone());
+                let samples = self.samples.clone();
+                let paths = Some(launcher.start::<T>(samples, &mut self.room.bands[band])?);
+                Ok(Launched { rows, band, start, end: None, paths })
+            }
+        }
+    }
+
+    /// What launches the kernels of path tracing.
+    fn paths<'l>(&self, kernels: &'l PathKernels, rows: Range<u32>) -> PathBandLauncher<'l>
+    where
+        Self: 'l,
+    {
+        PathBandLauncher {
+            kernels,
+            values: &self.parameters.values,
+            scene_values: self.scene.structure_values,
+            counts: self.parameters.counts,
+            width: self.width,
+            rows,
+            block_size: self.block_size,
+        }
+    }
+
+    fn launch_whole<T: Pixel>(
+        &self,
+        kernel: &CudaFunction,
+        rows: Range<u32>,
+        band: usize,
+    ) -> Result<(), DriverError> {
+        let Band { stream, pixels, totals, .. } = &self.room.bands[band];
         let pixels = pixels.device_ptr(stream).0;
         let (film, sums) = if T::IS_SUM { (0, pixels) } else { (pixels, 0) };
-        let mut launch = stream.launch_builder(&self.scene.kernel);
+        let mut launch = stream.launch_builder(kernel);
         for parameter in &self.parameters.values {
             launch.arg(parameter);
         }
@@ -84,22 +116,26 @@ impl Launcher<'_> {
         });
         launch.arg(&band_launch);
         let shape = launch_shape(self.width, rows.end - rows.start, self.sharing, self.block_size);
-        let start = stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
         // SAFETY: the parameters are those of the kernel, in its order (a test compares them); the arrays are those of a
         // SceneData and a hierarchy over it, whose indices are in range; there is room for the rows' pixels.
-        unsafe { launch.launch(shape) }?;
-        let end = stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
-        Ok(Launched { rows, band, start, end })
+        unsafe { launch.launch(shape) }.map(drop)
     }
 
     /// Waits for a band and takes it back. Also says how many seconds the device took for it.
     pub(crate) fn finish<T: Pixel>(
         &mut self,
-        launched: &Launched,
+        launched: &mut Launched,
         pixels: &mut [T],
     ) -> Result<(RayStatistics, f64), DriverError> {
-        launched.end.synchronize()?;
-        let seconds = launched.start.elapsed_ms(&launched.end)? as f64 * 1e-3;
+        if let (Some(paths), Kernels::Paths(kernels)) = (&mut launched.paths, &self.scene.kernels) {
+            let launcher = self.paths(kernels, launched.rows.clone());
+            let band = &mut self.room.bands[launched.band];
+            launcher.finish::<T>(paths, band)?;
+            launched.end = Some(band.stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?);
+        }
+        let end = launched.end.as_ref().expect("a band that was launched has an end");
+        end.synchronize()?;
+        let seconds = launched.start.elapsed_ms(end)? as f64 * 1e-3;
         let band = &self.room.bands[launched.band];
         let stream = &band.stream;
         assert!(

@@ -1,6 +1,7 @@
 //! What launches write on a device.
 
 use crate::device::Device;
+use crate::path_queue::{PathQueue, QueueSize};
 use crate::staging::Staging;
 use cudarc::driver::{CudaSlice, CudaStream, DriverError};
 use eosphor_core::device::RayTotals;
@@ -20,25 +21,42 @@ pub(crate) struct Band {
     pub(crate) pixels: CudaSlice<u64>,
     /// [`RayTotals`].
     pub(crate) totals: CudaSlice<u64>,
+    /// Where kernels take paths from queues.
+    pub(crate) paths: Option<PathQueue>,
 }
 
 /// Bands that [`LaunchBuffers`] holds.
 pub(crate) const BANDS: u64 = 2;
 
 impl LaunchBuffers {
-    /// For bands whose pixels take at most this many bytes.
-    pub(crate) fn new(device: &Device, bytes: usize) -> Result<LaunchBuffers, DriverError> {
+    /// For bands whose pixels take at most this many bytes, with queues of such a size.
+    pub(crate) fn new(
+        device: &Device,
+        bytes: usize,
+        queue: Option<QueueSize>,
+    ) -> Result<LaunchBuffers, DriverError> {
         let band = || {
             let stream = device.stream.context().new_stream()?;
             let pixels = stream.alloc_zeros(bytes.div_ceil(size_of::<u64>()))?;
             let totals = stream.alloc_zeros(size_of::<RayTotals>() / size_of::<u64>())?;
-            Ok(Band { stream, pixels, totals })
+            let paths = queue.map(|size| PathQueue::new(&stream, size)).transpose()?;
+            Ok(Band { stream, pixels, totals, paths })
         };
         Ok(LaunchBuffers { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })
     }
 
+    /// Whether it is for bands of so many bytes with such queues.
+    pub(crate) fn suits(&self, bytes: usize, queue: Option<QueueSize>) -> bool {
+        let own = self.bands[0].paths.as_ref().map(PathQueue::size);
+        let has_queue = match (own, queue) {
+            (Some(own), Some(queue)) => own.suits(&queue),
+            (own, queue) => own.is_none() && queue.is_none(),
+        };
+        has_queue && self.band_bytes() >= bytes
+    }
+
     /// Bytes that the pixels of a band may take.
-    pub(crate) fn band_bytes(&self) -> usize {
+    fn band_bytes(&self) -> usize {
         self.bands[0].pixels.num_bytes()
     }
 }

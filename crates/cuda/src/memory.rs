@@ -15,21 +15,28 @@ pub(crate) struct Needs {
     pub(crate) film: u64,
     /// What the driver sets aside for the stacks of all threads that run at a time.
     pub(crate) stacks: u64,
+    /// Paths in queues and their sums; 0 where no kernel works on them.
+    pub(crate) queues: u64,
 }
 
 impl Needs {
+    /// All together.
+    pub(crate) fn all(&self) -> u64 {
+        [self.film, self.stacks, self.queues].into_iter().fold(self.scene, u64::saturating_add)
+    }
+
     /// Whether so much is free.
     ///
     /// # Errors
     ///
     /// [`BackendError::OutOfMemory`] with all numbers where it is not.
     pub(crate) fn check(&self, free: u64, device: &str) -> Result<(), BackendError> {
-        let needed = self.scene.saturating_add(self.film).saturating_add(self.stacks);
+        let needed = self.all();
         if needed <= free {
             return Ok(());
         }
         let [needed, free, scene, film, stacks] =
-            [needed, free, self.scene, self.film, self.stacks].map(bytes);
+            [needed, free, self.scene, self.film.saturating_add(self.queues), self.stacks].map(bytes);
         Err(BackendError::OutOfMemory(format!(
             "not enough memory on {device}: {needed} are needed ({scene} for the scene and its hierarchy, {film} for the \
              rows that are rendered at a time, {stacks} for the threads' stacks) and {free} are free: render on the CPU, \
@@ -95,7 +102,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_said_with_its_numbers() {
-        let needs = Needs { scene: 70_000_000_000, film: 100_663_296, stacks: 1_900_000_000 };
+        let needs = Needs { scene: 70_000_000_000, film: 100_663_296, stacks: 1_900_000_000, queues: 0 };
         assert!(needs.check(72_000_663_296, "cuda:0").is_ok());
         let message = needs.check(71_999_000_000, "cuda:0 (H100)").unwrap_err().to_string();
         let parts = [
@@ -107,6 +114,6 @@ mod tests {
             "72.0 GB are free",
         ];
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");
-        assert!(Needs { scene: u64::MAX, film: 1, stacks: 1 }.check(1 << 40, "cuda:0").is_err());
+        assert!(Needs { scene: u64::MAX, film: 1, stacks: 1, queues: 1 }.check(1 << 40, "cuda:0").is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! How the CUDA backend works.
 
 use crate::ptx::{MOST_THREADS, USUAL_THREADS};
-use crate::structure::kernel;
+use crate::structure::kernels;
 use crate::traversal::Traversal;
 use eosphor_core::settings::Integrator;
 use eosphor_render::{Accel, BackendError, HierarchyOptions};
@@ -47,7 +47,7 @@ impl CudaOptions {
     /// [`BackendError::Failed`] with what to choose instead.
     pub fn check(&self) -> Result<(), BackendError> {
         // Integrators have the same structures.
-        kernel(self.accel, self.traversal, false, self.count_work, Integrator::Whitted)?;
+        kernels(self.accel, self.traversal, false, self.count_work, Integrator::Whitted)?;
         if self.traversal != Traversal::Auto && self.accel != Accel::Bvh {
             return Err(BackendError::Failed(format!(
                 "{}: there are several ways through a bvh, one through {}: leave that out, or choose bvh",

@@ -33,27 +33,36 @@ fn launch_bounds(threads: u32) -> String {
 mod tests {
     use super::*;
     use crate::parameters::Kind;
-    use crate::ptx_text::kernel_name;
+    use crate::path_launch::SHARED;
+    use crate::ptx_text::{kernel_name, table_name};
     use crate::rays::{bvh_parameters, far_ray_kernels, ray_kernels};
     use crate::scene::scene_parameters;
-    use crate::structure::{Structure, Trees, kernel};
+    use crate::structure::{KernelNames, PathKernelNames, Structure, Trees, kernels};
     use crate::traversal::Traversal;
-    use eosphor_core::device::BandLaunch;
+    use eosphor_core::device::{BandLaunch, PathLaunch};
     use eosphor_core::settings::Integrator;
+    use eosphor_core::view::SceneArray;
     use eosphor_render::{Accel, Hierarchy, HierarchyOptions, build_hierarchy};
     use eosphor_scene::{LoadOptions, SceneData, load};
 
     /// The structures that have a kernel, the ways through them, and whether it counts.
-    fn kernels() -> Vec<(Accel, Traversal, bool, &'static str)> {
+    fn structure_kernels() -> Vec<(Accel, Traversal, bool, &'static str)> {
         let mut all: Vec<(Accel, Traversal, bool, &'static str)> = Vec::new();
         let ways = || Traversal::ALL.into_iter().flat_map(|t| [(t, false, false), (t, true, false)]);
         for &accel in Accel::ALL {
             for (traversal, placed, counts) in ways().chain([(Traversal::Auto, true, true)]) {
                 for integrator in [Integrator::Whitted, Integrator::Path] {
-                    if let Ok(name) = kernel(accel, traversal, placed, counts, integrator)
-                        && !all.iter().any(|&(.., other)| other == name)
-                    {
-                        all.push((accel, traversal, counts, name));
+                    let names = match kernels(accel, traversal, placed, counts, integrator) {
+                        Ok(KernelNames::Whole(name)) => vec![name],
+                        Ok(KernelNames::Paths(PathKernelNames { hits, lights, through })) => {
+                            vec![hits, lights, through]
+                        }
+                        Err(_) => continue,
+                    };
+                    for name in names {
+                        if !all.iter().any(|&(.., other)| other == name) {
+                            all.push((accel, traversal, counts, name));
+                        }
                     }
                 }
             }
@@ -109,16 +118,22 @@ mod tests {
     fn kernels_take_what_is_passed() {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
         let data = SceneData::flatten(&scene).unwrap().0;
-        let (align, bytes) = (align_of::<BandLaunch>(), size_of::<BandLaunch>());
-        let launch = [Declared::Structure { align, bytes }];
-        for (accel, traversal, counts, name) in kernels() {
+        let band = Declared::Structure { align: align_of::<BandLaunch>(), bytes: size_of::<BandLaunch>() };
+        let paths = Declared::Structure { align: align_of::<PathLaunch>(), bytes: size_of::<PathLaunch>() };
+        for (accel, traversal, counts, name) in structure_kernels() {
             let hierarchy = build_hierarchy(accel, &HierarchyOptions::default(), &data).unwrap();
             let structure = match counts {
                 true => Structure::for_counting(&hierarchy),
                 false => Structure::new(&hierarchy, traversal, 0).unwrap(),
             };
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
-            assert_eq!(declared(name), [passed(parameters.kinds()), launch.to_vec()].concat(), "{name}");
+            let launch = if name.starts_with("path_") { paths } else { band };
+            assert_eq!(declared(name), [passed(parameters.kinds()), vec![launch]].concat(), "{name}");
+            let of_scene = parameters.kinds().len() - SceneArray::ALL.len();
+            for shared in SHARED {
+                let own = if shared == "paths_begin" { &[] } else { &parameters.kinds()[of_scene..] };
+                assert_eq!(declared(shared), [passed(own), vec![paths]].concat(), "{shared}");
+            }
         }
     }
 
@@ -145,21 +160,30 @@ mod tests {
     fn a_text_has_one_kernel_and_what_it_needs() {
         let entries =
             |text: &str| text.lines().filter_map(kernel_name).map(str::to_owned).collect::<Vec<_>>();
-        assert_eq!(entries(PTX).len(), kernels().len() + query_kernels().len());
+        assert_eq!(entries(PTX).len(), structure_kernels().len() + SHARED.len() + query_kernels().len());
         // Tables of constants stand before the kernels.
-        let tables = |text: &str| text.lines().filter(|line| line.starts_with(".global")).count();
-        for (_, traversal, _, name) in kernels() {
+        let tables = |text: &str| text.lines().filter_map(table_name).map(str::to_owned).collect::<Vec<_>>();
+        let all_tables = tables(PTX);
+        let shared = SHARED.map(|name| (Traversal::Auto, name));
+        let of_structures = structure_kernels().into_iter().map(|(_, traversal, _, name)| (traversal, name));
+        for (traversal, name) in of_structures.chain(shared) {
+            let traces = !SHARED.contains(&name);
             let larger = text(&[name], MOST_THREADS);
             let text = text(&[name], USUAL_THREADS);
             assert_eq!(entries(&text), [name]);
-            assert_eq!(tables(&text), tables(PTX));
+            let of_text = tables(&text);
+            for table in &all_tables {
+                let is_read = text.lines().any(|line| table_name(line).is_none() && line.contains(table));
+                assert_eq!(of_text.contains(table), is_read, "{name} {table}");
+            }
             assert_eq!(text.matches(&launch_bounds(USUAL_THREADS)).count(), 1);
             assert_eq!(larger, text.replace(".maxntid 128", ".maxntid 512"));
             // All functions that it calls, declared at the top and defined, and no others.
             for function in ["intersect_triangle(", "intersect_sphere("] {
-                assert_eq!(text.matches(function).count(), 1);
+                assert_eq!(text.matches(function).count(), usize::from(traces), "{name}");
             }
-            let is_wide = traversal == Traversal::Wide;
+            let finds = !name.starts_with("path_lights") && !name.starts_with("path_through");
+            let is_wide = traversal == Traversal::Wide && finds;
             assert_eq!(text.matches("closest_hit_of_any_ray_wide(").count(), is_wide as usize);
             let (mut called, mut defined) = (Vec::new(), Vec::new());
             for line in text.lines() {

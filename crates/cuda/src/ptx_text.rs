@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-/// The text with these kernels alone and the functions that they call: the driver compiles all that it is given.
+/// The text with these kernels alone, the functions that they call and the tables that they read: the driver compiles all that
+/// it is given.
 pub(crate) fn with_kernels(ptx: &str, kernels: &[&str]) -> String {
     let parts = Parts::of(ptx);
     let mut wanted: Vec<&str> = kernels.to_vec();
@@ -16,8 +17,25 @@ pub(crate) fn with_kernels(ptx: &str, kernels: &[&str]) -> String {
         }
         next += 1;
     }
-    let is_wanted = |part: &&Part| part.name.is_none_or(|name| wanted.contains(&name));
-    parts.all.iter().filter(is_wanted).map(|part| part.text).collect()
+    let code = || parts.all.iter().filter(|part| part.name.is_some_and(|name| wanted.contains(&name)));
+    let is_read = |table: &str| code().any(|part| part.text.contains(table));
+    let mut text = String::new();
+    for part in &parts.all {
+        match part.name {
+            Some(name) if wanted.contains(&name) => text.push_str(part.text),
+            Some(_) => {}
+            None => {
+                let is_kept = |line: &&str| table_name(line).is_none_or(is_read);
+                text.extend(part.text.split_inclusive('\n').filter(is_kept));
+            }
+        }
+    }
+    text
+}
+
+/// The name of the table of constants that a line is.
+pub(crate) fn table_name(line: &str) -> Option<&str> {
+    line.strip_prefix(".global .align ")?.split_once(".b8 ")?.1.split('[').next()
 }
 
 /// A piece of the text.

@@ -4,25 +4,41 @@ use crate::device::Device;
 use crate::launch_buffers::{BANDS, LaunchBuffers};
 use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
-use crate::structure::{Structure, add_structure};
+use crate::path_launch::{PathKernels, SHARED};
+use crate::path_queue::QueueSize;
+use crate::structure::{KernelNames, PathKernelNames, Structure, add_structure};
 use crate::top_level::{Taken, TopLevel};
 use crate::traversal::Traversal;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
 use eosphor_core::hierarchy::PrimitivesView;
+use eosphor_core::settings::ShadowMode;
 use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneView, SceneVisitor};
 use eosphor_render::{BackendError, ShapedScene};
 use eosphor_scene::{FrameState, SceneData};
+use std::panic::resume_unwind;
 use std::sync::{Mutex, PoisonError};
 
-/// A scene on a device: its arrays, and the kernel that renders it.
+/// The kernels that render a scene.
+pub(crate) enum Kernels {
+    /// One, whose threads follow samples from the camera to the end.
+    Whole(CudaFunction),
+    /// Those of path tracing over queues.
+    Paths(PathKernels),
+}
+
+/// A scene on a device: its arrays, and the kernels that render it.
 pub(crate) struct DeviceScene {
-    pub(crate) kernel: CudaFunction,
+    pub(crate) kernels: Kernels,
     /// What a kernel takes before the launch.
     parameters: Vec<u64>,
     /// Their names.
     names: Vec<&'static str>,
+    /// How many of them are the structure's. Those of the scene's arrays follow.
+    pub(crate) structure_values: usize,
     /// How many items the scene's arrays have.
     counts: SceneCounts,
+    /// Of queues, where kernels work on them.
+    queue: Option<QueueSize>,
     top_level: TopLevel,
     /// For launches: as many as frames have been rendered at the same time.
     rooms: Mutex<Vec<LaunchBuffers>>,
@@ -30,44 +46,116 @@ pub(crate) struct DeviceScene {
     _memory: CudaSlice<u8>,
 }
 
+impl Kernels {
+    /// Loads them, for blocks of so many threads. Also says what the driver sets aside for stacks: at most one kernel's at a time.
+    fn load(
+        device: &Device,
+        names: KernelNames,
+        block_size: u32,
+        view: &SceneView,
+    ) -> Result<(Kernels, u64), BackendError> {
+        let fail = |error| device.failure("loading the kernels", error);
+        let PathKernelNames { hits, lights, through } = match names {
+            KernelNames::Whole(name) => {
+                let kernel = device.kernel(name, block_size)?;
+                let stacks = device.stack_bytes(&kernel).map_err(fail)?;
+                return Ok((Kernels::Whole(kernel), stacks));
+            }
+            KernelNames::Paths(names) => names,
+        };
+        let lights = if view.settings.shadow_mode == ShadowMode::Coloured { through } else { lights };
+        let [begin, generate, shade, shade_matte, settle] = SHARED;
+        // Apart, since the driver compiles a text on one thread, and keeps it: those that structures share are compiled once.
+        let ([shade, shade_matte], [begin, generate, settle], [find_hits, see_lights]) =
+            std::thread::scope(|scope| {
+                let alone = |name| scope.spawn(move || device.kernel(name, block_size));
+                let shading = [shade, shade_matte].map(alone);
+                let small = device.kernels([begin, generate, settle], block_size);
+                let walks = device.kernels([hits, lights], block_size);
+                let [shade, shade_matte] =
+                    shading.map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)));
+                Ok::<_, BackendError>(([shade?, shade_matte?], small?, walks?))
+            })?;
+        let mut stacks = 0;
+        for kernel in [&find_hits, &shade, &shade_matte, &see_lights] {
+            stacks = device.stack_bytes(kernel).map_err(fail)?.max(stacks);
+        }
+        let blocks = |kernel| device.blocks_at_a_time(kernel, block_size).map_err(fail);
+        let kernels = PathKernels {
+            shading_blocks: [blocks(&shade)?, blocks(&shade_matte)?],
+            begin,
+            generate,
+            find_hits,
+            shade,
+            shade_matte,
+            see_lights,
+            settle,
+            depth: view.settings.max_depth,
+        };
+        Ok((Kernels::Paths(kernels), stacks))
+    }
+}
+
 impl DeviceScene {
-    /// Copies a scene and the structure over it to a device, where this kernel renders it, if there is room for them and for
-    /// bands of `band_bytes`. `moving` is the number of instances where they move.
+    /// Copies a scene and the structure over it to a device, where these kernels render it in blocks of so many threads, if there
+    /// is room for them and for bands of `band_bytes`. `moving` is the number of instances where they move.
     ///
     /// # Errors
     ///
     /// [`BackendError::OutOfMemory`] with the numbers where there is not.
     pub(crate) fn upload(
         device: &Device,
-        (kernel, block_size): (&'static str, u32),
+        (names, block_size): (KernelNames, u32),
         view: &SceneView,
         structure: &Structure,
         moving: usize,
         band_bytes: u64,
     ) -> Result<DeviceScene, BackendError> {
         let parameters = scene_parameters(view, structure)?;
-        let kernel = device.kernel(kernel, block_size)?;
-        let doing = "copying the scene";
-        let fail = |error| device.failure(doing, error);
-        Needs {
-            scene: parameters.bytes(),
-            film: band_bytes * BANDS,
-            stacks: device.stack_bytes(&kernel).map_err(fail)?,
+        let structure_values = parameters.names().len() - SceneArray::ALL.len();
+        let fail = |error| device.failure("copying the scene", error);
+        let (kernels, stacks) = Kernels::load(device, names, block_size, view)?;
+        let free = device.free_bytes().map_err(fail)?;
+        let mut needs = Needs { scene: parameters.bytes(), film: band_bytes * BANDS, stacks, queues: 0 };
+        let mut queue = None;
+        if let Kernels::Paths(_) = &kernels {
+            let size = QueueSize::new(view.settings, band_bytes);
+            let size = size.within(free.saturating_sub(needs.all()) / BANDS);
+            needs.queues = size.bytes() * BANDS;
+            queue = Some(size);
         }
-        .check(device.free_bytes().map_err(fail)?, &device.name)?;
+        needs.check(free, &device.name)?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
         let top_level = TopLevel::new(structure.accel(), structure.trees.as_ref(), moving);
         let (parameters, names) = (parameters.values(base), parameters.names().to_vec());
-        let (counts, rooms) = (view.counts(), Mutex::default());
-        Ok(DeviceScene { kernel, parameters, names, counts, top_level, rooms, _memory: memory })
+        Ok(DeviceScene {
+            kernels,
+            parameters,
+            names,
+            structure_values,
+            counts: view.counts(),
+            queue,
+            top_level,
+            rooms: Mutex::default(),
+            _memory: memory,
+        })
     }
 
-    /// Room for launches of bands of at most so many bytes, which must be given back.
-    pub(crate) fn take_room(&self, device: &Device, band_bytes: usize) -> Result<LaunchBuffers, DriverError> {
+    /// Room for launches of bands of at most so many bytes, whose pixels take so many samples. It must be given back.
+    pub(crate) fn take_room(
+        &self,
+        device: &Device,
+        band_bytes: usize,
+        samples: u32,
+    ) -> Result<LaunchBuffers, DriverError> {
+        let queue = match (&self.kernels, self.queue) {
+            (Kernels::Paths(kernels), Some(size)) => Some(size.for_bands(band_bytes, samples, kernels.depth)),
+            _ => None,
+        };
         let used = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();
         // One of a smaller frame is dropped.
-        let used = used.filter(|room| room.band_bytes() >= band_bytes);
-        used.map_or_else(|| LaunchBuffers::new(device, band_bytes), Ok)
+        let used = used.filter(|room| room.suits(band_bytes, queue));
+        used.map_or_else(|| LaunchBuffers::new(device, band_bytes, queue), Ok)
     }
 
     /// For whoever needs it next.

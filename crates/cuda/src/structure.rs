@@ -8,25 +8,45 @@ use eosphor_core::hierarchy::{InstanceTreeView, PrimitivesView};
 use eosphor_core::settings::Integrator;
 use eosphor_render::{Accel, BackendError, Hierarchy};
 
-/// The kernel that renders over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
+/// The names of kernels that render over a structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum KernelNames {
+    /// One, whose threads follow samples from the camera to the end.
+    Whole(&'static str),
+    /// Those of path tracing over queues that trace rays.
+    Paths(PathKernelNames),
+}
+
+/// Those that trace the rays of paths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PathKernelNames {
+    /// Finds what paths hit.
+    pub(crate) hits: &'static str,
+    /// Finds which lights are seen.
+    pub(crate) lights: &'static str,
+    /// The same where light comes through surfaces.
+    pub(crate) through: &'static str,
+}
+
+/// The kernels that render over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
 /// threads of a warp can walk together.) Or the one that counts.
 ///
 /// # Errors
 ///
 /// Says which structures there are where this one is for CPUs alone.
-pub(crate) fn kernel(
+pub(crate) fn kernels(
     accel: Accel,
     traversal: Traversal,
     placed: bool,
     counts: bool,
     integrator: Integrator,
-) -> Result<&'static str, BackendError> {
-    let find = |accel| if counts { counting(accel) } else { on_gpus(accel, traversal, placed) };
-    let of_integrator = |[whitted, path]: [&'static str; 2]| match integrator {
-        Integrator::Whitted => whitted,
-        Integrator::Path => path,
+) -> Result<KernelNames, BackendError> {
+    let find = |accel| match (counts, integrator) {
+        (true, _) => counting(accel, integrator).map(KernelNames::Whole),
+        (false, Integrator::Whitted) => whitted(accel, traversal, placed).map(KernelNames::Whole),
+        (false, Integrator::Path) => paths(accel, traversal, placed).map(KernelNames::Paths),
     };
-    find(accel).map(of_integrator).ok_or_else(|| {
+    find(accel).ok_or_else(|| {
         let is_there = |accel: &&Accel| find(**accel).is_some();
         let names: Vec<&str> = Accel::ALL.iter().filter(is_there).map(|a| a.name()).collect();
         BackendError::Failed(format!(
@@ -36,35 +56,62 @@ pub(crate) fn kernel(
     })
 }
 
-/// The kernels that render, for Whitted's integrator and for paths.
-fn on_gpus(accel: Accel, traversal: Traversal, placed: bool) -> Option<[&'static str; 2]> {
+/// The kernel that renders by Whitted's integrator.
+fn whitted(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'static str> {
     match accel {
-        Accel::None => Some(["render_exhaustive", "path_exhaustive"]),
+        Accel::None => Some("render_exhaustive"),
         Accel::Bvh => Some(match traversal {
-            Traversal::Reconverge => ["render_bvh_in_step", "path_bvh_in_step"],
-            Traversal::Wide => ["render_bvh_wide", "path_bvh_wide"],
-            _ if placed => ["render_bvh", "path_bvh"],
-            _ => ["render_bvh_world", "path_bvh_world"],
+            Traversal::Reconverge => "render_bvh_in_step",
+            Traversal::Wide => "render_bvh_wide",
+            _ if placed => "render_bvh",
+            _ => "render_bvh_world",
         }),
         Accel::Bvh8 => None,
-        Accel::Octree => Some(["render_octree", "path_octree"]),
-        Accel::OctreeParametric => Some(["render_octree_parametric", "path_octree_parametric"]),
-        Accel::Grid => Some(["render_grid", "path_grid"]),
-        Accel::KdTree => Some(["render_kdtree", "path_kdtree"]),
+        Accel::Octree => Some("render_octree"),
+        Accel::OctreeParametric => Some("render_octree_parametric"),
+        Accel::Grid => Some("render_grid"),
+        Accel::KdTree => Some("render_kdtree"),
     }
 }
 
-/// The same that count.
-fn counting(accel: Accel) -> Option<[&'static str; 2]> {
-    match accel {
-        Accel::None => Some(["count_exhaustive", "count_path_exhaustive"]),
-        Accel::Bvh => Some(["count_bvh", "count_path_bvh"]),
-        Accel::Bvh8 => None,
-        Accel::Octree => Some(["count_octree", "count_path_octree"]),
-        Accel::OctreeParametric => Some(["count_octree_parametric", "count_path_octree_parametric"]),
-        Accel::Grid => Some(["count_grid", "count_path_grid"]),
-        Accel::KdTree => Some(["count_kdtree", "count_path_kdtree"]),
-    }
+/// Those that trace the rays of paths.
+fn paths(accel: Accel, traversal: Traversal, placed: bool) -> Option<PathKernelNames> {
+    let [hits, lights, through] = match accel {
+        Accel::None => ["path_hits_exhaustive", "path_lights_exhaustive", "path_through_exhaustive"],
+        Accel::Bvh => match traversal {
+            Traversal::Reconverge => {
+                ["path_hits_bvh_in_step", "path_lights_bvh_in_step", "path_through_bvh_in_step"]
+            }
+            Traversal::Wide => ["path_hits_bvh_wide", "path_lights_bvh_wide", "path_through_bvh_wide"],
+            _ if placed => ["path_hits_bvh", "path_lights_bvh", "path_through_bvh"],
+            _ => ["path_hits_bvh_world", "path_lights_bvh_world", "path_through_bvh_world"],
+        },
+        Accel::Bvh8 => return None,
+        Accel::Octree => ["path_hits_octree", "path_lights_octree", "path_through_octree"],
+        Accel::OctreeParametric => {
+            ["path_hits_octree_parametric", "path_lights_octree_parametric", "path_through_octree_parametric"]
+        }
+        Accel::Grid => ["path_hits_grid", "path_lights_grid", "path_through_grid"],
+        Accel::KdTree => ["path_hits_kdtree", "path_lights_kdtree", "path_through_kdtree"],
+    };
+    Some(PathKernelNames { hits, lights, through })
+}
+
+/// The kernel that counts.
+fn counting(accel: Accel, integrator: Integrator) -> Option<&'static str> {
+    let [whitted, path] = match accel {
+        Accel::None => ["count_exhaustive", "count_path_exhaustive"],
+        Accel::Bvh => ["count_bvh", "count_path_bvh"],
+        Accel::Bvh8 => return None,
+        Accel::Octree => ["count_octree", "count_path_octree"],
+        Accel::OctreeParametric => ["count_octree_parametric", "count_path_octree_parametric"],
+        Accel::Grid => ["count_grid", "count_path_grid"],
+        Accel::KdTree => ["count_kdtree", "count_path_kdtree"],
+    };
+    Some(match integrator {
+        Integrator::Whitted => whitted,
+        Integrator::Path => path,
+    })
 }
 
 /// The parameter that says where the tree over the instances begins.
@@ -158,7 +205,7 @@ impl Trees {
 ///
 /// # Errors
 ///
-/// As [`kernel`].
+/// As [`kernels`].
 pub(crate) fn add_structure<'a>(
     parameters: &mut Parameters<'a>,
     structure: &'a Structure,
@@ -175,10 +222,8 @@ pub(crate) fn add_structure<'a>(
                 Ok(bvh.primitives)
             }
         },
-        Hierarchy::Bvh8(_) => {
-            Err(kernel(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted)
-                .expect_err("it has none"))
-        }
+        Hierarchy::Bvh8(_) => Err(kernels(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted)
+            .expect_err("it has none")),
         Hierarchy::Octree(octree) | Hierarchy::OctreeParametric(octree) => {
             let tree = octree.view();
             parameters.array("nodes", tree.nodes);
@@ -242,14 +287,14 @@ mod tests {
     #[test]
     fn structures_for_cpus_alone_are_refused_with_the_others_names() {
         let message =
-            kernel(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted).unwrap_err().to_string();
+            kernels(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted).unwrap_err().to_string();
         assert!(
             message.starts_with("bvh8 is made for") && message.contains("none, bvh, octree,"),
             "{message}"
         );
         for counts in [false, true] {
             let refused =
-                |accel: &&Accel| kernel(**accel, Traversal::Auto, true, counts, Integrator::Path).is_err();
+                |accel: &&Accel| kernels(**accel, Traversal::Auto, true, counts, Integrator::Path).is_err();
             assert_eq!(Accel::ALL.iter().filter(refused).count(), 1);
         }
     }

@@ -30,7 +30,7 @@ const fn budget(kernel: &'static str, registers: u32, spilled: u32, stack: u32) 
 /// fewer to some kernels that call functions for what is rare, and spills around the calls. Since picture version 4 more is
 /// decided in double precision, in functions: that is most of the spills and of the stack. Since version 5 lamps in glossy
 /// lobes are weighted, and textures have the channels of their files: 2 to 5 percent more spills.
-const BUDGETS: [Budget; 25] = [
+const BUDGETS: [Budget; 42] = [
     budget("closest_hits_bvh", 48, 1800, 2700),
     budget("closest_hits_far", 72, 3700, 2700),
     budget("closest_hits_in_step", 48, 1800, 2700),
@@ -47,6 +47,23 @@ const BUDGETS: [Budget; 25] = [
     budget("occluded_world_far", 72, 500, 2500),
     budget("occluded_world_in_step", 48, 600, 2400),
     budget("occluded_world_wide", 48, 600, 1900),
+    budget("path_hits_bvh", 48, 2000, 3100),
+    budget("path_hits_bvh_in_step", 48, 2100, 3100),
+    budget("path_hits_bvh_wide", 48, 2100, 2500),
+    budget("path_hits_bvh_world", 48, 1700, 3100),
+    budget("path_lights_bvh", 48, 600, 2800),
+    budget("path_lights_bvh_in_step", 48, 700, 2800),
+    budget("path_lights_bvh_wide", 48, 600, 2200),
+    budget("path_lights_bvh_world", 48, 300, 2800),
+    budget("path_through_bvh", 128, 800, 3600),
+    budget("path_through_bvh_in_step", 128, 1000, 3600),
+    budget("path_through_bvh_wide", 128, 900, 2600),
+    budget("path_through_bvh_world", 128, 1100, 3600),
+    budget("paths_begin", 16, 0, 0),
+    budget("paths_generate", 48, 50, 50),
+    budget("paths_settle", 48, 0, 0),
+    budget("paths_shade", 168, 3200, 1100),
+    budget("paths_shade_matte", 168, 1300, 650),
     budget("render_bvh", 128, 5300, 11200),
     budget("render_bvh_in_step", 128, 5300, 11200),
     budget("render_bvh_wide", 128, 5300, 9900),

@@ -6,6 +6,7 @@ mod far_tracer;
 mod launch;
 mod pair_tracer;
 mod pairs;
+mod path_queue;
 mod walks;
 mod warp;
 mod wide;
@@ -15,5 +16,9 @@ pub use far_tracer::FarTracer;
 pub use launch::{BandLaunch, HitRow, RayTotals};
 pub use pair_tracer::PairTracer;
 pub use pairs::{BvhPair, Link, PAIR_SLACK, PairView, Root, Target, WarpMode};
+pub use path_queue::{
+    HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, PathPlace, REQUEST_ROWS, Row, hit_of_rows, is_outside,
+    path_of_rows, query_of_rows, request_of_rows, rows_of_hit, rows_of_path, rows_of_request,
+};
 pub use wide::{WideNode, WideView};
 pub use wide_tracer::WideTracer;

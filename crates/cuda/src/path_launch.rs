@@ -1,0 +1,241 @@
+//! Path tracing over queues: rounds of launches, until all paths of a band have ended.
+
+use crate::launch_buffers::Band;
+use crate::path_queue::{PathQueue, samples_of_pass};
+use crate::pixel::Pixel;
+use cudarc::driver::{
+    CudaFunction, CudaStream, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg,
+};
+use eosphor_core::device::{PathControl, PathLaunch, RayTotals};
+use eosphor_core::math::Vec3;
+use eosphor_core::sums::ExactSum;
+use eosphor_core::view::SceneCounts;
+use std::ops::Range;
+use std::ptr::null_mut;
+use std::sync::Arc;
+
+/// Kernels of path tracing over a structure.
+pub(crate) struct PathKernels {
+    pub(crate) begin: CudaFunction,
+    pub(crate) generate: CudaFunction,
+    pub(crate) find_hits: CudaFunction,
+    pub(crate) shade: CudaFunction,
+    pub(crate) shade_matte: CudaFunction,
+    pub(crate) see_lights: CudaFunction,
+    pub(crate) settle: CudaFunction,
+    /// Blocks of a launch of `shade` and of `shade_matte`: as many as run at a time.
+    pub(crate) shading_blocks: [u32; 2],
+    /// Bounces that paths may have.
+    pub(crate) depth: u32,
+}
+
+/// Names of those that every structure shares: `begin`, `generate`, `shade`, `shade_matte` and `settle`.
+pub(crate) const SHARED: [&str; 5] =
+    ["paths_begin", "paths_generate", "paths_shade", "paths_shade_matte", "paths_settle"];
+
+/// Rounds that are launched at a time, at most.
+const MOST_ROUNDS: u32 = 256;
+
+/// Rounds that are launched at a time to end the last paths.
+const LAST_ROUNDS: u32 = 12;
+
+/// A band whose paths are under way.
+pub(crate) struct PathBand {
+    /// Samples that no pass has begun with.
+    left: Range<u32>,
+    /// The samples of this pass.
+    pass: Range<u32>,
+    is_odd: bool,
+}
+
+/// What all launches of a band share.
+pub(crate) struct PathBandLauncher<'a> {
+    pub(crate) kernels: &'a PathKernels,
+    /// What kernels take before the launch, and where the scene's arrays begin in it.
+    pub(crate) values: &'a [u64],
+    pub(crate) scene_values: usize,
+    pub(crate) counts: SceneCounts,
+    pub(crate) width: u32,
+    pub(crate) rows: Range<u32>,
+    pub(crate) block_size: u32,
+}
+
+impl PathBandLauncher<'_> {
+    /// Starts to render the band.
+    pub(crate) fn start<T: Pixel>(
+        &self,
+        samples: Range<u32>,
+        band: &mut Band,
+    ) -> Result<PathBand, DriverError> {
+        let stream = Arc::clone(&band.stream);
+        assert!(self.pixels() as usize <= queue(band).size().pixels, "the band is larger than its sums");
+        queue(band).clear(&stream)?;
+        if T::IS_SUM {
+            // Passes are merged where they are wanted.
+            stream.memset_zeros(&mut band.pixels)?;
+        }
+        let first = samples.start;
+        let mut paths = PathBand { left: samples, pass: first..first, is_odd: false };
+        self.begin_pass::<T>(&mut paths, band)?;
+        Ok(paths)
+    }
+
+    /// Waits until all its paths have ended.
+    pub(crate) fn finish<T: Pixel>(&self, paths: &mut PathBand, band: &mut Band) -> Result<(), DriverError> {
+        let stream = Arc::clone(&band.stream);
+        loop {
+            let control = queue(band).control(&stream)?;
+            if !control.is_done() {
+                let rounds = self.rounds(&control, queue(band).size().paths);
+                self.run_rounds::<T>(paths, band, rounds)?;
+                continue;
+            }
+            let launch = self.launch::<T>(paths, band, &stream);
+            self.start_kernel(&stream, &self.kernels.settle, &launch, Shape::For(self.pixels()))?;
+            if paths.left.is_empty() {
+                return Ok(());
+            }
+            self.begin_pass::<T>(paths, band)?;
+        }
+    }
+
+    fn pixels(&self) -> u32 {
+        self.rows.len() as u32 * self.width
+    }
+
+    fn begin_pass<T: Pixel>(&self, paths: &mut PathBand, band: &mut Band) -> Result<(), DriverError> {
+        let stream = Arc::clone(&band.stream);
+        // Numbers of samples are of 32 bits.
+        let most = (u32::MAX / self.pixels().max(1)).min(samples_of_pass(self.kernels.depth)).max(1);
+        let end = paths.left.end.min(paths.left.start.saturating_add(most));
+        paths.pass = paths.left.start..end;
+        paths.left.start = end;
+        let samples = paths.pass.len() as u32 * self.pixels();
+        queue(band).begin(&stream, samples)?;
+        let control = PathControl { samples, samples_left: samples, ..PathControl::default() };
+        let rounds = self.rounds(&control, queue(band).size().paths);
+        self.run_rounds::<T>(paths, band, rounds)
+    }
+
+    /// How many rounds there may be at least.
+    fn rounds(&self, control: &PathControl, room: u32) -> u32 {
+        let last = self.kernels.depth.saturating_add(1).min(LAST_ROUNDS);
+        let taken = u64::from(control.samples - control.samples_left);
+        // As fast as until now; at first as fast as can be.
+        let full = match taken {
+            0 => u64::from(control.samples_left / room),
+            taken => u64::from(control.samples_left) * u64::from(control.rounds) / taken,
+        };
+        (full as u32 + last).min(MOST_ROUNDS)
+    }
+
+    fn run_rounds<T: Pixel>(
+        &self,
+        paths: &mut PathBand,
+        band: &mut Band,
+        rounds: u32,
+    ) -> Result<(), DriverError> {
+        let stream = Arc::clone(&band.stream);
+        let room = queue(band).size().paths;
+        for _ in 0..rounds {
+            let launch = self.launch::<T>(paths, band, &stream);
+            let PathKernels { begin, generate, find_hits, shade, shade_matte, see_lights, .. } = self.kernels;
+            let [blocks, blocks_of_matte] = self.kernels.shading_blocks;
+            let mut alone = stream.launch_builder(begin);
+            let argument = Argument(launch);
+            alone.arg(&argument);
+            let one = LaunchConfig { grid_dim: (1, 1, 1), block_dim: (1, 1, 1), shared_mem_bytes: 0 };
+            // SAFETY: the kernel takes a launch, whose control is there.
+            unsafe { alone.launch(one) }?;
+            self.start_kernel(&stream, generate, &launch, Shape::For(room))?;
+            self.start_kernel(&stream, find_hits, &launch, Shape::Traced(room))?;
+            self.start_kernel(&stream, shade_matte, &launch, Shape::Blocks(blocks_of_matte))?;
+            self.start_kernel(&stream, shade, &launch, Shape::Blocks(blocks))?;
+            self.start_kernel(&stream, see_lights, &launch, Shape::Traced(room))?;
+            paths.is_odd = !paths.is_odd;
+        }
+        Ok(())
+    }
+
+    fn launch<T: Pixel>(&self, paths: &PathBand, band: &mut Band, stream: &Arc<CudaStream>) -> PathLaunch {
+        let pixels = band.pixels.device_ptr(stream).0;
+        let mut launch = PathLaunch {
+            counts: self.counts,
+            paths: null_mut(),
+            next: null_mut(),
+            hits: null_mut(),
+            requests: null_mut(),
+            sorted: null_mut(),
+            control: null_mut(),
+            sums: null_mut(),
+            before: null_mut(),
+            film: null_mut(),
+            totals: band.totals.device_ptr(stream).0 as *mut RayTotals,
+            room: 0,
+            first_row: self.rows.start,
+            end_row: self.rows.end,
+            first_sample: paths.pass.start,
+            end_sample: paths.pass.end,
+        };
+        queue(band).put_into(&mut launch, stream, paths.is_odd);
+        if T::IS_SUM {
+            launch.before = pixels as *mut ExactSum;
+        } else {
+            launch.film = pixels as *mut Vec3;
+        }
+        launch
+    }
+
+    fn start_kernel(
+        &self,
+        stream: &Arc<CudaStream>,
+        kernel: &CudaFunction,
+        launch: &PathLaunch,
+        shape: Shape,
+    ) -> Result<(), DriverError> {
+        let argument = Argument(*launch);
+        let mut builder = stream.launch_builder(kernel);
+        let values = match shape {
+            Shape::Traced(_) => self.values,
+            _ => &self.values[self.scene_values..],
+        };
+        for value in values {
+            builder.arg(value);
+        }
+        builder.arg(&argument);
+        let blocks = match shape {
+            Shape::Blocks(blocks) => blocks,
+            Shape::For(items) | Shape::Traced(items) => items.div_ceil(self.block_size),
+        };
+        let shape = LaunchConfig {
+            grid_dim: (blocks.max(1), 1, 1),
+            block_dim: (self.block_size, 1, 1),
+            shared_mem_bytes: 0,
+        };
+        // SAFETY: the parameters are those of the kernel, in its order (a test compares them); the arrays are those of a SceneData
+        // and a hierarchy over it, whose indices are in range; the queue has the room that the launch says.
+        unsafe { builder.launch(shape) }.map(drop)
+    }
+}
+
+/// Which kernel it is, and how many threads it gets.
+#[derive(Clone, Copy)]
+enum Shape {
+    /// One that traces no ray: a thread an item.
+    For(u32),
+    /// One that traces rays: a thread an item.
+    Traced(u32),
+    /// One that traces no ray, of so many blocks.
+    Blocks(u32),
+}
+
+fn queue(band: &mut Band) -> &mut PathQueue {
+    band.paths.as_mut().expect("kernels of paths come with queues")
+}
+
+/// A [`PathLaunch`] as an argument of a kernel. Its pointers are the device's.
+#[repr(transparent)]
+struct Argument(PathLaunch);
+
+// SAFETY: the kernel declares the same `repr(C)` type.
+unsafe impl DeviceRepr for Argument {}

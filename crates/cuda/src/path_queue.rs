@@ -1,0 +1,157 @@
+//! A device's room for paths in queues.
+
+use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DriverError};
+use eosphor_core::device::{HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, REQUEST_ROWS, Row};
+use eosphor_core::integrator::MAX_DEPTH;
+use eosphor_core::settings::Settings;
+use eosphor_core::sums::ExactSum;
+use std::sync::Arc;
+
+/// Rows of 16 bytes that a path takes: its own of this round and of the next, of its hit, and of what it asks of a light.
+const ROWS: usize = 2 * PATH_ROWS + HIT_ROWS + REQUEST_ROWS;
+
+/// Bytes that a path takes in a queue, its number in order of what it has met included.
+const PATH_BYTES: u64 = (ROWS * size_of::<Row>() + size_of::<u32>()) as u64;
+
+/// The most paths of a round. More would keep a device no busier.
+const MOST_PATHS: u32 = 1 << 20;
+
+/// The fewest: what a device of several thousand lanes needs to have something to do.
+const FEWEST_PATHS: u32 = 1 << 14;
+
+/// Samples of a pixel whose sum cannot wrap: at each bounce a path adds what it finds and what a light gives, and at its end what
+/// surrounds the scene, each at most a 65,536th of what a sum holds.
+pub(crate) fn samples_of_pass(depth: u32) -> u32 {
+    65_535 / (2 * depth.min(MAX_DEPTH) + 3)
+}
+
+/// How large queues are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct QueueSize {
+    /// Paths of a round.
+    pub(crate) paths: u32,
+    /// Pixels of a band.
+    pub(crate) pixels: usize,
+    /// Whether samples are taken in more than one pass.
+    pub(crate) has_passes: bool,
+}
+
+impl QueueSize {
+    /// For pictures of these settings, in bands whose pixels take at most so many bytes.
+    pub(crate) fn new(settings: &Settings, band_bytes: u64) -> QueueSize {
+        let size = QueueSize { paths: 0, pixels: 0, has_passes: false };
+        let size = size.for_bands(band_bytes as usize, settings.samples, settings.max_depth);
+        let samples = size.pixels as u64 * u64::from(settings.samples);
+        let paths = samples.clamp(FEWEST_PATHS.into(), MOST_PATHS.into()) as u32 / 32 * 32;
+        QueueSize { paths, ..size }
+    }
+
+    /// With as many paths, for bands whose pixels take at most so many bytes and so many samples.
+    pub(crate) fn for_bands(self, band_bytes: usize, samples: u32, depth: u32) -> QueueSize {
+        QueueSize {
+            pixels: band_bytes / size_of::<ExactSum>(),
+            has_passes: samples > samples_of_pass(depth),
+            ..self
+        }
+    }
+
+    /// With fewer paths, where these take more than so many bytes; never with fewer than the fewest.
+    pub(crate) fn within(mut self, bytes: u64) -> QueueSize {
+        while self.bytes() > bytes && self.paths > FEWEST_PATHS {
+            self.paths = (self.paths / 2).max(FEWEST_PATHS);
+        }
+        self
+    }
+
+    /// What a queue of this size takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        u64::from(self.paths) * PATH_BYTES + self.sum_bytes()
+    }
+
+    /// Whether what needs `other` finds its room here.
+    pub(crate) fn suits(&self, other: &QueueSize) -> bool {
+        self.paths >= other.paths && self.pixels >= other.pixels && (self.has_passes || !other.has_passes)
+    }
+
+    /// Bytes that the sums of a band take.
+    fn sum_bytes(&self) -> u64 {
+        self.pixels as u64 * size_of::<ExactSum>() as u64 * (1 + u64::from(self.has_passes))
+    }
+}
+
+/// Paths of a band, and what they add up to.
+pub(crate) struct PathQueue {
+    size: QueueSize,
+    rows: CudaSlice<u64>,
+    /// [`PathControl`].
+    control: CudaSlice<u64>,
+    /// [`ExactSum`] for each pixel, of a pass.
+    sums: CudaSlice<u64>,
+    /// Likewise, of the passes before.
+    before: Option<CudaSlice<u64>>,
+}
+
+const CONTROL_WORDS: usize = size_of::<PathControl>() / size_of::<u64>();
+const SUM_WORDS: usize = size_of::<ExactSum>() / size_of::<u64>();
+
+impl PathQueue {
+    pub(crate) fn new(stream: &Arc<CudaStream>, size: QueueSize) -> Result<PathQueue, DriverError> {
+        let rows = (u64::from(size.paths) * PATH_BYTES) as usize / size_of::<u64>();
+        // SAFETY: kernels write what they read; sums are emptied by `clear`.
+        let words = |count| unsafe { stream.alloc::<u64>(count) };
+        let before = if size.has_passes { Some(words(size.pixels * SUM_WORDS)?) } else { None };
+        Ok(PathQueue {
+            size,
+            rows: words(rows)?,
+            control: words(CONTROL_WORDS)?,
+            sums: words(size.pixels * SUM_WORDS)?,
+            before,
+        })
+    }
+
+    pub(crate) fn size(&self) -> QueueSize {
+        self.size
+    }
+
+    /// Empties the sums of all passes.
+    pub(crate) fn clear(&mut self, stream: &Arc<CudaStream>) -> Result<(), DriverError> {
+        stream.memset_zeros(&mut self.sums)?;
+        self.before.as_mut().map_or(Ok(()), |before| stream.memset_zeros(before))
+    }
+
+    /// Begins a pass of so many samples.
+    pub(crate) fn begin(&mut self, stream: &Arc<CudaStream>, samples: u32) -> Result<(), DriverError> {
+        let control = PathControl { samples, samples_left: samples, ..PathControl::default() };
+        // SAFETY: both are plain numbers of as many bytes.
+        let words: [u64; CONTROL_WORDS] = unsafe { std::mem::transmute(control) };
+        stream.memcpy_htod(&words, &mut self.control)
+    }
+
+    /// How far the pass is, once all that was launched is done.
+    pub(crate) fn control(&self, stream: &Arc<CudaStream>) -> Result<PathControl, DriverError> {
+        let mut words = [0u64; CONTROL_WORDS];
+        stream.memcpy_dtoh(&self.control, &mut words)?;
+        stream.synchronize()?;
+        // SAFETY: both are plain numbers of as many bytes.
+        Ok(unsafe { std::mem::transmute::<[u64; CONTROL_WORDS], PathControl>(words) })
+    }
+
+    /// Writes the queue's addresses into a launch. By turns the paths of a round lie in one array or in another: `is_odd` says
+    /// which.
+    pub(crate) fn put_into(&self, launch: &mut PathLaunch, stream: &Arc<CudaStream>, is_odd: bool) {
+        let first = self.rows.device_ptr(stream).0 as *mut Row;
+        // Addresses of the device.
+        let at = |rows: usize| first.wrapping_add(rows * self.size.paths as usize);
+        let (own, next) = if is_odd { (PATH_ROWS, 0) } else { (0, PATH_ROWS) };
+        launch.paths = at(own);
+        launch.next = at(next);
+        launch.hits = at(2 * PATH_ROWS);
+        launch.requests = at(2 * PATH_ROWS + HIT_ROWS);
+        launch.sorted = at(ROWS).cast();
+        launch.control = self.control.device_ptr(stream).0 as *mut PathControl;
+        launch.sums = self.sums.device_ptr(stream).0 as *mut ExactSum;
+        let before = self.before.as_ref().map_or(0, |before| before.device_ptr(stream).0);
+        launch.before = before as *mut ExactSum;
+        launch.room = self.size.paths;
+    }
+}

@@ -1,0 +1,406 @@
+//! What kernels do with paths in queues: a round is `begin` → `generate` → `find_hits` → `shade` → `see_lights`, and at the end of
+//! a pass comes `settle`. All but the first go through as many items as the queues have, however many threads there are.
+
+use crate::totals::Totals;
+use crate::warp::{self, WARP};
+use core::arch::nvptx::{_block_dim_x, _block_idx_x, _grid_dim_x, _thread_idx_x};
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicU64, Ordering};
+use eosphor_core::device::{
+    HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, PathPlace, REQUEST_ROWS, Row, hit_of_rows, is_outside,
+    path_of_rows, query_of_rows, request_of_rows, rows_of_hit, rows_of_path, rows_of_request,
+};
+use eosphor_core::hierarchy::Tracer;
+use eosphor_core::integrator::path::{
+    Bounce, BounceLanes, LightRequest, NumbersByKey, PathState, bounce, bounce_matte, is_matte_outside,
+    surroundings, through,
+};
+use eosphor_core::integrator::{RayCounts, camera_ray, pixel_color};
+use eosphor_core::math::Vec3;
+use eosphor_core::sums::ExactSum;
+use eosphor_core::view::SceneView;
+
+/// A thread's place among all of the launch.
+struct Threads {
+    number: u32,
+    all: u32,
+}
+
+impl Threads {
+    #[inline(always)]
+    fn here() -> Threads {
+        // SAFETY: these read the thread's numbers and the launch's shape.
+        unsafe {
+            Threads {
+                number: (_block_idx_x() as u32) * (_block_dim_x() as u32) + _thread_idx_x() as u32,
+                all: (_grid_dim_x() as u32) * (_block_dim_x() as u32),
+            }
+        }
+    }
+
+    /// The thread's place in its warp.
+    #[inline(always)]
+    fn lane(&self) -> u32 {
+        self.number % WARP
+    }
+
+    /// The items that a warp takes first begin here; the next ones come `all` later, so that its threads come equally often.
+    #[inline(always)]
+    fn first_of_warp(&self) -> u32 {
+        self.number - self.lane()
+    }
+}
+
+/// Reads an item's rows: arrays of `room` rows one after the other.
+///
+/// # Safety
+///
+/// `item` is below `room`, and so many arrays are there.
+#[inline(always)]
+unsafe fn read<const N: usize>(rows: *const Row, room: u32, item: u32) -> [Row; N] {
+    let mut read = [Row::default(); N];
+    let mut k = 0;
+    while k < N {
+        // SAFETY: inside of the k-th array.
+        read[k] = unsafe { *rows.add(k * room as usize + item as usize) };
+        k += 1;
+    }
+    read
+}
+
+/// Writes an item's rows.
+///
+/// # Safety
+///
+/// As for [`read`], and no other thread has this item.
+#[inline(always)]
+unsafe fn write<const N: usize>(rows: *mut Row, room: u32, item: u32, written: [Row; N]) {
+    let mut k = 0;
+    while k < N {
+        // SAFETY: inside of the k-th array.
+        unsafe { *rows.add(k * room as usize + item as usize) = written[k] };
+        k += 1;
+    }
+}
+
+/// Begins a round: one thread.
+///
+/// # Safety
+///
+/// The launch's `control` is there.
+#[inline(always)]
+pub(crate) unsafe fn begin(launch: &PathLaunch) {
+    // SAFETY: there, and this is the only thread.
+    unsafe { &mut *launch.control }.begin_round(launch.room);
+}
+
+/// Puts paths from the camera behind those that go on.
+///
+/// # Safety
+///
+/// The launch's arrays have room for `room` paths, as [`PathLaunch`] says, and its `control` is there.
+#[inline(always)]
+pub(crate) unsafe fn generate(view: &SceneView, launch: &PathLaunch) {
+    // SAFETY: no thread of this kernel writes it.
+    let control: PathControl = unsafe { *launch.control };
+    let width = view.settings.width;
+    let count = control.paths - control.first_new;
+    let threads = Threads::here();
+    let mut number = threads.number;
+    while number < count {
+        let (x, y, sample) = launch.sample(width, control.first_sample + number);
+        let path = PathState::new(camera_ray(view, x, launch.first_row + y, sample));
+        let place = PathPlace { pixel: y * width + x, sample };
+        // SAFETY: below `room`, by `begin_round`; each number is one thread's.
+        unsafe {
+            write(launch.paths, launch.room, control.first_new + number, rows_of_path(&path, place));
+        }
+        number += threads.all;
+    }
+}
+
+/// Finds what the paths hit, and sorts them by that.
+///
+/// # Safety
+///
+/// As for [`generate`].
+#[inline(always)]
+pub(crate) unsafe fn find_hits<T: Tracer>(view: &SceneView, tracer: &T, launch: &PathLaunch) {
+    // SAFETY: no thread of this kernel writes this part of it.
+    let count = unsafe { (*launch.control).paths };
+    let threads = Threads::here();
+    let mut first = threads.first_of_warp();
+    while first < count {
+        let number = first + threads.lane();
+        first += threads.all;
+        let (mut is_matte, mut is_other) = (false, false);
+        if number < count {
+            // SAFETY: below `room`; each number is one thread's.
+            unsafe {
+                let rows = read::<3>(launch.paths, launch.room, number);
+                let (ray, filter) = query_of_rows(rows, view.settings.cull_back_faces);
+                let hit = tracer.closest_hit(&ray, &filter);
+                write::<HIT_ROWS>(launch.hits, launch.room, number, rows_of_hit(&hit));
+                is_matte = hit.is_miss() || is_outside(&rows) && is_matte_outside(view, &hit);
+                is_other = !is_matte;
+            }
+        }
+        // SAFETY: the control is there, and this part of it is touched by additions like this alone.
+        let places =
+            unsafe { Places::take(&raw mut (*launch.control).sorted, threads.lane(), [is_matte, is_other]) };
+        // SAFETY: each path is of one kind, so the two do not meet, and each place is one thread's.
+        unsafe {
+            if places.has(0) {
+                *launch.sorted.add(places.at(0) as usize) = number;
+            }
+            if places.has(1) {
+                *launch.sorted.add((launch.room - 1 - places.at(1)) as usize) = number;
+            }
+        }
+    }
+}
+
+/// Places at the ends of two lists that the threads of a warp take together.
+struct Places {
+    lane: u32,
+    first: u64,
+    takers: [u32; 2],
+}
+
+impl Places {
+    /// Takes one in each list for the threads that want it. The lengths of the lists are the halves of `lengths`.
+    ///
+    /// # Safety
+    ///
+    /// `lengths` is there, and touched by additions like this alone. All threads of the warp come here.
+    #[inline(always)]
+    unsafe fn take(lengths: *mut u64, lane: u32, [first, second]: [bool; 2]) -> Places {
+        // The compiler must not know what they want, or else it makes copies of what follows, for those that want nothing: threads
+        // of a warp would vote in several places.
+        let takers = [warp::lanes(warp::unknown(first)), warp::lanes(warp::unknown(second))];
+        let taken = (takers[0].count_ones() as u64) | (takers[1].count_ones() as u64) << 32;
+        // SAFETY: by this function's contract.
+        let add = || unsafe { AtomicU64::from_ptr(lengths) }.fetch_add(taken, Ordering::Relaxed);
+        Places { lane, first: warp::from_first_lane(lane, add), takers }
+    }
+
+    /// Whether the thread has one in this list.
+    #[inline(always)]
+    fn has(&self, list: usize) -> bool {
+        self.takers[list] >> self.lane & 1 != 0
+    }
+
+    /// Which one.
+    #[inline(always)]
+    fn at(&self, list: usize) -> u32 {
+        let before = self.takers[list] & ((1 << self.lane) - 1);
+        (self.first >> (32 * list as u32)) as u32 + before.count_ones()
+    }
+}
+
+/// Shades what the paths have hit: adds what they find, asks of lights, and writes the paths that go on. If `MATTE`, those that
+/// have left the scene or met what is matte, else the others.
+///
+/// # Safety
+///
+/// As for [`generate`]; `sums` are there for the band's pixels, and `totals` are.
+#[inline(always)]
+pub(crate) unsafe fn shade<const MATTE: bool>(view: &SceneView, launch: &PathLaunch) {
+    // SAFETY: no thread of this kernel writes this part of it.
+    let sorted = unsafe { (*launch.control).sorted };
+    let count = if MATTE { sorted as u32 } else { (sorted >> 32) as u32 };
+    let (width, room) = (view.settings.width.max(1), launch.room);
+    let threads = Threads::here();
+    let mut counts = RayCounts::default();
+    let mut first = threads.first_of_warp();
+    while first < count {
+        let place_in_list = first + threads.lane();
+        first += threads.all;
+        let (mut request, mut next) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+        let mut step =
+            Step { launch, pixel: 0, request: &mut request, next: &mut next, asks: false, goes_on: false };
+        let mut place = PathPlace { pixel: 0, sample: 0 };
+        if place_in_list < count {
+            // SAFETY: below `room`, as all numbers in the lists are.
+            let (rows, hit) = unsafe {
+                let in_list = if MATTE { place_in_list } else { room - 1 - place_in_list };
+                let number = *launch.sorted.add(in_list as usize);
+                let rows = read::<PATH_ROWS>(launch.paths, room, number);
+                (rows, hit_of_rows(read::<HIT_ROWS>(launch.hits, room, number)))
+            };
+            let (path, own) = path_of_rows(&rows);
+            place = own;
+            step.pixel = place.pixel;
+            counts.count(path.ray.kind);
+            let row = place.pixel / width;
+            let (x, y) = (place.pixel - row * width, launch.first_row + row);
+            let numbers = NumbersByKey::new(view.settings, &path.ray, (x, y, place.sample));
+            if !MATTE {
+                bounce(view, &path, &hit, &numbers, &mut step);
+            } else if hit.is_miss() {
+                step.add(surroundings(view, &path.ray));
+            } else {
+                bounce_matte::<1, _>(view, 1, |_| (&path, &hit), &numbers, &mut step);
+            }
+        }
+        counts.shadow += step.asks as u64;
+        // SAFETY: the control is there, and this part of it is touched by additions like this alone.
+        let places = unsafe {
+            Places::take(&raw mut (*launch.control).appended, threads.lane(), [step.goes_on, step.asks])
+        };
+        // SAFETY: a path has one next path and asks once, so there are at most `room`; each place is one thread's. What there
+        // is was written.
+        unsafe {
+            if places.has(0) {
+                write(launch.next, room, places.at(0), rows_of_path(next.assume_init_ref(), place));
+            }
+            if places.has(1) {
+                let rows = rows_of_request(request.assume_init_ref(), place.pixel);
+                write(launch.requests, room, places.at(1), rows);
+            }
+        }
+    }
+    // SAFETY: the totals are there.
+    unsafe { Totals::new(launch.totals) }.add(&counts, threads.lane());
+}
+
+/// What one surface gave.
+struct Step<'a> {
+    launch: &'a PathLaunch,
+    pixel: u32,
+    request: &'a mut MaybeUninit<LightRequest>,
+    next: &'a mut MaybeUninit<PathState>,
+    asks: bool,
+    goes_on: bool,
+}
+
+impl Bounce for Step<'_> {
+    #[inline(always)]
+    fn add(&mut self, found: Vec3) {
+        // SAFETY: the pixel is one of the band.
+        unsafe { add(self.launch, self.pixel, found) };
+    }
+
+    #[inline(always)]
+    fn ask(&mut self, request: LightRequest) {
+        self.request.write(request);
+        self.asks = true;
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self, next: PathState) {
+        self.next.write(next);
+        self.goes_on = true;
+    }
+}
+
+impl BounceLanes for Step<'_> {
+    type Lane<'a>
+        = OneLane<'a, Self>
+    where
+        Self: 'a;
+
+    #[inline(always)]
+    fn lane(&mut self, _: usize) -> OneLane<'_, Self> {
+        OneLane(self)
+    }
+}
+
+/// The only lane there is.
+struct OneLane<'a, B>(&'a mut B);
+
+impl<B: Bounce> Bounce for OneLane<'_, B> {
+    #[inline(always)]
+    fn add(&mut self, found: Vec3) {
+        self.0.add(found);
+    }
+
+    #[inline(always)]
+    fn ask(&mut self, request: LightRequest) {
+        self.0.ask(request);
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self, next: PathState) {
+        self.0.go_on(next);
+    }
+}
+
+/// Adds a contribution to a pixel of the pass. A pass has so few samples that no sum wraps.
+///
+/// # Safety
+///
+/// The pixel has a sum.
+#[inline(always)]
+unsafe fn add(launch: &PathLaunch, pixel: u32, found: Vec3) {
+    let mut own = ExactSum::default();
+    own.add(found);
+    let mut channel = 0;
+    while channel < 3 {
+        if own.units[channel] > 0 {
+            // SAFETY: it is there, and touched by additions like this alone.
+            unsafe {
+                let sum = &raw mut (*launch.sums.add(pixel as usize)).units[channel];
+                AtomicU64::from_ptr(sum).fetch_add(own.units[channel], Ordering::Relaxed);
+            }
+        }
+        channel += 1;
+    }
+}
+
+/// Adds what lights give where they are seen; where something is in the way, what comes through it, if `COLOURED`.
+///
+/// # Safety
+///
+/// As for [`shade`].
+#[inline(always)]
+pub(crate) unsafe fn see_lights<T: Tracer, const COLOURED: bool>(
+    view: &SceneView,
+    tracer: &T,
+    launch: &PathLaunch,
+) {
+    // SAFETY: no thread of this kernel writes it.
+    let count = unsafe { ((*launch.control).appended >> 32) as u32 };
+    let threads = Threads::here();
+    let mut number = threads.number;
+    while number < count {
+        // SAFETY: below `room`, since paths ask once.
+        let (request, pixel) =
+            request_of_rows(&unsafe { read::<REQUEST_ROWS>(launch.requests, launch.room, number) });
+        let mut seen = Vec3::ONE;
+        if tracer.occluded(&request.ray, &request.filter) {
+            seen = if COLOURED { through(view, tracer, &request) } else { Vec3::ZERO };
+        }
+        // SAFETY: the pixel is one of the band.
+        unsafe { add(launch, pixel, request.contribution * seen) };
+        number += threads.all;
+    }
+}
+
+/// Makes of the pass's sums what is wanted of the band's pixels, and leaves them empty for the next pass.
+///
+/// # Safety
+///
+/// The band's pixels have sums, and colours or the sums before where these are not null.
+#[inline(always)]
+pub(crate) unsafe fn settle(view: &SceneView, launch: &PathLaunch) {
+    let pixels = (launch.end_row - launch.first_row) * view.settings.width;
+    let threads = Threads::here();
+    let mut number = threads.number;
+    while number < pixels {
+        let pixel = number as usize;
+        // SAFETY: a pixel of the band, which this thread alone has.
+        unsafe {
+            let mut sum = *launch.sums.add(pixel);
+            if !launch.before.is_null() {
+                sum.merge(&*launch.before.add(pixel));
+                *launch.before.add(pixel) = sum;
+                *launch.sums.add(pixel) = ExactSum::default();
+            }
+            if !launch.film.is_null() {
+                *launch.film.add(pixel) = pixel_color(view, &sum);
+            }
+        }
+        number += threads.all;
+    }
+}
