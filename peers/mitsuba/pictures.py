@@ -222,6 +222,23 @@ def instances(shared, folder):
     }
 
 
+def metal_spheres(environment):
+    """Spheres of metal from smooth to rough over a matte plane, below a sky."""
+    metal = lambda rough: {"pbr": {"color": [0.95, 0.8, 0.5], "metallic": 1, "roughness": rough}}
+    roughnesses = [0.1, 0.25, 0.4, 0.6, 0.8]
+    return {
+        "materials": {"floor": matte([0.5, 0.5, 0.5])} | {f"metal{i}": metal(r) for i, r in enumerate(roughnesses)},
+        "parallelograms": [{"corner": [-4, 0, 4], "edge-u": [8, 0, 0], "edge-v": [0, 0, -8], "material": "floor"}],
+        "spheres": [{"center": [1.1 * (i - 2), 0.5, 0], "radius": 0.5, "material": f"metal{i}"} for i in range(5)],
+        "environment": {"file": str(environment)},
+        "camera": {"position": [0, 1.6, 5], "look-at": [0, 0.4, 0], "fov-y-degrees": 32},
+        "size": [128, 72],
+        "depth": 8,
+        # Noise counts here, not the last percent of the look.
+        "lobes": "near",
+    }
+
+
 SCENES = {
     "cornell": cornell,
     "cornell-metal-glass": cornell_metal_glass,

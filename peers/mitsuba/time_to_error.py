@@ -21,28 +21,10 @@ import numpy as np
 mi.set_variant("llvm_ad_rgb")
 import drjit as dr  # noqa: E402
 import pictures  # noqa: E402
-from both import eosphor, eosphor_scene, matte, mitsuba_scene  # noqa: E402
+from both import eosphor, eosphor_scene, mitsuba_scene  # noqa: E402
 
 EPSILON = 0.01
-DEPTH = 8
 SAMPLERS = ["independent", "multijitter", "ldsampler"]
-
-
-def metal_spheres(environment):
-    """Spheres of metal from smooth to rough over a matte plane, below a sky."""
-    metal = lambda rough: {"pbr": {"color": [0.95, 0.8, 0.5], "metallic": 1, "roughness": rough}}
-    roughnesses = [0.1, 0.25, 0.4, 0.6, 0.8]
-    return {
-        "materials": {"floor": matte([0.5, 0.5, 0.5])} | {f"metal{i}": metal(r) for i, r in enumerate(roughnesses)},
-        "parallelograms": [{"corner": [-4, 0, 4], "edge-u": [8, 0, 0], "edge-v": [0, 0, -8], "material": "floor"}],
-        "spheres": [{"center": [1.1 * (i - 2), 0.5, 0], "radius": 0.5, "material": f"metal{i}"} for i in range(5)],
-        "environment": {"file": str(environment)},
-        "camera": {"position": [0, 1.6, 5], "look-at": [0, 0.4, 0], "fov-y-degrees": 32},
-        "size": [128, 72],
-        "depth": DEPTH,
-        # Noise counts here, not the last percent of the look.
-        "lobes": "near",
-    }
 
 
 def rel_mse(picture, reference):
@@ -69,7 +51,7 @@ def main():
     sky = shared / "environments" / "venice_sunset_1k.hdr"
     scenes = {
         "cornell": lambda: pictures.cornell(shared, None),
-        "metal-spheres": lambda: metal_spheres(sky),
+        "metal-spheres": lambda: pictures.metal_spheres(sky),
         "sponza": lambda: pictures.sponza(shared, None),
     }
     dr.set_thread_count(1)
