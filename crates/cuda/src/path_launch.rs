@@ -1,7 +1,7 @@
 //! Path tracing over queues: rounds of launches, until all paths of a band have ended.
 
 use crate::launch_buffers::Band;
-use crate::path_queue::{PathQueue, samples_of_pass};
+use crate::path_queue::{PathQueue, QueueAddresses, samples_of_pass};
 use crate::pixel::Pixel;
 use cudarc::driver::{
     CudaFunction, CudaStream, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg,
@@ -111,8 +111,7 @@ impl PathBandLauncher<'_> {
         paths.pass = paths.left.start..end;
         paths.left.start = end;
         let samples = paths.pass.len() as u32 * self.pixels();
-        queue(band).begin(&stream, samples)?;
-        let control = PathControl { samples, samples_left: samples, ..PathControl::default() };
+        let control = queue(band).begin(&stream, samples)?;
         let rounds = self.rounds(&control, queue(band).size().paths);
         self.run_rounds::<T>(paths, band, rounds)
     }
@@ -159,31 +158,31 @@ impl PathBandLauncher<'_> {
 
     fn launch<T: Pixel>(&self, paths: &PathBand, band: &mut Band, stream: &Arc<CudaStream>) -> PathLaunch {
         let pixels = band.pixels.device_ptr(stream).0;
-        let mut launch = PathLaunch {
+        let totals = band.totals.device_ptr(stream).0 as *mut RayTotals;
+        let queue = queue(band);
+        let QueueAddresses { paths: own, next, hits, requests, sorted, control, sums, before } =
+            queue.addresses(stream, paths.is_odd);
+        // Sums are merged where they are wanted; colours are made of them at the end.
+        let (before, film) =
+            if T::IS_SUM { (pixels as *mut ExactSum, null_mut()) } else { (before, pixels as *mut Vec3) };
+        PathLaunch {
             counts: self.counts,
-            paths: null_mut(),
-            next: null_mut(),
-            hits: null_mut(),
-            requests: null_mut(),
-            sorted: null_mut(),
-            control: null_mut(),
-            sums: null_mut(),
-            before: null_mut(),
-            film: null_mut(),
-            totals: band.totals.device_ptr(stream).0 as *mut RayTotals,
-            room: 0,
+            paths: own,
+            next,
+            hits,
+            requests,
+            sorted,
+            control,
+            sums,
+            before,
+            film,
+            totals,
+            room: queue.size().paths,
             first_row: self.rows.start,
             end_row: self.rows.end,
             first_sample: paths.pass.start,
             end_sample: paths.pass.end,
-        };
-        queue(band).put_into(&mut launch, stream, paths.is_odd);
-        if T::IS_SUM {
-            launch.before = pixels as *mut ExactSum;
-        } else {
-            launch.film = pixels as *mut Vec3;
         }
-        launch
     }
 
     fn start_kernel(

@@ -1,7 +1,7 @@
 //! A device's room for paths in queues.
 
 use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DriverError};
-use eosphor_core::device::{HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, REQUEST_ROWS, Row};
+use eosphor_core::device::{HIT_ROWS, PATH_ROWS, PathControl, REQUEST_ROWS, Row};
 use eosphor_core::integrator::MAX_DEPTH;
 use eosphor_core::settings::Settings;
 use eosphor_core::sums::ExactSum;
@@ -96,7 +96,7 @@ const SUM_WORDS: usize = size_of::<ExactSum>() / size_of::<u64>();
 
 impl PathQueue {
     pub(crate) fn new(stream: &Arc<CudaStream>, size: QueueSize) -> Result<PathQueue, DriverError> {
-        let rows = (u64::from(size.paths) * PATH_BYTES) as usize / size_of::<u64>();
+        let rows = (u64::from(size.paths) * PATH_BYTES).div_ceil(size_of::<u64>() as u64) as usize;
         // SAFETY: kernels write what they read; sums are emptied by `clear`.
         let words = |count| unsafe { stream.alloc::<u64>(count) };
         let before = if size.has_passes { Some(words(size.pixels * SUM_WORDS)?) } else { None };
@@ -119,12 +119,17 @@ impl PathQueue {
         self.before.as_mut().map_or(Ok(()), |before| stream.memset_zeros(before))
     }
 
-    /// Begins a pass of so many samples.
-    pub(crate) fn begin(&mut self, stream: &Arc<CudaStream>, samples: u32) -> Result<(), DriverError> {
+    /// Begins a pass of so many samples. Gives back how far that is.
+    pub(crate) fn begin(
+        &mut self,
+        stream: &Arc<CudaStream>,
+        samples: u32,
+    ) -> Result<PathControl, DriverError> {
         let control = PathControl { samples, samples_left: samples, ..PathControl::default() };
         // SAFETY: both are plain numbers of as many bytes.
         let words: [u64; CONTROL_WORDS] = unsafe { std::mem::transmute(control) };
-        stream.memcpy_htod(&words, &mut self.control)
+        stream.memcpy_htod(&words, &mut self.control)?;
+        Ok(control)
     }
 
     /// How far the pass is, once all that was launched is done.
@@ -136,22 +141,36 @@ impl PathQueue {
         Ok(unsafe { std::mem::transmute::<[u64; CONTROL_WORDS], PathControl>(words) })
     }
 
-    /// Writes the queue's addresses into a launch. By turns the paths of a round lie in one array or in another: `is_odd` says
-    /// which.
-    pub(crate) fn put_into(&self, launch: &mut PathLaunch, stream: &Arc<CudaStream>, is_odd: bool) {
+    /// Where everything is on the device. By turns the paths of a round lie in one array or in another: `is_odd` says which.
+    pub(crate) fn addresses(&self, stream: &Arc<CudaStream>, is_odd: bool) -> QueueAddresses {
         let first = self.rows.device_ptr(stream).0 as *mut Row;
         // Addresses of the device.
         let at = |rows: usize| first.wrapping_add(rows * self.size.paths as usize);
         let (own, next) = if is_odd { (PATH_ROWS, 0) } else { (0, PATH_ROWS) };
-        launch.paths = at(own);
-        launch.next = at(next);
-        launch.hits = at(2 * PATH_ROWS);
-        launch.requests = at(2 * PATH_ROWS + HIT_ROWS);
-        launch.sorted = at(ROWS).cast();
-        launch.control = self.control.device_ptr(stream).0 as *mut PathControl;
-        launch.sums = self.sums.device_ptr(stream).0 as *mut ExactSum;
         let before = self.before.as_ref().map_or(0, |before| before.device_ptr(stream).0);
-        launch.before = before as *mut ExactSum;
-        launch.room = self.size.paths;
+        QueueAddresses {
+            paths: at(own),
+            next: at(next),
+            hits: at(2 * PATH_ROWS),
+            requests: at(2 * PATH_ROWS + HIT_ROWS),
+            sorted: at(ROWS).cast(),
+            control: self.control.device_ptr(stream).0 as *mut PathControl,
+            sums: self.sums.device_ptr(stream).0 as *mut ExactSum,
+            before: before as *mut ExactSum,
+        }
     }
+}
+
+/// What [`PathLaunch`] says of a queue.
+///
+/// [`PathLaunch`]: eosphor_core::device::PathLaunch
+pub(crate) struct QueueAddresses {
+    pub(crate) paths: *mut Row,
+    pub(crate) next: *mut Row,
+    pub(crate) hits: *mut Row,
+    pub(crate) requests: *mut Row,
+    pub(crate) sorted: *mut u32,
+    pub(crate) control: *mut PathControl,
+    pub(crate) sums: *mut ExactSum,
+    pub(crate) before: *mut ExactSum,
 }

@@ -15,13 +15,23 @@ pub(crate) const USUAL_THREADS: u32 = 128;
 /// render through a `bvh`; others then keep more in memory.
 pub(crate) const MOST_THREADS: u32 = 512;
 
+/// Registers of a processor, of which a block must have enough; threads get a multiple of the second number.
+const REGISTERS: u32 = 65_536;
+const REGISTERS_STEP: u32 = 8;
+
 /// The text with these kernels alone, and the functions that they call, for blocks of up to so many threads.
 pub(crate) fn text(kernels: &[&str], threads: u32) -> String {
     let text = with_kernels(PTX, kernels);
     if threads <= USUAL_THREADS {
         return text;
     }
-    text.replace(&launch_bounds(USUAL_THREADS), &launch_bounds(threads))
+    let text = text.replace(&launch_bounds(USUAL_THREADS), &launch_bounds(threads));
+    let most = REGISTERS / threads / REGISTERS_STEP * REGISTERS_STEP;
+    let fewer = |line: &str| match line.strip_prefix(".maxnreg ").and_then(|n| n.trim().parse::<u32>().ok()) {
+        Some(registers) if registers > most => format!(".maxnreg {most}\n"),
+        _ => line.into(),
+    };
+    text.split_inclusive('\n').map(fewer).collect()
 }
 
 /// The line that tells the driver how large blocks are.
@@ -177,7 +187,8 @@ mod tests {
                 assert_eq!(of_text.contains(table), is_read, "{name} {table}");
             }
             assert_eq!(text.matches(&launch_bounds(USUAL_THREADS)).count(), 1);
-            assert_eq!(larger, text.replace(".maxntid 128", ".maxntid 512"));
+            let fewer = text.replace(".maxntid 128", ".maxntid 512").replace(".maxnreg 168", ".maxnreg 128");
+            assert_eq!(larger, fewer);
             // All functions that it calls, declared at the top and defined, and no others.
             for function in ["intersect_triangle(", "intersect_sphere("] {
                 assert_eq!(text.matches(function).count(), usize::from(traces), "{name}");

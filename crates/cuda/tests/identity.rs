@@ -4,6 +4,7 @@
 mod common;
 
 use eosphor_core::math::Vec3;
+use eosphor_core::settings::Integrator;
 use eosphor_cuda::{CudaBackend, CudaOptions, Traversal};
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, PreparedScene, RenderControl};
 use eosphor_scene::{Animation, CameraMotion, FrameStates, Move, MoveKey, Preset, Scene, SceneData};
@@ -149,8 +150,11 @@ fn every_block_size() {
     let mut scene = common::scene("glass", None).unwrap();
     // Neither a multiple of a warp's pixels nor of a block's.
     scene.settings.size = [93, 53];
-    for block_size in [32, 64, 96, 128, 256, 512] {
-        assert_identical_by(&scene, CudaOptions { block_size, ..CudaOptions::default() });
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        scene.settings.integrator = integrator;
+        for block_size in [32, 64, 96, 128, 256, 512] {
+            assert_identical_by(&scene, CudaOptions { block_size, ..CudaOptions::default() });
+        }
     }
 }
 
