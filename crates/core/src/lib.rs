@@ -20,6 +20,7 @@ pub mod intersect;
 pub mod light;
 pub mod material;
 pub mod math;
+mod memory;
 mod out_of_line;
 pub mod ray;
 pub mod sampling;

@@ -1,6 +1,7 @@
 //! Colour textures.
 
 use crate::math::{Vec3, clamp, floor, fma, min, vec3};
+use crate::memory::prefetch;
 use crate::out_of_line::out_of_line;
 
 /// How a colour is read between texels.
@@ -160,6 +161,26 @@ impl Textures<'_> {
         }
     }
 
+    /// Tells memory that [`Textures::sample`] will read a point.
+    #[inline(always)]
+    pub fn prefetch(&self, texture: u32, uvs: &[[f32; 2]; 2]) {
+        let Some(t) = self.textures.get(texture as usize) else { return };
+        let [u, v] = t.picture_uv(uvs);
+        let column = texel_at(wrapped(u, t.wrap_u) * t.width as f32, t.width);
+        // Texels about the point: of a row, they are mostly in one line of the cache.
+        let y = (1.0 - wrapped(v, t.wrap_v)) * t.height as f32 - 0.5;
+        let bytes = match t.format {
+            TexelFormat::Float => 4 * t.channels,
+            TexelFormat::Half => 2 * t.channels,
+            TexelFormat::Rgbe => 4,
+            TexelFormat::Srgb8 | TexelFormat::Linear8 => t.channels,
+        };
+        for row in [texel_at(y, t.height), texel_at(y + 1.0, t.height)] {
+            let number = row as usize * t.width as usize + column as usize;
+            prefetch(self.words, t.first_word as usize + number * bytes as usize / 4);
+        }
+    }
+
     /// Where texture number `texture` is read, before wrapping; the origin for a number without texture.
     #[inline(always)]
     pub fn picture_uv(&self, texture: u32, uvs: &[[f32; 2]; 2]) -> [f32; 2] {
@@ -181,6 +202,10 @@ impl Textures<'_> {
             let last = if channels == 2 { second } else { fourth };
             let alpha = if channels & 1 == 0 { last } else { 1.0 };
             return Rgba { color: vec3(first, green, blue), alpha };
+        }
+        // On GPUs there is one function for all such texels.
+        if cfg!(not(target_arch = "nvptx64")) & (t.format == TexelFormat::Rgbe) {
+            return Rgba { color: radiance(word(number)), alpha: 1.0 };
         }
         let is_bytes = matches!(t.format, TexelFormat::Srgb8 | TexelFormat::Linear8);
         let packed = if is_bytes & (channels == 4) {

@@ -12,7 +12,7 @@ use std::fmt::Write;
 /// Nodes over the cosine and the roughness, of mirrors.
 const MIRROR: [usize; 2] = [48, 41];
 /// The same of glass where the index beyond the surface is denser, and over the index.
-const DENSER: [usize; 3] = [36, 41, 33];
+const DENSER: [usize; 3] = [56, 41, 33];
 /// Where it is less dense. The number over the cosine is odd, so that the critical angle has a node.
 const THINNER: [usize; 3] = [79, 41, 65];
 /// Steps over microfacets away from the mean and about the normal, for nodes of glass and for what lies between them. With 48 about

@@ -6,7 +6,7 @@ use super::ggx::Ggx;
 use super::matte::Matte;
 use super::schlick::Schlick;
 use super::{Refracted, reflect, refract};
-use crate::math::{Vec3, fma, max, vec3};
+use crate::math::{Vec3, fma, max, min, vec3};
 use crate::sampling::{cosine_direction, hemisphere_direction};
 
 /// Four lobes: the base and what microfacets reflect more than once, both spread widely; mirror; glass.
@@ -221,26 +221,30 @@ impl Mixture {
         if self.glass > 0.0 && reflectance > 0.0 { reflectance / (reflectance + transmitted) } else { 0.0 }
     }
 
-    /// A direction in which light may come. `pick` chooses a lobe; all three numbers are in [0, 1). `None` where the chosen
-    /// microfacet would send light through the surface that it is part of, or nothing is scattered.
+    /// A direction in which light may come, by two numbers in [0, 1): the first one chooses a lobe, too, and is spread again over
+    /// what chooses this. `side` gives another number, which is asked for where glass decides between its sides. `None` where the
+    /// chosen microfacet would send light through the surface that it is part of, or nothing is scattered.
     #[inline(always)]
-    pub fn sample(&self, pick: f32, u: [f32; 2]) -> Option<ScatterSample> {
+    pub fn sample(&self, u: [f32; 2], side: impl FnOnce() -> f32) -> Option<ScatterSample> {
         let chances = &self.chances;
+        let pick = u[0];
         let after_base = chances.base;
         let after_multiple = after_base + chances.multiple;
         let after_mirror = after_multiple + chances.mirror;
+        let within = |low: f32, chance: f32| [min((pick - low) / chance, LAST_NUMBER), u[1]];
         let to_light = if pick < after_base {
-            cosine_direction(u)
+            cosine_direction(within(0.0, chances.base))
         } else if pick < after_multiple {
             // Evenly: lost light is spread more towards the horizon than the cosine, by which weights would be large there.
-            hemisphere_direction(u)
+            hemisphere_direction(within(after_base, chances.multiple))
         } else if pick < after_mirror {
             if self.closure.is_smooth() {
                 return single(mirror_image(self.to_viewer), self.mirrored, chances.mirror);
             }
+            let u = within(after_multiple, chances.mirror);
             above(reflect(-self.to_viewer, self.ggx.sample_visible_normal(self.to_viewer, u)))
         } else if self.glass > 0.0 {
-            self.sample_rough_glass(pick - after_mirror, u)
+            self.sample_rough_glass(within(after_mirror, chances.glass), side())
         } else {
             return self.sample_smooth_glass();
         };
@@ -258,13 +262,13 @@ impl Mixture {
         })
     }
 
-    /// `pick` is below the probability of glass. A direction on the wrong side stands for nothing.
+    /// `side`, in [0, 1), decides between reflection and transmission. A direction on the wrong side stands for nothing.
     #[inline(always)]
-    fn sample_rough_glass(&self, pick: f32, u: [f32; 2]) -> Vec3 {
+    fn sample_rough_glass(&self, u: [f32; 2], side: f32) -> Vec3 {
         let h = self.ggx.sample_visible_normal(self.to_viewer, u);
         let chance = self.reflection_chance(self.closure.glass_reflectance(self.to_viewer.dot(h)));
         let reflected = reflect(-self.to_viewer, h);
-        if pick < self.chances.glass * chance {
+        if side < chance {
             return above(reflected);
         }
         if self.closure.is_thin {
@@ -291,6 +295,9 @@ impl Mixture {
         Some(ScatterSample { is_transmitted: true, is_straight: self.closure.is_straight(), ..sample })
     }
 }
+
+/// The largest number below 1.
+const LAST_NUMBER: f32 = 1.0 - 1.0 / 16_777_216.0;
 
 /// The direction, or nothing where it is not above the surface.
 #[inline(always)]

@@ -4,6 +4,9 @@
 //! number, which part holds the range's first one. Two of these stand in a word, the lower half first. Without the index a search
 //! reads as many places as the count has digits, and each may be far away in memory.
 
+use crate::memory::prefetch;
+use crate::sampling::place_within;
+
 /// The last sum.
 pub const TABLE_UNIT: u32 = 1 << 24;
 
@@ -12,18 +15,24 @@ pub fn index_length(count: usize) -> usize {
     count + 1 + count.div_ceil(2)
 }
 
-/// A word of the index of these sums, of fewer than 2^16 parts.
-pub fn index_word(sums: &[u32], word: usize) -> u32 {
+/// Gives the words of the index of these sums, of fewer than 2^16 parts, to `add`.
+pub fn for_index_words(sums: &[u32], mut add: impl FnMut(u32)) {
     let count = sums.len() - 1;
-    let held = |range: usize| {
+    let mut after = 0;
+    let mut held = |range: usize| {
         let start = (range as u64 * TABLE_UNIT as u64).div_ceil(count as u64) as u32;
-        let after = sums[..count].partition_point(|sum| *sum <= start);
+        while after < count && sums[after] <= start {
+            after += 1;
+        }
         if range < count { after.saturating_sub(1) as u32 } else { 0 }
     };
-    held(2 * word) | (held(2 * word + 1) << 16)
+    for word in 0..count.div_ceil(2) {
+        add(held(2 * word) | (held(2 * word + 1) << 16));
+    }
 }
 
 /// A place among running sums.
+#[derive(Clone, Copy)]
 pub(super) struct Pick {
     /// Number of the part.
     pub(super) number: u32,
@@ -33,29 +42,95 @@ pub(super) struct Pick {
     pub(super) weight: u32,
 }
 
-/// The part of `count` whose sums, from word `first` of the table on, hold `u`; `jitter` is its place between two of the whole
-/// numbers. Both are in [0, 1).
-#[inline(always)]
-pub(super) fn pick(table: &[u32], first: usize, count: u32, u: f32, jitter: f32) -> Pick {
-    // By `get`, which has no panic for GPUs.
-    let sum = |number: u32| table.get(first + number as usize).copied().unwrap_or(TABLE_UNIT);
-    let target = (u * TABLE_UNIT as f32) as u32;
-    let range = ((target as u64 * count as u64) / TABLE_UNIT as u64) as u32;
-    let held = |range: u32| {
-        let at = first + count as usize + 1 + range as usize / 2;
-        let word = table.get(at).copied().unwrap_or(0);
-        if range.is_multiple_of(2) { word & 0xffff } else { word >> 16 }
-    };
-    // The last sum that is no larger: the part after it has a weight.
-    let (mut low, mut high) = (held(range), if range + 1 < count { held(range + 1) + 1 } else { count });
-    while low + 1 < high {
-        let middle = (low + high) / 2;
-        (low, high) = if sum(middle) <= target { (middle, high) } else { (low, middle) };
-    }
-    let (from, to) = (sum(low), sum(low + 1));
-    let weight = to.wrapping_sub(from);
-    Pick { number: low, rest: ((target.wrapping_sub(from)) as f32 + jitter) / weight as f32, weight }
+impl Pick {
+    /// None yet.
+    pub(super) const NONE: Pick = Pick { number: 0, rest: 0.0, weight: 0 };
 }
+
+/// Sums from a word of a table on, and the index into them.
+#[derive(Clone, Copy)]
+pub(super) struct Sums<'a> {
+    pub(super) table: &'a [u32],
+    pub(super) first: usize,
+    /// The number of parts.
+    pub(super) count: u32,
+}
+
+impl Sums<'_> {
+    /// The part that holds `u`, in [0, 1] of double precision: digits after the first 24 are a place between two of the whole
+    /// numbers.
+    #[inline(always)]
+    pub(super) fn pick(&self, u: f64) -> Pick {
+        let (exact, target) = self.target(u);
+        // The last sum that is no larger: the part after it has a weight.
+        let (mut low, mut high) = self.held(target);
+        while high - low > WINDOW {
+            let middle = (low + high) / 2;
+            (low, high) = if self.sum(middle) <= target { (middle, high) } else { (low, middle) };
+        }
+        // Without branches: how many of those that are left is known only when they have come from memory.
+        let mut before = 0;
+        for k in 1..WINDOW {
+            let number = low + k;
+            before += u32::from((number < high) & (self.sum(number) <= target));
+        }
+        let number = low + before;
+        let (from, to) = (self.sum(number), self.sum(number + 1));
+        let weight = to.wrapping_sub(from);
+        Pick { number, rest: place_within((exact - from as f64) / weight as f64), weight }
+    }
+
+    /// Tells memory that [`Sums::pick`] will read the index.
+    #[inline(always)]
+    pub(super) fn prefetch_index(&self, u: f64) {
+        prefetch(self.table, self.index_word(self.range(self.target(u).1)));
+    }
+
+    /// Tells memory that it will read sums. The index should have come.
+    #[inline(always)]
+    pub(super) fn prefetch_sums(&self, u: f64) {
+        let (low, _) = self.held(self.target(u).1);
+        prefetch(self.table, self.first + low as usize);
+    }
+
+    /// A number among the sums, exact and rounded down.
+    #[inline(always)]
+    fn target(&self, u: f64) -> (f64, u32) {
+        let exact = u * TABLE_UNIT as f64;
+        (exact, (exact as u32).min(TABLE_UNIT - 1))
+    }
+
+    #[inline(always)]
+    fn range(&self, target: u32) -> u32 {
+        ((target as u64 * self.count as u64) / TABLE_UNIT as u64) as u32
+    }
+
+    /// The word of the index that has a range.
+    #[inline(always)]
+    fn index_word(&self, range: u32) -> usize {
+        self.first + self.count as usize + 1 + range as usize / 2
+    }
+
+    /// The first and the last part, the latter not included, that a number may lie in.
+    #[inline(always)]
+    fn held(&self, target: u32) -> (u32, u32) {
+        let range = self.range(target);
+        let held = |range: u32| {
+            // By `get`, which has no panic for GPUs.
+            let word = self.table.get(self.index_word(range)).copied().unwrap_or(0);
+            if range.is_multiple_of(2) { word & 0xffff } else { word >> 16 }
+        };
+        (held(range), if range + 1 < self.count { held(range + 1) + 1 } else { self.count })
+    }
+
+    #[inline(always)]
+    fn sum(&self, number: u32) -> u32 {
+        self.table.get(self.first + number as usize).copied().unwrap_or(TABLE_UNIT)
+    }
+}
+
+/// So many parts are looked at without a search.
+const WINDOW: u32 = 8;
 
 #[cfg(test)]
 mod tests {
@@ -81,17 +156,18 @@ mod tests {
             }
             let mut table = vec![77; 3];
             table.extend(&sums);
-            table.extend((0..count.div_ceil(2)).map(|word| index_word(&sums, word)));
+            for_index_words(&sums, |word| table.push(word));
             assert_eq!(table.len(), 3 + index_length(count));
             for k in 0..20_000u32 {
                 let target = if k < 100 { k } else { mix(k) >> 8 };
-                let found = pick(&table, 3, count as u32, target as f32 / TABLE_UNIT as f32, 0.5);
+                let of_table = Sums { table: &table, first: 3, count: count as u32 };
+                let found = of_table.pick((target as f64 + 0.5) / TABLE_UNIT as f64);
                 let expected = sums.partition_point(|sum| *sum <= target) as u32 - 1;
                 assert_eq!(
                     (found.number, found.weight),
                     (expected, sums[expected as usize + 1] - sums[expected as usize])
                 );
-                assert!(found.rest > 0.0 && found.rest < 1.0);
+                assert!(found.rest >= 0.0 && found.rest < 1.0);
             }
         }
     }

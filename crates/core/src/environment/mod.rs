@@ -8,11 +8,11 @@ mod index;
 mod sun;
 mod table;
 
-pub use index::{TABLE_UNIT, index_length, index_word};
-pub use table::DirectionSample;
+pub use index::{TABLE_UNIT, for_index_words, index_length};
+pub use table::{DirectionLanes, DirectionSample};
 
 use crate::material::NONE;
-use crate::math::{Vec3, elementary, floor, fma, max, sqrt, vec3};
+use crate::math::{Vec3, Vec3Lanes, elementary, floor, fma, max, sqrt, vec3};
 use crate::texture::Textures;
 
 /// What surrounds the scene, besides the constant background. Its table stands in the scene's arrays.
@@ -75,9 +75,28 @@ impl Environment {
     /// The radiance that comes from a direction, a unit vector of the world.
     #[inline(always)]
     pub fn radiance(&self, textures: &Textures, direction: Vec3) -> Vec3 {
-        let [x, y] = picture_place(self.in_picture(direction));
-        let uv = [x, 1.0 - y];
+        self.radiance_at(textures, &self.place(direction))
+    }
+
+    /// The same from a place of the picture.
+    #[inline(always)]
+    pub fn radiance_at(&self, textures: &Textures, place: &PicturePlace) -> Vec3 {
+        let uv = place.uv();
         textures.sample(self.texture, &[uv, uv]).color * self.strength
+    }
+
+    /// Tells memory that [`Environment::radiance_at`] will read a place.
+    #[inline(always)]
+    pub fn prefetch_radiance(&self, textures: &Textures, place: &PicturePlace) {
+        let uv = place.uv();
+        textures.prefetch(self.texture, &[uv, uv]);
+    }
+
+    /// Where a direction, a unit vector of the world, lies.
+    #[inline(always)]
+    pub fn place(&self, direction: Vec3) -> PicturePlace {
+        let direction = self.in_picture(direction);
+        PicturePlace { direction, place: picture_place(direction) }
     }
 
     #[inline(always)]
@@ -90,6 +109,52 @@ impl Environment {
     fn in_world(&self, d: Vec3) -> Vec3 {
         let [x, y, z] = self.picture_from_world;
         (x * d.x).plus_scaled(y, d.y).plus_scaled(z, d.z).normalize_or(y)
+    }
+}
+
+/// A direction and its place in the picture.
+#[derive(Clone, Copy, Debug)]
+pub struct PicturePlace {
+    /// A unit vector of the picture's frame.
+    direction: Vec3,
+    /// Right and down, 0 to 1 each.
+    place: [f32; 2],
+}
+
+impl PicturePlace {
+    /// In texture coordinates.
+    #[inline(always)]
+    fn uv(&self) -> [f32; 2] {
+        let [x, y] = self.place;
+        [x, 1.0 - y]
+    }
+}
+
+/// Directions and their places in several lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct PlaceLanes<const W: usize> {
+    direction: Vec3Lanes<W>,
+    place: [[f32; W]; 2],
+}
+
+impl<const W: usize> PlaceLanes<W> {
+    /// [`Environment::place`] of unit vectors of the world.
+    #[inline(always)]
+    pub fn new(environment: &Environment, direction: &Vec3Lanes<W>) -> PlaceLanes<W> {
+        let mut lanes = PlaceLanes { direction: Vec3Lanes::ZERO, place: [[0.0; W]; 2] };
+        for lane in 0..W {
+            let PicturePlace { direction, place: [x, y] } = environment.place(direction.get(lane));
+            lanes.direction.set(lane, direction);
+            (lanes.place[0][lane], lanes.place[1][lane]) = (x, y);
+        }
+        lanes
+    }
+
+    /// Of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> PicturePlace {
+        let [x, y] = self.place;
+        PicturePlace { direction: self.direction.get(lane), place: [x[lane], y[lane]] }
     }
 }
 

@@ -5,9 +5,11 @@
 //! numbers, as random numbers have digits: so the probability of a cell is exactly what is said of it. In a cell all directions are
 //! equally likely.
 
-use super::index::pick;
-use super::{Environment, TABLE_UNIT, direction_at, index_length, picture_place};
-use crate::math::{Vec3, elementary, fma};
+use super::index::{Pick, Sums};
+use super::{Environment, PicturePlace, TABLE_UNIT, direction_at, index_length};
+use crate::math::{Vec3, Vec3Lanes, elementary, fma};
+use crate::memory::prefetch;
+use crate::sampling::place_within;
 
 /// A direction from which light may come.
 #[derive(Clone, Copy, Debug)]
@@ -18,20 +20,89 @@ pub struct DirectionSample {
     pub density: f32,
 }
 
+/// Directions in several lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionLanes<const W: usize> {
+    /// Unit vectors of the world.
+    pub to_light: Vec3Lanes<W>,
+    /// Densities per steradian.
+    pub density: [f32; W],
+}
+
 impl Environment {
-    /// A direction by its brightness, from a number that chooses the sun or the table, two more, and two for its place between the
-    /// digits of these, all in [0, 1). There must be light: [`Environment::chance`] is above 0.
+    /// A direction by its brightness, from two numbers in [0, 1), of which the first one chooses the sun or the table, too. There
+    /// must be light: [`Environment::chance`] is above 0.
     #[inline(always)]
-    pub fn sample(&self, table: &[u32], choice: f32, u: [f32; 2], jitter: [f32; 2]) -> DirectionSample {
-        if choice < self.sun_chance {
-            let to_light = self.in_world(self.sample_sun(u));
-            return DirectionSample { to_light, density: self.density(table, to_light) };
+    pub fn sample(&self, table: &[u32], u: [f64; 2]) -> DirectionSample {
+        match self.share_of_table(u[0]) {
+            None => self.sample_of_sun(table, u),
+            Some(across) => {
+                let row = self.rows_of(table).pick(u[1]);
+                let column = self.cells_of(table, row.number).pick(across);
+                self.sample_at(&row, &column)
+            }
         }
-        let row = pick(table, 0, self.rows, u[1], jitter[1]);
-        let column = pick(table, self.first_of_row(row.number), self.columns, u[0], jitter[0]);
+    }
+
+    /// As [`Environment::sample`] in several lanes.
+    #[inline(always)]
+    pub fn sample_lanes<const W: usize>(&self, table: &[u32], u: &[[f64; W]; 2]) -> DirectionLanes<W> {
+        let mut lanes = DirectionLanes { to_light: Vec3Lanes::ZERO, density: [0.0; W] };
+        let mut across = [0.0; W];
+        let mut is_sun = [false; W];
+        for lane in 0..W {
+            let share = self.share_of_table(u[0][lane]);
+            (across[lane], is_sun[lane]) = (share.unwrap_or(0.0), share.is_none());
+        }
+        // The few rows are in the caches; what follows is not, and each loop waits for all lanes together.
+        let mut rows = [Pick::NONE; W];
+        for lane in 0..W {
+            rows[lane] = self.rows_of(table).pick(u[1][lane]);
+            self.cells_of(table, rows[lane].number).prefetch_index(across[lane]);
+        }
+        for lane in 0..W {
+            self.cells_of(table, rows[lane].number).prefetch_sums(across[lane]);
+        }
+        let mut columns = [Pick::NONE; W];
+        for lane in 0..W {
+            columns[lane] = self.cells_of(table, rows[lane].number).pick(across[lane]);
+        }
+        for lane in 0..W {
+            let sample = self.sample_at(&rows[lane], &columns[lane]);
+            lanes.to_light.set(lane, sample.to_light);
+            lanes.density[lane] = sample.density;
+        }
+        for lane in 0..W {
+            if is_sun[lane] {
+                let sample = self.sample_of_sun(table, [u[0][lane], u[1][lane]]);
+                lanes.to_light.set(lane, sample.to_light);
+                lanes.density[lane] = sample.density;
+            }
+        }
+        lanes
+    }
+
+    /// Where a number lies that does not go to the sun, among all of these.
+    #[inline(always)]
+    fn share_of_table(&self, u: f64) -> Option<f64> {
+        let to_sun = self.sun_chance as f64;
+        if u < to_sun { None } else { Some((u - to_sun) / (1.0 - to_sun)) }
+    }
+
+    /// By the sun, which `u` goes to.
+    #[inline(always)]
+    fn sample_of_sun(&self, table: &[u32], u: [f64; 2]) -> DirectionSample {
+        let within = [u[0] / self.sun_chance as f64, u[1]].map(place_within);
+        let to_light = self.in_world(self.sample_sun(within));
+        DirectionSample { to_light, density: self.density(table, to_light) }
+    }
+
+    /// In a cell.
+    #[inline(always)]
+    fn sample_at(&self, row: &Pick, column: &Pick) -> DirectionSample {
         // From the nearer pole, where shares are small: they have all their digits there.
         let is_lower = 2 * row.number >= self.rows;
-        let from_pole = if is_lower { self.rows - 1 - row.number } else { row.number };
+        let from_pole = if is_lower { self.rows.wrapping_sub(1 + row.number) } else { row.number };
         let near = elementary::sin(from_pole as f32 * self.half_row());
         let far = elementary::sin((from_pole + 1) as f32 * self.half_row());
         let (near, far) = (near * near, far * far);
@@ -45,20 +116,38 @@ impl Environment {
     /// How densely [`Environment::sample`] gives a direction, a unit vector of the world, per steradian.
     #[inline(always)]
     pub fn density(&self, table: &[u32], direction: Vec3) -> f32 {
-        let direction = self.in_picture(direction);
-        let [x, y] = picture_place(direction);
+        self.density_at(table, &self.place(direction))
+    }
+
+    /// The same at a place of the picture.
+    #[inline(always)]
+    pub fn density_at(&self, table: &[u32], place: &PicturePlace) -> f32 {
+        let (row, column) = self.cell(place);
+        let weight = |sums: Sums, number: u32| {
+            let sum = |at: usize| table.get(at).copied().unwrap_or(0);
+            let at = sums.first + number as usize;
+            sum(at + 1).wrapping_sub(sum(at))
+        };
+        let weights = [weight(self.rows_of(table), row), weight(self.cells_of(table, row), column)];
+        self.with_sun(self.density_of(weights, row), place.direction)
+    }
+
+    /// Tells memory that [`Environment::density_at`] will read a place.
+    #[inline(always)]
+    pub fn prefetch_density(&self, table: &[u32], place: &PicturePlace) {
+        let (row, column) = self.cell(place);
+        prefetch(table, self.cells_of(table, row).first + column as usize);
+    }
+
+    /// The row and the column of a place.
+    #[inline(always)]
+    fn cell(&self, place: &PicturePlace) -> (u32, u32) {
         let cell = |place: f32, count: u32| {
             let number = (place * count as f32) as u32;
             if number < count { number } else { count.wrapping_sub(1) }
         };
-        let (row, column) = (cell(y, self.rows), cell(x, self.columns));
-        let weight = |first: usize, number: u32| {
-            let sum = |at: usize| table.get(at).copied().unwrap_or(0);
-            let at = first + number as usize;
-            sum(at + 1).wrapping_sub(sum(at))
-        };
-        let density = self.density_of([weight(0, row), weight(self.first_of_row(row), column)], row);
-        self.with_sun(density, direction)
+        let [x, y] = place.place;
+        (cell(y, self.rows), cell(x, self.columns))
     }
 
     /// The density of all samples in a direction of the picture's frame, where that of those by the table is this.
@@ -68,6 +157,18 @@ impl Environment {
             return density;
         }
         fma(self.sun_chance, self.sun_density(direction), (1.0 - self.sun_chance) * density)
+    }
+
+    /// The sums of the rows.
+    #[inline(always)]
+    fn rows_of<'a>(&self, table: &'a [u32]) -> Sums<'a> {
+        Sums { table, first: 0, count: self.rows }
+    }
+
+    /// Those of a row's cells.
+    #[inline(always)]
+    fn cells_of<'a>(&self, table: &'a [u32], row: u32) -> Sums<'a> {
+        Sums { table, first: self.first_of_row(row), count: self.columns }
     }
 
     #[inline(always)]
@@ -93,9 +194,9 @@ impl Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::environment::index_word;
+    use crate::environment::for_index_words;
     use crate::math::{sqrt, vec3};
-    use crate::sampling::{mix, point_2d};
+    use crate::sampling::{mix, point_2d, with_digits};
 
     /// Sums of these weights, of a table of their rows.
     fn table(weights: &[&[u32]]) -> (Environment, Vec<u32>) {
@@ -107,8 +208,8 @@ mod tests {
                 sum += u64::from(*weight);
                 sums.push((sum * u64::from(TABLE_UNIT) / u64::from(total.max(1))) as u32);
             }
-            let index: Vec<u32> =
-                (0..weights.len().div_ceil(2)).map(|word| index_word(&sums, word)).collect();
+            let mut index = Vec::new();
+            for_index_words(&sums, |word| index.push(word));
             sums.extend(index);
             sums
         };
@@ -163,7 +264,7 @@ mod tests {
             };
             let (mut sampled, mut said) = ([0f64; 64], [0f64; 64]);
             for i in 0..COUNT {
-                let sample = environment.sample(&table, point_2d(i, 5)[0], point_2d(i, 3), point_2d(i, 4));
+                let sample = environment.sample(&table, point_2d(i, 3).map(|u| with_digits(u, mix(i))));
                 assert!((sample.to_light.length() - 1.0).abs() < 1e-6);
                 assert!(sample.density > 0.0 && sample.density.is_finite());
                 sampled[part(sample.to_light)] += 1.0 / f64::from(COUNT);
@@ -187,7 +288,7 @@ mod tests {
         let (environment, table) = table(&weights);
         let mut others = 0;
         for i in 0..100_000 {
-            let sample = environment.sample(&table, point_2d(i, 5)[0], point_2d(i, 3), point_2d(i, 4));
+            let sample = environment.sample(&table, point_2d(i, 3).map(|u| with_digits(u, mix(i))));
             let said = environment.density(&table, sample.to_light);
             others += u32::from((sample.density / said - 1.0).abs() > 1e-5);
         }

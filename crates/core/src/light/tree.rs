@@ -9,6 +9,7 @@ use super::Light;
 use crate::math::{Vec3, clamp, fma, max, sqrt};
 use crate::out_of_line::out_of_line;
 use crate::ray::PrimitiveId;
+use crate::sampling::place_within;
 
 /// A node of the tree. Number 0 is the root.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +63,9 @@ pub struct ChosenLight {
     pub number: u32,
     /// How likely it was chosen; over 0.
     pub chance: f32,
+    /// Where among the numbers that choose it the one lies that did, in [0, 1): as even there as these are, so it may choose a
+    /// point of the light.
+    pub rest: f32,
 }
 
 /// A tree over lights.
@@ -138,7 +142,8 @@ impl LightTree<'_> {
             let node = self.nodes.get(at.node as usize)?;
             if node.is_leaf() {
                 let chance = at.chance as f32;
-                return if chance > 0.0 { Some(ChosenLight { number: node.number, chance }) } else { None };
+                let rest = place_within((u - low) / at.chance);
+                return (chance > 0.0).then_some(ChosenLight { number: node.number, chance, rest });
             }
             let first = self.first_chance(node, receiver)?;
             let is_first;

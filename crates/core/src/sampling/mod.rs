@@ -6,7 +6,7 @@ mod sobol;
 mod warp;
 
 pub use hash::{hash_pair, mix};
-pub use sobol::{owen_scramble, point_2d, sobol_2d, with_digits};
+pub use sobol::{owen_scramble, place_within, point_2d, sobol_2d, with_digits};
 pub use warp::{
     cosine_direction, cosine_lobe, disk_point, hemisphere_direction, onto_axis, orthonormal_basis,
     triangle_point,

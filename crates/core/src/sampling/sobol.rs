@@ -75,6 +75,15 @@ pub fn with_digits(x: f32, digits: u32) -> f64 {
     x as f64 + (digits >> 3) as f64 * LAST_BIT
 }
 
+/// A place in a part of a range, where 0 is its beginning and 1 its end, as a number in [0, 1) of 24 bits: rounding may have led
+/// beyond either of them.
+#[inline(always)]
+pub fn place_within(x: f64) -> f32 {
+    const STEPS: u32 = 1 << 24;
+    let step = (x * STEPS as f64) as u32;
+    (if step < STEPS { step } else { STEPS - 1 }) as f32 * (1.0 / STEPS as f32)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -85,6 +94,10 @@ mod tests {
         assert_eq!(with_digits(0.0, 0), 0.0);
         assert_eq!(with_digits(last, u32::MAX), 1.0 - f64::EPSILON / 2.0);
         assert_eq!(with_digits(0.5, 1 << 31), 0.5 + 1.0 / 33_554_432.0);
+        for x in [0.0, 0.3, last] {
+            assert_eq!(place_within(with_digits(x, u32::MAX)), x);
+        }
+        assert_eq!([-1e-9, 1.0, f64::NAN].map(place_within), [0.0, last, 0.0]);
     }
     use crate::sampling::hash_pair;
 

@@ -3,7 +3,7 @@
 use super::textures::Textures;
 use crate::model::{EnvironmentSource, Scene};
 use crate::sky::{DiskOfSun, PICTURE_ROWS, SkyPicture};
-use eosphor_core::environment::{Environment, TABLE_UNIT, index_word};
+use eosphor_core::environment::{Environment, TABLE_UNIT, for_index_words};
 use eosphor_core::math::{elementary64, vec3};
 use eosphor_core::texture::{Texture, TextureFilter, Textures as TextureView};
 use rayon::prelude::*;
@@ -88,30 +88,12 @@ fn table(
     let columns = header.width.min(most_cells[0]);
     let rows = picture_rows.min(most_cells[1]);
     let across: Vec<Reads> = (0..columns).map(|cell| Reads::of_cell(cell, columns, header.width)).collect();
-    // Every cell's brightness, times the sine of its angle from up; and what of the row was the sun's.
-    let weights: Vec<(Vec<f64>, f64)> = (0..rows)
+    let weights: Vec<(Vec<f64>, f64)> = (0..rows.div_ceil(ROWS_OF_BLOCK))
         .into_par_iter()
-        .map(|row| {
-            let (mut sums, mut of_sun) = (vec![0.0; columns as usize], 0.0);
-            let down = Reads::of_cell(row, rows, picture_rows);
-            for (y, share_y) in down.texels() {
-                let y = y.clamp(0, i64::from(picture_rows) - 1) as u32;
-                let mut texels: Vec<f64> =
-                    (0..header.width).map(|x| brightness(view, x, y, picture_rows)).collect();
-                if let Some(sun) = sun {
-                    let taken = take_away(sun, y, picture_rows, &mut texels);
-                    of_sun += share_y * taken * f64::from(columns) / f64::from(header.width);
-                }
-                for (sum, reads) in sums.iter_mut().zip(&across) {
-                    let own = |(x, share): (i64, f64)| {
-                        texels[x.rem_euclid(i64::from(header.width)) as usize] * share
-                    };
-                    *sum += share_y * reads.texels().map(own).sum::<f64>();
-                }
-            }
-            let sine = elementary64::sin((f64::from(row) + 0.5) * PI / f64::from(rows));
-            sums.iter_mut().for_each(|sum| *sum *= sine);
-            (sums, of_sun * sine)
+        .flat_map_iter(|block| {
+            let mut texels = TexelRows { view, picture_rows, sun, across: &across, kept: Vec::new() };
+            let block = block * ROWS_OF_BLOCK..rows.min((block + 1) * ROWS_OF_BLOCK);
+            block.map(|row| texels.weights(row, rows)).collect::<Vec<_>>()
         })
         .collect();
     let of_sun: f64 = weights.iter().map(|(_, of_sun)| of_sun).sum();
@@ -123,6 +105,72 @@ fn table(
         add_indexed(&mut words, &running_sums(row).unwrap_or_else(|| vec![0; row.len() + 1]));
     }
     Some(Table { columns, rows, sun_share: of_sun / (of_sun + row_weights.iter().sum::<f64>()), words })
+}
+
+/// Rows of a table that are made one after the other, since neighbours read the same texels.
+const ROWS_OF_BLOCK: u32 = 16;
+
+/// Rows of a picture's texels, as the cells of a table see them.
+struct TexelRows<'a> {
+    view: &'a TextureView<'a>,
+    picture_rows: u32,
+    sun: Option<DiskOfSun>,
+    /// What each cell reads of a row.
+    across: &'a [Reads],
+    /// The last few rows that were read.
+    kept: Vec<TexelRow>,
+}
+
+/// A row of texels.
+struct TexelRow {
+    number: u32,
+    /// The brightness that each cell sees.
+    cells: Vec<f64>,
+    /// The brightness that was the sun's.
+    of_sun: f64,
+}
+
+impl TexelRows<'_> {
+    /// A row of the table: every cell's brightness, times the sine of its angle from up, and what of the row was the sun's.
+    fn weights(&mut self, row: u32, rows: u32) -> (Vec<f64>, f64) {
+        let (mut sums, mut of_sun) = (vec![0.0; self.across.len()], 0.0);
+        for (y, share) in Reads::of_cell(row, rows, self.picture_rows).texels() {
+            let texels = self.row(y.clamp(0, i64::from(self.picture_rows) - 1) as u32);
+            of_sun += share * texels.of_sun;
+            for (sum, cell) in sums.iter_mut().zip(&texels.cells) {
+                *sum += share * cell;
+            }
+        }
+        let sine = elementary64::sin((f64::from(row) + 0.5) * PI / f64::from(rows));
+        sums.iter_mut().for_each(|sum| *sum *= sine);
+        (sums, of_sun * sine)
+    }
+
+    fn row(&mut self, number: u32) -> &TexelRow {
+        // Two rows of the table share at most three.
+        const KEPT: usize = 4;
+        let at = self.kept.iter().position(|row| row.number == number).unwrap_or_else(|| {
+            if self.kept.len() == KEPT {
+                self.kept.remove(0);
+            }
+            self.kept.push(self.read(number));
+            self.kept.len() - 1
+        });
+        &self.kept[at]
+    }
+
+    fn read(&self, number: u32) -> TexelRow {
+        let width = self.view.textures[0].width;
+        let mut texels: Vec<f64> =
+            (0..width).map(|x| brightness(self.view, x, number, self.picture_rows)).collect();
+        let taken = self.sun.map_or(0.0, |sun| take_away(sun, number, self.picture_rows, &mut texels));
+        let read = |(x, share): (i64, f64)| texels[x.rem_euclid(i64::from(width)) as usize] * share;
+        TexelRow {
+            number,
+            cells: self.across.iter().map(|reads| reads.texels().map(read).sum()).collect(),
+            of_sun: taken * self.across.len() as f64 / f64::from(width),
+        }
+    }
 }
 
 /// Takes the sun's disk away from a row of texels, which get the brightness of one beside it; returns what it had. A row that is
@@ -156,7 +204,7 @@ fn take_away(sun: DiskOfSun, row: u32, rows: u32, texels: &mut [f64]) -> f64 {
 /// Appends running sums and the index into them.
 fn add_indexed(words: &mut Vec<u32>, sums: &[u32]) {
     words.extend(sums);
-    words.extend((0..(sums.len() - 1).div_ceil(2)).map(|word| index_word(sums, word)));
+    for_index_words(sums, |word| words.push(word));
 }
 
 /// The sum of a texel's channels; 0 for what is no light, as pictures of other programs may have it: NaN, infinity, less than 0.

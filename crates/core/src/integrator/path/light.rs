@@ -52,6 +52,11 @@ impl Strength {
         }
     }
 
+    #[inline(always)]
+    pub(super) fn is_any(&self) -> bool {
+        self.radiance.max_component() > 0.0
+    }
+
     /// What a path of this weight and depth gets of it where the surface scatters it like that, and bodies between leave so much.
     #[inline(always)]
     pub(super) fn contribution(
@@ -66,44 +71,69 @@ impl Strength {
     }
 }
 
-/// From the environment, which was chosen because `choice` is below its chance. `choice` over that chance is again an even number
-/// in [0, 1), which chooses between the sun and the rest.
-#[inline(always)]
-pub(super) fn draw_environment<N: Numbers>(view: &SceneView, choice: f64, numbers: &N) -> LightDraw {
-    let environment = view.environment;
-    let [u, jitter] = numbers.on_environment();
-    let share = (choice / environment.chance as f64) as f32;
-    let sample = environment.sample(view.environment_table, share, u, jitter);
-    let density = environment.chance * sample.density;
-    let radiance = environment.radiance(&view.textures(), sample.to_light);
-    let radiance = if density > 0.0 { radiance * (1.0 / density) } else { Vec3::ZERO };
-    LightDraw {
-        to_light: sample.to_light,
-        t_max: f32::INFINITY,
-        target: PrimitiveId::NONE,
-        strength: Strength { radiance, density },
+/// A light that was chosen.
+#[derive(Clone, Copy)]
+pub(super) struct LightChoice<'a> {
+    /// `None`: the environment.
+    pub(super) light: Option<&'a Light>,
+    /// How likely it was; of the environment, this is in its density.
+    pub(super) chance: f32,
+    /// The first coordinate of a point of the light, in [0, 1).
+    pub(super) place: f32,
+}
+
+impl LightChoice<'_> {
+    const ENVIRONMENT: LightChoice<'static> = LightChoice { light: None, chance: 1.0, place: 0.0 };
+}
+
+impl LightDraw {
+    /// In a direction of the environment, whose samples have this density.
+    #[inline(always)]
+    pub(super) fn of_environment(to_light: Vec3, radiance: Vec3, density: f32) -> LightDraw {
+        let radiance = if density > 0.0 { radiance * (1.0 / density) } else { Vec3::ZERO };
+        LightDraw {
+            to_light,
+            t_max: f32::INFINITY,
+            target: PrimitiveId::NONE,
+            strength: Strength { radiance, density },
+        }
     }
 }
 
-/// From one of the lights, which is chosen with this chance.
+/// Where a number that chooses the environment lies among those that do.
 #[inline(always)]
-pub(super) fn draw_light<N: Numbers>(
+pub(super) fn share_of_environment(view: &SceneView, choice: f64) -> f64 {
+    choice / view.environment.chance as f64
+}
+
+/// From the environment, which was chosen because `choice` is below its chance.
+#[inline(always)]
+fn draw_environment(view: &SceneView, choice: f64, fine_place: f64) -> LightDraw {
+    let environment = view.environment;
+    let u = [share_of_environment(view, choice), fine_place];
+    let sample = environment.sample(view.environment_table, u);
+    let radiance = environment.radiance(&view.textures(), sample.to_light);
+    LightDraw::of_environment(sample.to_light, radiance, environment.chance * sample.density)
+}
+
+/// From one of the lights, which is chosen with this chance, at a place of it.
+#[inline(always)]
+pub(super) fn draw_light(
     view: &SceneView,
     light: &Light,
     chance: f32,
     origin: Vec3,
-    numbers: &N,
+    place: [f32; 2],
 ) -> LightDraw {
     let falloff = view.settings.light_falloff;
-    let sample = LightSampleLanes::<1>::new(light, falloff, |_| origin, |_| numbers.on_light());
+    let sample = LightSampleLanes::<1>::new(light, falloff, |_| origin, |_| place);
     let weight = sample.weight[0] / chance;
     let mut color = light.le();
     if let Light::Triangle { texture, .. } = *light
         && texture != NONE
         && weight > 0.0
     {
-        let place = triangle_point(numbers.on_light());
-        color *= emission_texel(view, light.primitive(), texture, place);
+        color *= emission_texel(view, light.primitive(), texture, triangle_point(place));
     }
     LightDraw {
         to_light: sample.direction(0),
@@ -122,7 +152,7 @@ pub(super) fn choose_lanes<'a, const W: usize>(
     view: &SceneView<'a>,
     receiver: impl Fn(usize) -> LightReceiver,
     choice: &[f64; W],
-) -> [Option<(Option<&'a Light>, f32)>; W] {
+) -> [Option<LightChoice<'a>>; W] {
     let to_environment = view.environment.chance as f64;
     let share = 1.0 - to_environment;
     let mut lights = [None; W];
@@ -136,60 +166,62 @@ pub(super) fn choose_lanes<'a, const W: usize>(
     let mut chosen = [None; W];
     for lane in 0..W {
         chosen[lane] = if choice[lane] < to_environment {
-            Some((None, 1.0))
-        } else if let Some(ChosenLight { number, chance }) = lights[lane]
-            // By `get`, which has no panic for GPUs.
-            && let Some(light) = view.lights.get(number as usize)
-        {
-            Some((Some(light), chance * share as f32))
+            Some(LightChoice::ENVIRONMENT)
         } else {
-            None
+            lights[lane].and_then(|light| chosen_light(view, &light, share))
         };
     }
     chosen
 }
 
-/// The light that is sampled by `choice` in [0, 1), and its chance; no light is the environment. `None` where none reaches the
-/// point.
+/// The light that is sampled by `choice` in [0, 1). `None` where none reaches the point.
 #[inline(always)]
 pub(super) fn choose<'a>(
     view: &SceneView<'a>,
     receiver: &LightReceiver,
     choice: f64,
-) -> Option<(Option<&'a Light>, f32)> {
+) -> Option<LightChoice<'a>> {
     let to_environment = view.environment.chance as f64;
     if choice < to_environment {
-        return Some((None, 1.0));
+        return Some(LightChoice::ENVIRONMENT);
     }
     let share = 1.0 - to_environment;
     let chosen = view.light_tree().choose(receiver, (choice - to_environment) / share)?;
-    // By `get`, which has no panic for GPUs.
-    let light = view.lights.get(chosen.number as usize)?;
-    Some((Some(light), chosen.chance * share as f32))
+    chosen_light(view, &chosen, share)
 }
 
-/// Samples the environment or one light from a point that `ray` found, by `choice` in [0, 1), for a path of this weight; `ask` is
-/// told where that brings anything.
+/// One of the lights, which have this share of all samples.
+#[inline(always)]
+fn chosen_light<'a>(view: &SceneView<'a>, chosen: &ChosenLight, share: f64) -> Option<LightChoice<'a>> {
+    // By `get`, which has no panic for GPUs.
+    let light = view.lights.get(chosen.number as usize)?;
+    Some(LightChoice { light: Some(light), chance: chosen.chance * share as f32, place: chosen.rest })
+}
+
+/// Samples the environment or one light from a point that `ray` found, for a path of this weight; `ask` is told where that brings
+/// anything.
 #[inline(always)]
 pub fn sample_light<N: Numbers>(
     view: &SceneView,
     (point, at): (&PathPoint, &ScatterPoint),
     (ray, weight): (&PathRay, Vec3),
     numbers: &N,
-    choice: f64,
     ask: impl FnOnce(LightRequest),
 ) {
-    let Some((light, chance)) = choose(view, &at.receiver(point), choice) else { return };
+    let (choice, second_place) = numbers.light();
+    let Some(LightChoice { light, chance, place }) = choose(view, &at.receiver(point), choice) else {
+        return;
+    };
     // The side that the sample lies on is known when there is one: then it is taken from there.
     let mut above = point.geometric_normal;
     let mut is_behind = false;
     let (origin, draw) = loop {
         let origin = point.position.plus_scaled(above, point.offset);
         let draw = match light {
-            Some(light) => draw_light(view, light, chance, origin, numbers),
-            None => draw_environment(view, choice, numbers),
+            Some(light) => draw_light(view, light, chance, origin, [place, second_place]),
+            None => draw_environment(view, choice, numbers.fine_place()),
         };
-        if !(draw.strength.radiance.max_component() > 0.0) {
+        if !draw.strength.is_any() {
             return;
         }
         if draw.to_light.dot(above) > 0.0 {
@@ -202,10 +234,24 @@ pub fn sample_light<N: Numbers>(
         is_behind = true;
         above = -above;
     };
+    if let Some(request) = request(view, (point, at), (ray, weight), (origin, &draw), is_behind) {
+        ask(request);
+    }
+}
+
+/// What a light that was drawn brings to a point, seen from its front or from behind, where that is anything.
+#[inline(always)]
+pub(super) fn request(
+    view: &SceneView,
+    (point, at): (&PathPoint, &ScatterPoint),
+    (ray, weight): (&PathRay, Vec3),
+    (origin, draw): (Vec3, &LightDraw),
+    is_behind: bool,
+) -> Option<LightRequest> {
     let direction = at.to_frame(draw.to_light);
     // A shading normal may put light on another side than the surface does.
     if (direction.z > 0.0) == is_behind {
-        return;
+        return None;
     }
     let scattered = at.mixture.eval(direction);
     // What is infinitely far is in no body.
@@ -216,13 +262,10 @@ pub fn sample_light<N: Numbers>(
     } else {
         Vec3::ONE
     };
-    let weight = (weight, ray.depth);
-    let contribution = draw.strength.contribution(view.settings, weight, scattered, left);
-    if contribution.max_component() > 0.0 {
-        ask(LightRequest {
-            ray: Ray { origin, t_min: 0.0, direction: draw.to_light, t_max: draw.t_max },
-            filter: RayFilter { start: point.id, target: draw.target, cull_back_faces: false },
-            contribution,
-        });
-    }
+    let contribution = draw.strength.contribution(view.settings, (weight, ray.depth), scattered, left);
+    (contribution.max_component() > 0.0).then_some(LightRequest {
+        ray: Ray { origin, t_min: 0.0, direction: draw.to_light, t_max: draw.t_max },
+        filter: RayFilter { start: point.id, target: draw.target, cull_back_faces: false },
+        contribution,
+    })
 }

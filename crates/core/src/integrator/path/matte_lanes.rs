@@ -6,30 +6,22 @@
 //! by lane.
 
 use super::arrive::{after_roulette, lamp_share, ray_from};
-use super::light::{LightDraw, Strength, choose_lanes, draw_environment, draw_light};
-use super::{Bounce, LightRequest, Media, NumbersOfLanes, PathState, frame, in_frame, limited, out_of_frame};
+use super::light::LightDraw;
+use super::light_lanes::DrawLanes;
+use super::{
+    Bounce, BounceLanes, LightRequest, Media, NumbersOfLanes, PathState, frame, in_frame, limited,
+    out_of_frame,
+};
 use crate::bsdf::{Matte, Scattered};
 use crate::integrator::coverage::MAX_HOLES;
 use crate::integrator::{MAX_DEPTH, PathRay, RayKind};
-use crate::light::{Light, LightReceiver, LightSampleLanes, TriangleLamp};
-use crate::material::NONE;
+use crate::light::LightReceiver;
 use crate::math::{Vec3, Vec3Lanes};
-use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use crate::ray::{Hit, Ray, RayFilter};
 use crate::sampling::cosine_direction;
 use crate::shading::{FoundTriangle, PathMaterial, PointLanes};
 use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
-
-/// Takes what several paths find at surfaces.
-pub trait BounceLanes {
-    /// Takes what one of them finds.
-    type Lane<'a>: Bounce
-    where
-        Self: 'a;
-
-    /// For the path of a lane.
-    fn lane(&mut self, lane: usize) -> Self::Lane<'_>;
-}
 
 /// Whether [`bounce_matte`] takes what a ray found: a matte triangle of the world, met by a ray that is in no body.
 #[inline(always)]
@@ -169,49 +161,14 @@ impl<const W: usize> MatteLanes<W> {
         to: &mut B,
     ) {
         let settings = view.settings;
-        let mut draws = DrawLanes::<W>::new();
         let mut origin = Vec3Lanes::<W>::ZERO;
         for lane in 0..W {
             origin.set(lane, self.origin(lane));
         }
-        let mut lamps = LampLanes::<W>::new();
-        let choice = numbers.light_choice();
-        let chosen = choose_lanes(view, |lane| self.receiver(lane), &choice);
-        for lane in 0..W {
-            if !goes_on[lane] {
-                continue;
-            }
-            let Some((light, chance)) = chosen[lane] else { continue };
-            let of_lane = numbers.lane(lane);
-            match light {
-                Some(light) => {
-                    if !lamps.take(lane, light, chance) {
-                        draws.set(lane, draw_light(view, light, chance, origin.get(lane), &of_lane));
-                    }
-                }
-                None => draws.set(lane, draw_environment(view, choice[lane], &of_lane)),
-            }
-        }
-        if lamps.is_any {
-            let on_light = numbers.on_lights();
-            let samples = LightSampleLanes::<W>::of_triangles(
-                |lane| lamps.lamp(lane),
-                |lane| origin.get(lane),
-                |lane| [on_light[0][lane], on_light[1][lane]],
-            );
-            for lane in 0..W {
-                let weight = samples.weight[lane] / lamps.chance[lane];
-                let strength = Strength::new(settings, lamps.color.get(lane), weight, true);
-                if lamps.is_there[lane] {
-                    let (to_light, t_max) = (samples.direction(lane), samples.t_max[lane]);
-                    draws.set(lane, LightDraw { to_light, t_max, target: lamps.target[lane], strength });
-                }
-            }
-        }
+        let draws = DrawLanes::new(view, goes_on, |lane| self.receiver(lane), &origin, numbers);
         let (mut contribution, mut is_lit) = (Vec3Lanes::<W>::ZERO, [false; W]);
         for lane in 0..W {
-            let to_light = draws.to_light.get(lane);
-            let strength = Strength { radiance: draws.radiance.get(lane), density: draws.density[lane] };
+            let LightDraw { to_light, strength, .. } = draws.get(lane);
             let cos = in_frame(&self.axes(lane), to_light).z;
             let scattered = Matte::new(self.albedo.get(lane)).eval(cos);
             let found = strength.contribution(
@@ -221,8 +178,8 @@ impl<const W: usize> MatteLanes<W> {
                 Vec3::ONE,
             );
             contribution.set(lane, found);
-            is_lit[lane] = draws.is_there[lane]
-                & (strength.radiance.max_component() > 0.0)
+            is_lit[lane] = draws.is_there(lane)
+                & strength.is_any()
                 & (to_light.dot(self.points.geometric_normal.get(lane)) > 0.0)
                 & (cos > 0.0)
                 & (found.max_component() > 0.0);
@@ -230,10 +187,10 @@ impl<const W: usize> MatteLanes<W> {
         for lane in 0..W {
             if is_lit[lane] {
                 let (_, hit) = met(lane);
-                let (direction, t_max) = (draws.to_light.get(lane), draws.t_max[lane]);
+                let LightDraw { to_light: direction, t_max, target, .. } = draws.get(lane);
                 to.lane(lane).ask(LightRequest {
                     ray: Ray { origin: origin.get(lane), t_min: 0.0, direction, t_max },
-                    filter: RayFilter { start: hit.id, target: draws.target[lane], cull_back_faces: false },
+                    filter: RayFilter { start: hit.id, target, cull_back_faces: false },
                     contribution: contribution.get(lane),
                 });
             }
@@ -295,104 +252,6 @@ impl<const W: usize> MatteLanes<W> {
                     left: self.receiver(lane),
                 });
             }
-        }
-    }
-}
-
-/// Samples of lights that were drawn.
-struct DrawLanes<const W: usize> {
-    to_light: Vec3Lanes<W>,
-    radiance: Vec3Lanes<W>,
-    density: [f32; W],
-    t_max: [f32; W],
-    target: [PrimitiveId; W],
-    is_there: [bool; W],
-}
-
-impl<const W: usize> DrawLanes<W> {
-    #[inline(always)]
-    fn new() -> DrawLanes<W> {
-        DrawLanes {
-            to_light: Vec3Lanes::ZERO,
-            radiance: Vec3Lanes::ZERO,
-            density: [0.0; W],
-            t_max: [0.0; W],
-            target: [PrimitiveId::NONE; W],
-            is_there: [false; W],
-        }
-    }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, draw: LightDraw) {
-        self.to_light.set(lane, draw.to_light);
-        self.radiance.set(lane, draw.strength.radiance);
-        self.density[lane] = draw.strength.density;
-        self.t_max[lane] = draw.t_max;
-        self.target[lane] = draw.target;
-        self.is_there[lane] = true;
-    }
-}
-
-/// Triangles without textures that were chosen as lights.
-struct LampLanes<const W: usize> {
-    corner: Vec3Lanes<W>,
-    edges: [Vec3Lanes<W>; 2],
-    normal: Vec3Lanes<W>,
-    color: Vec3Lanes<W>,
-    power: [f32; W],
-    is_two_sided: [bool; W],
-    chance: [f32; W],
-    target: [PrimitiveId; W],
-    is_there: [bool; W],
-    is_any: bool,
-}
-
-impl<const W: usize> LampLanes<W> {
-    #[inline(always)]
-    fn new() -> LampLanes<W> {
-        let zero = Vec3Lanes::ZERO;
-        LampLanes {
-            corner: zero,
-            edges: [zero; 2],
-            normal: zero,
-            color: zero,
-            power: [0.0; W],
-            is_two_sided: [false; W],
-            chance: [1.0; W],
-            target: [PrimitiveId::NONE; W],
-            is_there: [false; W],
-            is_any: false,
-        }
-    }
-
-    /// Takes a light that was chosen with this chance, where it is such a triangle.
-    #[inline(always)]
-    fn take(&mut self, lane: usize, light: &Light, chance: f32) -> bool {
-        let Light::Triangle { texture: NONE, color, .. } = *light else { return false };
-        let Some(lamp) = light.triangle_lamp() else { return false };
-        self.corner.set(lane, lamp.v0);
-        self.edges[0].set(lane, lamp.e1);
-        self.edges[1].set(lane, lamp.e2);
-        self.normal.set(lane, lamp.normal);
-        self.color.set(lane, color);
-        self.power[lane] = lamp.power;
-        self.is_two_sided[lane] = lamp.is_two_sided;
-        self.chance[lane] = chance;
-        self.target[lane] = light.primitive();
-        self.is_there[lane] = true;
-        self.is_any = true;
-        true
-    }
-
-    #[inline(always)]
-    fn lamp(&self, lane: usize) -> TriangleLamp {
-        TriangleLamp {
-            v0: self.corner.get(lane),
-            e1: self.edges[0].get(lane),
-            e2: self.edges[1].get(lane),
-            normal: self.normal.get(lane),
-            power: self.power[lane],
-            is_two_sided: self.is_two_sided[lane],
         }
     }
 }

@@ -19,6 +19,7 @@
 mod arrive;
 mod bounce;
 mod light;
+mod light_lanes;
 mod matte_lanes;
 mod media;
 mod numbers;
@@ -28,14 +29,14 @@ mod surroundings;
 mod visibility;
 
 pub use arrive::{Arrival, arrive};
-pub use bounce::{Bounce, bounce};
+pub use bounce::{Bounce, BounceLanes, bounce, bounce_lanes};
 pub use light::{LightRequest, sample_light};
-pub use matte_lanes::{BounceLanes, bounce_matte, is_matte_outside, is_matte_triangle};
+pub use matte_lanes::{bounce_matte, is_matte_outside, is_matte_triangle};
 pub use media::Media;
 pub use numbers::{NumberLanes, Numbers, NumbersByKey, NumbersInLane, NumbersOfLanes};
 pub use radiance::radiance;
 pub use scatter::scatter;
-pub use surroundings::surroundings;
+pub use surroundings::{surroundings, surroundings_lanes};
 pub use visibility::{through, visibility};
 
 use crate::bsdf::Mixture;

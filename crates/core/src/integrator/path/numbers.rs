@@ -1,34 +1,38 @@
 //! Random numbers of a path.
 
 use crate::integrator::{PathRay, camera_ray::pixel_key};
-use crate::sampling::{hash_pair, point_2d, with_digits};
+use crate::sampling::{hash_pair, mix, point_2d, with_digits};
 use crate::settings::Settings;
 
 /// Keys of the numbers of vertices, which follow those of the camera ray.
 const FIRST_BOUNCE: u32 = 0x1000;
 
-/// Two numbers each: the decisions of a path at a surface. Then what follows the digits of one of them.
+/// Two numbers each: the decisions of a path at a surface. Then what follows the digits of one of them, and a decision that few
+/// surfaces have.
 const ARRIVAL: u32 = 0;
-const CHOICE: u32 = 1;
-const LIGHT: u32 = 2;
-const DIRECTION: u32 = 3;
-const ENVIRONMENT: u32 = 4;
-const DIGITS: u32 = 5;
+const LIGHT: u32 = 1;
+const DIRECTION: u32 = 2;
+const DIGITS: u32 = 3;
+const SIDE: u32 = 4;
 
 /// The random numbers of a path where its ray has met a surface. They belong to the pixel, the bounces so far and the surfaces
 /// passed since the last one, whatever else has happened: all samples of a pixel use the points of one well-spread sequence for one
 /// decision, in the order of their numbers.
+///
+/// What is chosen first, a light or a lobe, takes a range of the first number of a pair; where in that range it lies is the first
+/// coordinate of what is chosen then ([`crate::sampling::place_within`]). So the samples of each light and each lobe are well spread, too: numbers
+/// of their own would leave to each a part of the points at random.
 pub trait Numbers {
     /// Whether the ray passes the surface, and whether the path goes on.
     fn arrival(&self) -> [f32; 2];
-    /// Which light is sampled, and which lobe.
-    fn choice(&self) -> (f64, f32);
-    /// The point on the light.
-    fn on_light(&self) -> [f32; 2];
-    /// Where the environment is sampled, and between the digits of that.
-    fn on_environment(&self) -> [[f32; 2]; 2];
-    /// The direction in the lobe.
+    /// Which light is sampled and where, and the second coordinate of that.
+    fn light(&self) -> (f64, f32);
+    /// More digits of that second coordinate, for large tables.
+    fn fine_place(&self) -> f64;
+    /// Which lobe is sampled and the direction in it.
     fn direction(&self) -> [f32; 2];
+    /// Which side of glass light comes from.
+    fn side(&self) -> f32;
 }
 
 /// Numbers that are computed where they are asked for.
@@ -69,31 +73,35 @@ impl Numbers for NumbersByKey {
     }
 
     #[inline(always)]
-    fn choice(&self) -> (f64, f32) {
-        let [light, lobe] = self.pair(CHOICE);
-        (with_digits(light, self.digits()), lobe)
+    fn light(&self) -> (f64, f32) {
+        let [choice, place] = self.pair(LIGHT);
+        (with_digits(choice, self.digits()), place)
     }
 
     #[inline(always)]
-    fn on_light(&self) -> [f32; 2] {
-        self.pair(LIGHT)
-    }
-
-    #[inline(always)]
-    fn on_environment(&self) -> [[f32; 2]; 2] {
-        [self.pair(LIGHT), self.pair(ENVIRONMENT)]
+    fn fine_place(&self) -> f64 {
+        let [_, place] = self.pair(LIGHT);
+        with_digits(place, mix(self.digits()))
     }
 
     #[inline(always)]
     fn direction(&self) -> [f32; 2] {
         self.pair(DIRECTION)
     }
+
+    #[inline(always)]
+    fn side(&self) -> f32 {
+        self.pair(SIDE)[0]
+    }
 }
 
-/// All numbers of several paths, which are computed together: loops over arrays, free of branches.
+/// The numbers of several paths, which are computed together, but for those that few surfaces have: loops over arrays, free of
+/// branches.
 pub struct NumberLanes<const W: usize> {
     pairs: [[[f32; W]; 2]; DIGITS as usize],
     digits: [u32; W],
+    keys: [u32; W],
+    samples: [u32; W],
 }
 
 impl<const W: usize> NumberLanes<W> {
@@ -109,7 +117,8 @@ impl<const W: usize> NumberLanes<W> {
         for lane in 0..W {
             keys[lane] = NumbersByKey::of_pixel(keys[lane], places[lane], samples[lane]).key;
         }
-        let mut lanes = NumberLanes { pairs: [[[0.0; W]; 2]; DIGITS as usize], digits: [0; W] };
+        let mut lanes =
+            NumberLanes { pairs: [[[0.0; W]; 2]; DIGITS as usize], digits: [0; W], keys, samples };
         for dimension in 0..DIGITS {
             let [x, y] = &mut lanes.pairs[dimension as usize];
             for lane in 0..W {
@@ -132,10 +141,10 @@ pub trait NumbersOfLanes<const W: usize> {
 
     /// What decides whether each path goes on: the second number of [`Numbers::arrival`].
     fn survival(&self) -> [f32; W];
-    /// Which light each samples: the first number of [`Numbers::choice`].
-    fn light_choice(&self) -> [f64; W];
-    /// The points on lights.
-    fn on_lights(&self) -> [[f32; W]; 2];
+    /// [`Numbers::light`] of each.
+    fn lights(&self) -> ([f64; W], [f32; W]);
+    /// [`Numbers::fine_place`] of each.
+    fn fine_places(&self) -> [f64; W];
     /// The directions in lobes.
     fn directions(&self) -> [[f32; W]; 2];
     /// Those of one path.
@@ -151,17 +160,22 @@ impl<const W: usize> NumbersOfLanes<W> for NumberLanes<W> {
     }
 
     #[inline(always)]
-    fn light_choice(&self) -> [f64; W] {
+    fn lights(&self) -> ([f64; W], [f32; W]) {
+        let [first, place] = self.pairs[LIGHT as usize];
         let mut choice = [0.0; W];
         for lane in 0..W {
-            choice[lane] = with_digits(self.pairs[CHOICE as usize][0][lane], self.digits[lane]);
+            choice[lane] = with_digits(first[lane], self.digits[lane]);
         }
-        choice
+        (choice, place)
     }
 
     #[inline(always)]
-    fn on_lights(&self) -> [[f32; W]; 2] {
-        self.pairs[LIGHT as usize]
+    fn fine_places(&self) -> [f64; W] {
+        let mut places = [0.0; W];
+        for lane in 0..W {
+            places[lane] = with_digits(self.pairs[LIGHT as usize][1][lane], mix(self.digits[lane]));
+        }
+        places
     }
 
     #[inline(always)]
@@ -185,13 +199,14 @@ impl NumbersOfLanes<1> for NumbersByKey {
     }
 
     #[inline(always)]
-    fn light_choice(&self) -> [f64; 1] {
-        [self.choice().0]
+    fn lights(&self) -> ([f64; 1], [f32; 1]) {
+        let (choice, place) = self.light();
+        ([choice], [place])
     }
 
     #[inline(always)]
-    fn on_lights(&self) -> [[f32; 1]; 2] {
-        self.on_light().map(|u| [u])
+    fn fine_places(&self) -> [f64; 1] {
+        [self.fine_place()]
     }
 
     #[inline(always)]
@@ -227,24 +242,25 @@ impl<const W: usize> Numbers for NumbersInLane<'_, W> {
     }
 
     #[inline(always)]
-    fn choice(&self) -> (f64, f32) {
-        let [light, lobe] = self.pair(CHOICE);
-        (with_digits(light, self.lanes.digits[self.lane]), lobe)
+    fn light(&self) -> (f64, f32) {
+        let [choice, place] = self.pair(LIGHT);
+        (with_digits(choice, self.lanes.digits[self.lane]), place)
     }
 
     #[inline(always)]
-    fn on_light(&self) -> [f32; 2] {
-        self.pair(LIGHT)
-    }
-
-    #[inline(always)]
-    fn on_environment(&self) -> [[f32; 2]; 2] {
-        [self.pair(LIGHT), self.pair(ENVIRONMENT)]
+    fn fine_place(&self) -> f64 {
+        let [_, place] = self.pair(LIGHT);
+        with_digits(place, mix(self.lanes.digits[self.lane]))
     }
 
     #[inline(always)]
     fn direction(&self) -> [f32; 2] {
         self.pair(DIRECTION)
+    }
+
+    #[inline(always)]
+    fn side(&self) -> f32 {
+        NumbersByKey { key: self.lanes.keys[self.lane], sample: self.lanes.samples[self.lane] }.side()
     }
 }
 
@@ -254,6 +270,7 @@ mod tests {
     use crate::integrator::RayKind;
     use crate::math::Vec3;
     use crate::ray::PrimitiveId;
+    use crate::sampling::place_within;
 
     #[test]
     fn lanes_have_the_numbers_of_keys() {
@@ -278,10 +295,12 @@ mod tests {
             let (one, of_lane) =
                 (NumbersByKey::of_pixel(pixel, [ray.depth, ray.holes], 70 + lane as u32), lanes.lane(lane));
             assert_eq!(one.arrival(), of_lane.arrival());
-            assert_eq!(one.choice(), of_lane.choice());
-            assert_eq!(one.on_light(), of_lane.on_light());
-            assert_eq!(one.on_environment(), of_lane.on_environment());
+            assert_eq!(one.light(), of_lane.light());
+            assert_eq!(one.fine_place(), of_lane.fine_place());
             assert_eq!(one.direction(), of_lane.direction());
+            assert_eq!(one.side(), of_lane.side());
+            assert_eq!(place_within(one.light().0).to_bits(), one.pair(LIGHT)[0].to_bits());
+            assert_eq!(place_within(one.fine_place()), one.light().1);
         }
     }
 }

@@ -16,11 +16,11 @@ pub fn scatter<N: Numbers>(
     (path, weight): (&PathState, Vec3),
     t: f32,
     numbers: &N,
-    (choice, is_last): (f32, bool),
+    is_last: bool,
     go_on: impl FnOnce(PathState),
 ) {
     let ray = &path.ray;
-    let Some(sample) = at.mixture.sample(choice, numbers.direction()) else { return };
+    let Some(sample) = at.mixture.sample(numbers.direction(), || numbers.side()) else { return };
     let weight = (weight * sample.weight).min(Vec3::splat(MAX_RADIANCE));
     if !(weight.max_component() > 0.0) {
         return;

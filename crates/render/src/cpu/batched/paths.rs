@@ -10,8 +10,8 @@ use super::super::dispatch::TileJob;
 use super::{BATCH, CameraRays, NO_RAY, Path, Workspace};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::path::{
-    Bounce, BounceLanes, LightRequest, NumberLanes, NumbersOfLanes, PathState, bounce, bounce_matte,
-    is_matte_triangle, surroundings, through,
+    Bounce, BounceLanes, LightRequest, NumberLanes, PathState, bounce_lanes, bounce_matte, is_matte_triangle,
+    surroundings_lanes, through,
 };
 use eosphor_core::integrator::{RayCounts, pixel_key};
 use eosphor_core::math::Vec3;
@@ -110,7 +110,8 @@ pub(super) struct PathBatch {
     hits: Vec<Hit>,
     requests: Vec<PlacedRequest>,
     hidden: Vec<bool>,
-    /// Numbers of paths that met matte triangles, and of those that met something else.
+    /// Numbers of paths that met nothing, matte triangles, and something else.
+    missed: Vec<u32>,
     matte: Vec<u32>,
     others: Vec<u32>,
 }
@@ -170,41 +171,45 @@ impl PathBatch {
         tracer.closest_hits(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hits);
     }
 
-    /// What the rays found, and what follows from it: matte triangles in lanes, the rest path by path.
+    /// What the rays found, and what follows from it, in lanes: matte triangles by a way of their own.
     #[inline(always)]
     fn bounce(&mut self, view: &SceneView, sums: &mut [ExactSum], counts: &mut RayCounts) {
-        let PathBatch { paths, next, rays, filters, hits, requests, matte, others, .. } = self;
+        let PathBatch { paths, next, rays, filters, hits, requests, missed, matte, others, .. } = self;
         next.clear();
         rays.clear();
         filters.clear();
         requests.clear();
+        missed.clear();
         matte.clear();
         others.clear();
         for (number, (path, hit)) in paths.iter().zip(hits.iter()).enumerate() {
             counts.count(path.state.ray.kind);
             if hit.is_miss() {
-                sums[path.pixel as usize].add(surroundings(view, &path.state.ray));
+                missed.push(number as u32);
             } else if is_matte_triangle(view, &path.state.ray, hit) {
                 matte.push(number as u32);
             } else {
                 others.push(number as u32);
             }
         }
+        let number = |lanes: &[u32], lane: usize| lanes[lane.min(lanes.len() - 1)] as usize;
+        for lanes in missed.chunks(LANES) {
+            let ray = |lane| &paths[number(lanes, lane)].state.ray;
+            surroundings_lanes::<LANES>(view, lanes.len(), ray, |lane, radiance| {
+                sums[paths[lanes[lane] as usize].pixel as usize].add(radiance);
+            });
+        }
         let mut found = Found { paths, lanes: &[], sums, next, rays, filters, requests };
+        let met = |lanes, lane| (&paths[number(lanes, lane)].state, &hits[number(lanes, lane)]);
         for lanes in matte.chunks(LANES) {
             found.lanes = lanes;
-            let number = |lane: usize| lanes[lane.min(lanes.len() - 1)] as usize;
-            let numbers = numbers_of(|lane| &paths[number(lane)]);
-            let met = |lane| (&paths[number(lane)].state, &hits[number(lane)]);
-            bounce_matte::<LANES, _>(view, lanes.len(), met, &numbers, &mut found);
+            let numbers = numbers_of(|lane| &paths[number(lanes, lane)]);
+            bounce_matte::<LANES, _>(view, lanes.len(), |lane| met(lanes, lane), &numbers, &mut found);
         }
         for lanes in others.chunks(LANES) {
             found.lanes = lanes;
-            let numbers = numbers_of(|lane| &paths[lanes[lane.min(lanes.len() - 1)] as usize]);
-            for (lane, &number) in lanes.iter().enumerate() {
-                let (path, hit) = (&paths[number as usize], &hits[number as usize]);
-                bounce(view, &path.state, hit, &numbers.lane(lane), &mut found.lane(lane));
-            }
+            let numbers = numbers_of(|lane| &paths[number(lanes, lane)]);
+            bounce_lanes::<LANES, _>(view, lanes.len(), |lane| met(lanes, lane), &numbers, &mut found);
         }
     }
 

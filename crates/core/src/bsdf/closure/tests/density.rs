@@ -33,7 +33,7 @@ fn gone_and_single(closure: &Closure, to_viewer: Vec3, count: u32) -> [f64; 2] {
     let mut found = [0u32; 2];
     for i in 0..count {
         let u = sobol_2d(i).map(|x| (x >> 8) as f32 * (1.0 / 16_777_216.0));
-        match mixture.sample((i as f32 + 0.5) / count as f32, u) {
+        match mixture.sample([(i as f32 + 0.5) / count as f32, u[1]], || u[0]) {
             None => found[0] += 1,
             Some(sample) => found[1] += u32::from(sample.is_delta),
         }
@@ -129,7 +129,7 @@ fn samples_are_as_dense_as_is_said() {
         let mut counted = vec![0u32; shares.len()];
         for i in 0..count {
             let number = |k: u32| random(i * 3 + k);
-            let place = match mixture.sample(number(0), [number(1), number(2)]) {
+            let place = match mixture.sample([number(0), number(2)], || number(1)) {
                 None => shares.len() - 2,
                 Some(sample) if sample.is_delta => shares.len() - 1,
                 Some(sample) => boxes.at(sample.to_light),

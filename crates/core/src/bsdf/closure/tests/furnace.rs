@@ -15,7 +15,7 @@ pub(super) fn sampled(closure: &Closure, to_viewer: Vec3, count: u32) -> [f64; 3
         // Hammersley's points: the pick goes evenly, and the other numbers are spread evenly in every part of it.
         let (u, pick) =
             (sobol_2d(i).map(|x| (x >> 8) as f32 * (1.0 / 16_777_216.0)), (i as f32 + 0.5) / count as f32);
-        if let Some(sample) = mixture.sample(pick, u) {
+        if let Some(sample) = mixture.sample([pick, u[1]], || u[0]) {
             sum[0] += f64::from(sample.weight.x);
             sum[1] += f64::from(sample.weight.y);
             sum[2] += f64::from(sample.weight.z);

@@ -17,7 +17,7 @@ impl Closure {
     }
 
     fn sample(&self, to_viewer: Vec3, pick: f32, u: [f32; 2]) -> Option<ScatterSample> {
-        self.towards(to_viewer).sample(pick, u)
+        self.towards(to_viewer).sample([pick, u[1]], || u[0])
     }
 }
 
