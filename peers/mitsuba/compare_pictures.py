@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether eosphor and Mitsuba 3 see the same light: means of blocks of 8 x 8 pixels of nine scenes.
+"""Whether eosphor and Mitsuba 3 see the same light: means of blocks of 8 x 8 pixels of eleven scenes.
 
     python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 numpy scipy libigl==2.6.3 scikit-image==0.26.0
     venv/bin/python compare_pictures.py --eosphor ../../target/release/eosphor [--seeds 16] [--samples 256] [--pictures DIR] [SCENE...]

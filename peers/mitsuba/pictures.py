@@ -179,7 +179,8 @@ def points_and_faces(kind, file):
 
 
 def dragon(shared, folder):
-    """What the Stanford dragon encloses, in some 200,000 triangles: a closed body that does not intersect itself (closed.py)."""
+    """What the Stanford dragon encloses, in some 200,000 triangles: a closed body that does not intersect itself.
+    closed.py makes it within some ten seconds, the same each time, and needs libigl and scikit-image."""
     from closed import closed
 
     points, faces = points_and_faces("ply", shared / "dragon" / "dragon_vrip.ply")
@@ -188,8 +189,8 @@ def dragon(shared, folder):
 
 
 def dragon_scan(shared, folder):
-    """The reduced scan, without its sheets, which have no thickness. It intersects itself, and where bodies overlap, Mitsuba and eosphor
-    mean different things: docs/path-tracing.md. Not one of those that must agree."""
+    """The reduced scan, without its sheets, which have no thickness. It is open and intersects itself, where Mitsuba and eosphor mean
+    different things: docs/path-tracing.md. Not one of those that must agree."""
     points, faces = points_and_faces("ply", shared / "dragon" / "dragon_vrip_res3.ply")
     count = Counter(tuple(sorted(map(int, f))) for f in faces)
     triangles = (1000 * (points - [0, 0.125, 0]))[[f for f in faces if count[tuple(sorted(map(int, f)))] == 1]]
