@@ -148,9 +148,36 @@ def for_mitsuba(environment):
     return mi.Bitmap(picture.astype(np.float32))
 
 
+# Mitsuba's radiance is in W/(m^2 sr nm), of which one is 683 lm/W times the sum of the curve of luminous efficiency in nm; a radiance
+# of 1 stands for 30,000 cd/m^2 in eosphor.
+SKY_UNIT = 683 * 106.750259 / 30_000
+SUN_DEGREES = 0.5358
+
+
+def sunsky(environment):
+    """The same model, with darkening towards the edge of the sun, as eosphor has it. Both count the ground's albedo for the light of the
+    sky, but Mitsuba shows no ground: it is black below the horizon.
+
+    One less the cosine of the sun's radius is 183.4 steps of single precision, of which Mitsuba has 183: it loses the edge of its disk
+    and with that 0.08 % of the light. Here the disk has 183 steps, and its light is that of 183.4."""
+    sky, scale = environment["sky"], SKY_UNIT * environment.get("strength", 1)
+    up, around = np.radians(sky["sun-elevation-degrees"]), np.radians(sky["sun-azimuth-degrees"])
+    # Clockwise from north, which is -z; east is +x.
+    sun = [np.cos(up) * np.sin(around), np.sin(up), -np.cos(up) * np.cos(around)]
+    steps = (1 - np.cos(np.radians(SUN_DEGREES / 2))) * 2**24
+    aperture = np.degrees(2 * np.arccos(1 - np.floor(steps) / 2**24))
+    return {
+        "type": "sunsky", "turbidity": sky["turbidity"], "albedo": sky["albedo"], "sun_direction": [float(x) for x in sun],
+        "sky_scale": scale, "sun_scale": scale * sky.get("sun-strength", 1) * float(steps / np.floor(steps)),
+        "sun_aperture": float(aperture), "complex_sun": True, "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], -90),
+    }
+
+
 def mitsuba_scene(scene, sampler):
     shapes = mitsuba_shapes(scene)
-    if "environment" in scene:
+    if "sky" in scene.get("environment", {}):
+        shapes["environment"] = sunsky(scene["environment"])
+    elif "environment" in scene:
         # Its middle lies towards +z, ours towards +x.
         turn = mi.ScalarTransform4f().rotate([0, 1, 0], 90)
         shapes["environment"] = {"type": "envmap", "bitmap": for_mitsuba(scene["environment"]["file"]), "to_world": turn}
