@@ -20,8 +20,8 @@ const SIDE: u32 = 4;
 /// decision, in the order of their numbers.
 ///
 /// What is chosen first, a light or a lobe, takes a range of the first number of a pair; where in that range it lies is the first
-/// coordinate of what is chosen then ([`crate::sampling::place_within`]). So the samples of each light and each lobe are well spread, too: numbers
-/// of their own would leave to each a part of the points at random.
+/// coordinate of what is chosen then ([`place_within`](crate::sampling::place_within)). So the samples of each light and each lobe
+/// are well spread, too: numbers of their own would leave to each a part of the points at random.
 pub trait Numbers {
     /// Whether the ray passes the surface, and whether the path goes on.
     fn arrival(&self) -> [f32; 2];
