@@ -145,6 +145,10 @@ pub fn build(bytes: &[u8]) {
     let mut bytes = Bytes { left: bytes, largest: f32::MAX };
     let (leaf, cost) = (bytes.byte().max(1) as u32, bytes.byte() as f32 / 32.0);
     let world = bytes.world();
+    // What lies beyond where rays are traced is refused.
+    if !world.is_in_range() {
+        return;
+    }
     let structures = Structures::new(&world, leaf, cost);
     for bvh in &structures.bvhs {
         let statistics = bvh.statistics();
