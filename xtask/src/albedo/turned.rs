@@ -1,7 +1,7 @@
 //! What a layer of microfacets does with the light that a rough base under it turns back: means of what `mirror_tables.rs` says.
 //!
-//! Of light at a cosine `c`, the base turns `s / t` back (`crates/core/src/bsdf/eon.rs`): over all turns about the normal, and times the
-//! cosine to the viewer `v`, this is `2 / pi` of `sine(c) sine(v) v (1 / max(c, v) - 1)`.
+//! Of light at a cosine `c`, the base turns `s / t` back (`crates/core/src/bsdf/eon.rs`): over all turns about the normal this is
+//! `2 / pi sine(c) sine(v) (1 / max(c, v) - 1)` to a viewer at a cosine `v`.
 
 use super::{MIRROR, alpha_of, array, header, lines, node, number, read};
 use crate::albedo::microfacets::Loss;
@@ -44,8 +44,8 @@ fn all_turned(cosine: f64) -> f64 {
     s * (cosine.acos() - s * cosine) + 2.0 / 3.0 * (s / cosine * (1.0 - s.powi(3)) - s)
 }
 
-/// Means over all pairs of directions that a base turns light back between: of the lost part and of the grazing part of one of them,
-/// of the product of both lost parts, of both grazing parts, and of one of each.
+/// Means over all pairs of directions that a base turns light back between: of the lost part and of the grazing part of one of
+/// them, of the product of both lost parts, of both grazing parts, and of one of each.
 fn pairs(row: &[Loss], alpha: f64, nodes: &[Loss]) -> [f64; 5] {
     let (mut sums, mut weights) = ([0.0; 5], 0.0);
     for (cosine, step) in steps() {

@@ -144,7 +144,8 @@ impl TurnedPairs {
         }
     }
 
-    /// Means of `t = one + lost * (the lost part) + grazing * (Schlick's part)` of one direction of a pair, and of the product of both.
+    /// Means of `t = one + lost * (the lost part) + grazing * (Schlick's part)` of one direction of a pair, and of the product of
+    /// both.
     #[inline(always)]
     pub fn means(&self, [one, lost, grazing]: [f32; 3]) -> (f32, f32) {
         let varied = fma(lost, self.lost, grazing * self.grazing);

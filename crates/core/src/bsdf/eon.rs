@@ -2,9 +2,9 @@
 //! Computer Graphics Techniques 14 (1)).
 //!
 //! Directions are unit vectors in the frame of the surface: z is its normal, on the viewer's side. With the roughness `r` light is
-//! scattered once as by Fujii's form of Oren and Nayar's model, `albedo / pi A (1 + r s / t)`, where `A = 1 / (1 + FULL r)`. Of white
-//! light this returns `E(cos) = A (1 + r G(cos) / pi)`; the rest is scattered again and leaves as `1 - E` of both directions says, so
-//! that a white surface returns all light. With roughness 0 this is Lambert's surface.
+//! scattered once as by Fujii's form of Oren and Nayar's model, `albedo / pi A (1 + r s / t)`, where `A = 1 / (1 + FULL r)`. Of
+//! white light this returns `E(cos) = A (1 + r G(cos) / pi)`; the rest is scattered again and leaves as `1 - E` of both directions
+//! says, so that a white surface returns all light. With roughness 0 this is Lambert's surface.
 
 use super::closure::Scattered;
 use crate::math::elementary::atan2;
@@ -78,8 +78,8 @@ impl Eon {
 /// The largest number below 1.
 const LAST_NUMBER: f32 = 1.0 - 1.0 / 16_777_216.0;
 
-/// The part of samples that are spread evenly over the hemisphere. The others are as dense as the cosine: to a viewer near the horizon
-/// a rough surface shines as much with light from near the horizon, where these are rare and would weigh much.
+/// The part of samples that are spread evenly over the hemisphere. The others are as dense as the cosine: to a viewer near the
+/// horizon a rough surface shines as much with light from near the horizon, where these are rare and would weigh much.
 #[inline(always)]
 pub(super) fn even_part(roughness: f32, cos: f32) -> f32 {
     0.5 * roughness * max(1.0 - cos, 0.0)

@@ -29,7 +29,7 @@ impl RoughBase {
     /// No base.
     pub(super) const NONE: RoughBase = RoughBase { once: Vec3::ZERO, again: Vec3::ZERO, held: Vec3::ZERO };
 
-    /// Of a closure with a layer, whose base has a share, towards a viewer at a cosine; `through` is what the layer lets through there.
+    /// Of a closure with a layer towards a viewer at a cosine; `through` is what the layer lets through there.
     #[inline(always)]
     pub(super) fn new(
         closure: &Closure,
@@ -93,8 +93,8 @@ impl RoughBase {
     }
 }
 
-/// The colour of what is scattered more often, over the mean of `t (1 - e) / A`. `mean` is that of `t` over all lights, `turned` that
-/// over what is turned back, and that of `t t'` there; albedos are those of light that the base scatters once, and more often.
+/// The colour of what is scattered more often, over the mean of `t (1 - e) / A`. `mean` is that of `t` over all lights, `turned`
+/// that over what is turned back, and that of `t t'` there; albedos are those of light that the base scatters once, and more often.
 #[inline(always)]
 fn again(roughness: f32, [albedo, albedo_again]: [f32; 2], mean: f32, turned: (f32, f32)) -> f32 {
     let (one, both) = turned;

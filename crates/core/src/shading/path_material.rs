@@ -11,8 +11,9 @@
 //!
 //! `b` is the base colour, `m` metallic, `t` transmission, `s` weight and colour of the reflection, `F0` the reflectance at normal
 //! incidence of the index of refraction; "to" stands between normal and grazing incidence. A base is as rough as
-//! [`Material::diffuse_roughness`] says, Lambert's with 0. The layer takes from it what it reflects. Glass that does not refract is thin. A mirror's highlights are its own: `Ks` adds none. What a surface lets through
-//! straight without being glass (`d`, PLATO's transparency) is `through`.
+//! [`Material::diffuse_roughness`] says, Lambert's with 0. The layer takes from it what it reflects. Glass that does not refract is
+//! thin. A mirror's highlights are its own: `Ks` adds none. What a surface lets through straight without being glass (`d`, PLATO's
+//! transparency) is `through`.
 
 use super::surface::material_of_triangle;
 use super::{MaterialTexels, MaterialValues};
