@@ -74,11 +74,14 @@ fn place_about_critical(cos: f32, eta: f32, count: usize) -> Place {
 /// Bilinear.
 #[inline(always)]
 fn look_up<const N: usize, const M: usize>(table: &[[f32; N]; M], [cos, roughness]: [Place; 2]) -> f32 {
-    let row = |row: usize| {
-        let row = &table[row.min(M - 1)];
-        cos.between(row[cos.node.min(N - 1)], row[(cos.node + 1).min(N - 1)])
-    };
-    roughness.between(row(roughness.node), row(roughness.node + 1))
+    let (a, b) = (&table[roughness.node.min(M - 1)], &table[(roughness.node + 1).min(M - 1)]);
+    roughness.between(look_up_row(a, cos), look_up_row(b, cos))
+}
+
+/// Linear. No closure, which would be compiled without the caller's instruction set where it is not inlined.
+#[inline(always)]
+fn look_up_row<const N: usize>(row: &[f32; N], cos: Place) -> f32 {
+    cos.between(row[cos.node.min(N - 1)], row[(cos.node + 1).min(N - 1)])
 }
 
 /// Of a white mirror of roughness `alpha`, for light at a cosine of incidence above 0.
