@@ -85,6 +85,8 @@ pub struct Material {
     pub diffuse: Vec3,
     /// Number of the texture of the diffuse colour, or [`NONE`].
     pub diffuse_texture: u32,
+    /// How rough what scatters diffusely is, 0 (Lambert) to 1, for path tracing: [`Eon`](crate::bsdf::Eon).
+    pub diffuse_roughness: f32,
     /// `Ks` of the highlight; of metallic-roughness materials weight and colour of the reflection of what is no metal.
     pub specular: Vec3,
     /// Number of the texture of the highlight's colour, or [`NONE`].
@@ -189,6 +191,7 @@ impl Default for Material {
             is_textured: false,
             diffuse: Vec3::splat(0.75),
             diffuse_texture: NONE,
+            diffuse_roughness: 0.0,
             specular: Vec3::ZERO,
             specular_texture: NONE,
             shininess: 1.0,

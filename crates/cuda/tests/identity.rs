@@ -158,6 +158,20 @@ fn every_block_size() {
     }
 }
 
+/// Rough grounds by paths, bare and under layers.
+#[test]
+fn rough_grounds() {
+    let mut scene = common::scene("surfaces", None).unwrap();
+    scene.settings.integrator = Integrator::Path;
+    scene.settings.size = [93, 53];
+    for material in &mut scene.materials {
+        material.diffuse_roughness = 0.8;
+    }
+    for accel in Accel::ALL {
+        assert_identical(&scene, accel);
+    }
+}
+
 #[test]
 fn every_traversal() {
     for name in ["builtin:cornell", "glass"] {

@@ -59,6 +59,10 @@ fn assert_identical(name: &str, scene: &Scene) -> RayStatistics {
     assert_identical_data(name, data)
 }
 
+fn pixels(scene: &Scene) -> Vec<[u32; 3]> {
+    render(&Arc::new(SceneData::flatten(scene).unwrap().0), CpuOptions::default()).0
+}
+
 fn assert_identical_data(name: &str, data: SceneData) -> RayStatistics {
     let scene = Arc::new(data);
     let base = CpuOptions { threads: Some(1), ..CpuOptions::default() };
@@ -99,6 +103,31 @@ fn paths() {
         let rays = assert_identical(&format!("roulette {roulette}, depth {depth}"), &scene);
         assert!(rays.glossy > 0 && rays.shadow > 0);
     }
+}
+
+/// Rough grounds are not among the matte surfaces that are taken together, and stand beside such.
+#[test]
+fn paths_of_rough_grounds() {
+    let mut scene = everything();
+    scene.settings.integrator = Integrator::Path;
+    let plain = add(&mut scene, MaterialKind::Matte { color: vec3(0.3, 0.6, 0.4) });
+    let plastic = add(&mut scene, MaterialKind::Pbr(Pbr { roughness: 0.4, ..Pbr::default() }));
+    for (i, material) in [plain, plastic].into_iter().enumerate() {
+        let center = vec3(i as f32 * 1.6 - 0.8, 0.4, 1.9);
+        scene.spheres.push(Sphere { center, radius: 0.4, material });
+    }
+    let smooth = pixels(&scene);
+    for (number, material) in scene.materials.iter_mut().enumerate() {
+        let is_black = matches!(
+            material.kind,
+            MaterialKind::Mirror { .. } | MaterialKind::Dielectric { .. } | MaterialKind::Emissive { .. }
+        );
+        if !is_black && number as u32 != plain {
+            material.diffuse_roughness = if number == 0 { 1.0 } else { 0.6 };
+        }
+    }
+    assert_identical("rough grounds", &scene);
+    assert!(pixels(&scene) != smooth, "roughness changes nothing");
 }
 
 /// Spheres of every kind over a floor, with a light of every kind.

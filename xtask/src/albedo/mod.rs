@@ -4,6 +4,7 @@
 //! another way.
 
 mod microfacets;
+mod turned;
 
 use anyhow::Context;
 use microfacets::{Loss, glass_loss, mirror_loss};
@@ -29,9 +30,15 @@ const LAST_CONTRAST: f64 = 3.0 / 7.0;
 
 pub fn run(_: &[String]) -> anyhow::Result<()> {
     let folder = crate::root().join("crates/core/src/bsdf");
-    for (name, text) in [("mirror_tables.rs", mirror_tables()), ("glass_tables.rs", glass_tables())] {
+    let rows = mirror_rows();
+    let files: [(&str, &dyn Fn() -> String); 3] = [
+        ("mirror_tables.rs", &|| mirror_tables(&rows)),
+        ("turned_tables.rs", &|| turned::tables(&rows)),
+        ("glass_tables.rs", &glass_tables),
+    ];
+    for (name, text) in files {
         let path = folder.join(name);
-        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+        std::fs::write(&path, text()).with_context(|| format!("cannot write {}", path.display()))?;
         println!("wrote {}", path.display());
     }
     Ok(())
@@ -85,6 +92,17 @@ fn mirror_row(alpha: f64) -> Vec<Loss> {
     (0..MIRROR[0]).map(at).collect()
 }
 
+/// What core reads at a cosine from a row: what is lost, and all that is reflected of `(1 - cos)^5`.
+fn read(row: &[Loss], alpha: f64, cosine: f64) -> Loss {
+    // A smooth mirror's cosines are all at the last node: nothing is lost.
+    let x = coordinate_of(cosine, alpha) * (row.len() - 1) as f64;
+    let first = (x as usize).min(row.len() - 2);
+    let between =
+        |of: fn(&Loss) -> f64| of(&row[first]) + (of(&row[first + 1]) - of(&row[first])) * (x - first as f64);
+    let lost = between(|loss| loss.lost);
+    Loss { lost, grazing: between(|loss| loss.grazing) + (1.0 - lost) * (1.0 - cosine).powi(5) }
+}
+
 /// Means over the hemisphere, weighted by the cosine, of what core interpolates from a row.
 fn mean(row: &[Loss], alpha: f64) -> Loss {
     const STEPS: usize = 20_000;
@@ -93,15 +111,9 @@ fn mean(row: &[Loss], alpha: f64) -> Loss {
         // Steps are short near the horizon, where the row changes fast.
         let s = (i as f64 + 0.5) / STEPS as f64;
         let (cosine, weight) = (s * s, 2.0 * s / STEPS as f64);
-        let x = coordinate_of(cosine, alpha) * (row.len() - 1) as f64;
-        let first = (x as usize).min(row.len() - 2);
-        let between = |of: fn(&Loss) -> f64| {
-            of(&row[first]) + (of(&row[first + 1]) - of(&row[first])) * (x - first as f64)
-        };
-        let lost = between(|loss| loss.lost);
-        sum.lost += 2.0 * cosine * weight * lost;
-        sum.grazing +=
-            2.0 * cosine * weight * (between(|loss| loss.grazing) + (1.0 - lost) * (1.0 - cosine).powi(5));
+        let here = read(row, alpha, cosine);
+        sum.lost += 2.0 * cosine * weight * here.lost;
+        sum.grazing += 2.0 * cosine * weight * here.grazing;
     }
     sum
 }
@@ -115,16 +127,17 @@ fn rounded(x: f64) -> f64 {
     format!("{x:.6e}").parse().unwrap_or(x)
 }
 
-fn mirror_tables() -> String {
-    let none = Loss { lost: 0.0, grazing: 0.0 };
-    let mut rows = vec![vec![none; MIRROR[0]]];
+/// All rows of a mirror's tables, over its roughness.
+fn mirror_rows() -> Vec<Vec<Loss>> {
+    let smooth = vec![Loss { lost: 0.0, grazing: 0.0 }; MIRROR[0]];
+    let rough = (1..MIRROR[1]).map(|i| mirror_row(alpha_of(i, MIRROR[1])));
+    std::iter::once(smooth).chain(rough).collect()
+}
+
+fn mirror_tables(rows: &[Vec<Loss>]) -> String {
     let mut means = vec![Loss { lost: 0.0, grazing: 1.0 / 21.0 }];
-    for i in 1..MIRROR[1] {
-        let alpha = alpha_of(i, MIRROR[1]);
-        rows.push(mirror_row(alpha));
-        means.push(mean(&rows[i], alpha));
-    }
-    let mut text = header("mirrors");
+    means.extend((1..MIRROR[1]).map(|i| mean(&rows[i], alpha_of(i, MIRROR[1]))));
+    let mut text = header("What mirrors of microfacets lose by single scattering");
     let [columns, count] = MIRROR;
     writeln!(text, "/// Nodes over the cosine.\npub const COSINES: usize = {columns};").unwrap();
     writeln!(text, "/// Nodes over the roughness.\npub const ROUGHNESSES: usize = {count};").unwrap();
@@ -223,7 +236,7 @@ fn glass_nodes(counts: [usize; 3], is_denser: bool) -> Vec<f64> {
 }
 
 fn glass_tables() -> String {
-    let mut text = header("rough glass");
+    let mut text = header("What rough glass of microfacets lose by single scattering");
     for (name, what, counts, is_denser) in
         [("DENSER", "denser", DENSER, true), ("THINNER", "less dense", THINNER, false)]
     {
@@ -252,7 +265,7 @@ fn glass_tables() -> String {
 }
 
 fn header(what: &str) -> String {
-    format!("//! What {what} of microfacets lose by single scattering. Made by `cargo xtask albedo`.\n\n")
+    format!("//! {what}. Made by `cargo xtask albedo`.\n\n")
 }
 
 /// An array's elements in lines that are not too long.

@@ -5,7 +5,7 @@
 
 use super::closure::SMOOTH;
 use super::schlick::schlick_weight;
-use super::{glass_tables, mirror_tables};
+use super::{glass_tables, mirror_tables, turned_tables};
 use crate::math::{clamp, fma, max, min, sqrt};
 
 /// What a white GGX mirror does with light from one direction.
@@ -74,11 +74,14 @@ fn place_about_critical(cos: f32, eta: f32, count: usize) -> Place {
 /// Bilinear.
 #[inline(always)]
 fn look_up<const N: usize, const M: usize>(table: &[[f32; N]; M], [cos, roughness]: [Place; 2]) -> f32 {
-    let row = |row: usize| {
-        let row = &table[row.min(M - 1)];
-        cos.between(row[cos.node.min(N - 1)], row[(cos.node + 1).min(N - 1)])
-    };
-    roughness.between(row(roughness.node), row(roughness.node + 1))
+    let (a, b) = (&table[roughness.node.min(M - 1)], &table[(roughness.node + 1).min(M - 1)]);
+    roughness.between(look_up_row(a, cos), look_up_row(b, cos))
+}
+
+/// Linear. No closure, which would be compiled without the caller's instruction set where it is not inlined.
+#[inline(always)]
+fn look_up_row<const N: usize>(row: &[f32; N], cos: Place) -> f32 {
+    cos.between(row[cos.node.min(N - 1)], row[(cos.node + 1).min(N - 1)])
 }
 
 /// Of a white mirror of roughness `alpha`, for light at a cosine of incidence above 0.
@@ -108,6 +111,51 @@ pub fn white_mean_albedo(alpha: f32) -> MeanAlbedo {
         place.between(table[place.node.min(table.len() - 1)], table[(place.node + 1).min(table.len() - 1)])
     };
     MeanAlbedo { lost: of(&mirror_tables::MEAN_LOST), grazing: of(&mirror_tables::MEAN_GRAZING) }
+}
+
+/// Means of [`white_albedo`] over the light that a rough base turns back (`s / t` of [`super::eon`]) to a viewer at a cosine.
+#[inline(always)]
+pub fn turned_albedo(cos: f32, alpha: f32) -> Albedo {
+    let place =
+        [Place::new(cos, turned_tables::COSINES), Place::new(sqrt(alpha), turned_tables::ROUGHNESSES)];
+    Albedo { lost: look_up(&turned_tables::LOST, place), grazing: look_up(&turned_tables::GRAZING, place) }
+}
+
+/// Means of products of [`white_albedo`] over all pairs of directions that a rough base turns light back between.
+#[derive(Clone, Copy, Debug)]
+pub struct TurnedPairs {
+    lost: f32,
+    grazing: f32,
+    lost_twice: f32,
+    grazing_twice: f32,
+    one_each: f32,
+}
+
+impl TurnedPairs {
+    /// Of a layer of roughness `alpha`.
+    #[inline(always)]
+    pub fn new(alpha: f32) -> TurnedPairs {
+        let place = Place::new(sqrt(alpha), turned_tables::ROUGHNESSES);
+        let row = |row: usize| &turned_tables::PAIRS[row.min(turned_tables::ROUGHNESSES - 1)];
+        let (a, b) = (row(place.node), row(place.node + 1));
+        TurnedPairs {
+            lost: place.between(a[0], b[0]),
+            grazing: place.between(a[1], b[1]),
+            lost_twice: place.between(a[2], b[2]),
+            grazing_twice: place.between(a[3], b[3]),
+            one_each: place.between(a[4], b[4]),
+        }
+    }
+
+    /// Means of `t = one + lost * (the lost part) + grazing * (Schlick's part)` of one direction of a pair, and of the product of
+    /// both.
+    #[inline(always)]
+    pub fn means(&self, [one, lost, grazing]: [f32; 3]) -> (f32, f32) {
+        let varied = fma(lost, self.lost, grazing * self.grazing);
+        let squares = fma(lost * lost, self.lost_twice, grazing * grazing * self.grazing_twice);
+        let both = fma(one, fma(2.0, varied, one), fma(2.0 * lost * grazing, self.one_each, squares));
+        (one + varied, both)
+    }
 }
 
 /// What rough glass reflects and transmits in all by single scattering, of light at a cosine of incidence above 0; `eta` is the
@@ -220,5 +268,39 @@ mod tests {
             "worst: mirror {:.5}, its Schlick part {:.5}, glass {:.5} and {:.5}",
             worst[0], worst[1], worst[2], worst[3]
         );
+    }
+
+    /// Means over what a rough base turns back, by steps of the angles.
+    #[test]
+    fn tables_of_what_is_turned_back_are_those_of_another_quadrature() {
+        const STEPS: usize = 1000;
+        let mut worst = 0f64;
+        for roughness in [0.0f32, 0.1, 0.33, 0.62, 0.87, 1.0] {
+            let alpha = roughness * roughness;
+            let lights: Vec<(f64, f64, Albedo)> = (0..STEPS)
+                .map(|i| {
+                    let angle = std::f64::consts::FRAC_PI_2 * (i as f64 + 0.5) / STEPS as f64;
+                    (angle.cos(), angle.sin(), white_albedo(angle.cos() as f32, alpha))
+                })
+                .collect();
+            for cos in [0.01f64, 0.13, 0.4, 0.72, 0.99] {
+                let mut sums = [0.0; 3];
+                for &(c, s, albedo) in &lights {
+                    let weight = c * s * s * (1.0 / c.max(cos) - 1.0);
+                    for (sum, value) in sums.iter_mut().zip([1.0, albedo.lost.into(), albedo.grazing.into()])
+                    {
+                        *sum += weight * value;
+                    }
+                }
+                let got = turned_albedo(cos as f32, alpha);
+                let errors = [
+                    (f64::from(got.lost) - sums[1] / sums[0]).abs(),
+                    (f64::from(got.grazing) - sums[2] / sums[0]).abs(),
+                ];
+                worst = worst.max(errors[0]).max(errors[1]);
+                assert!(worst < 1.5e-3, "roughness {roughness}, cosine {cos}: {errors:?}");
+            }
+        }
+        println!("off by {worst:.5} at most");
     }
 }

@@ -17,8 +17,10 @@ const SAME_INDEX: f32 = 1.0 / 1024.0;
 /// cover what `metal` and `glass` leave.
 #[derive(Clone, Copy, Debug)]
 pub struct Closure {
-    /// Albedo of the matte base (Lambert), before the layer above it takes its part; already multiplied by the base's share.
+    /// Albedo of the matte base, before the layer above it takes its part; already multiplied by the base's share.
     pub diffuse: Vec3,
+    /// Roughness of the base, 0 to 1: [`Eon`](super::Eon); with 0 it is Lambert's.
+    pub diffuse_roughness: f32,
     /// Reflectance at normal incidence of the layer over the base; already multiplied by the base's share.
     pub f0: Vec3,
     /// The same at grazing incidence; not below `f0`.

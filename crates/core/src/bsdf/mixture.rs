@@ -1,9 +1,12 @@
 //! The lobes of a [`Closure`] towards one viewer, each with the probability that a path takes it.
 
-use super::albedo::{Albedo, MeanAlbedo, white_albedo, white_glass_albedo, white_mean_albedo};
+use super::albedo::{white_albedo, white_glass_albedo, white_mean_albedo};
 use super::closure::{Closure, ScatterSample, Scattered};
+use super::eon::{Eon, even_part};
 use super::ggx::Ggx;
+use super::layer::Layer;
 use super::matte::Matte;
+use super::rough_base::RoughBase;
 use super::schlick::Schlick;
 use super::{Refracted, reflect, refract};
 use crate::math::{Vec3, fma, max, min, vec3};
@@ -20,7 +23,9 @@ pub struct Mixture {
     metal: Layer,
     /// Base, over pi, with the part of the light that the layer lets out to the viewer, and normalised.
     base: Vec3,
-    /// What layer and metal reflect more than once, over pi, for a light whose [`Albedo::lost`] is 1.
+    /// The base where it is rough.
+    rough_base: RoughBase,
+    /// What layer and metal reflect more than once, over pi, for a light whose [`Albedo::lost`](super::albedo::Albedo::lost) is 1.
     multiple: Vec3,
     /// A share of glass that makes up for light lost between its microfacets.
     glass: f32,
@@ -31,31 +36,6 @@ pub struct Mixture {
     chances: Chances,
 }
 
-/// A layer, and what it reflects more than once.
-struct Layer {
-    schlick: Schlick,
-    multiple: Vec3,
-}
-
-impl Layer {
-    #[inline(always)]
-    fn new(schlick: Schlick, mean: MeanAlbedo) -> Layer {
-        // Of what is lost nowhere, nothing is returned later.
-        Layer { multiple: if mean.lost > 0.0 { schlick.multiple(mean) } else { Vec3::ZERO }, schlick }
-    }
-
-    #[inline(always)]
-    fn albedo(&self, albedo: Albedo) -> Vec3 {
-        self.schlick.albedo(albedo, self.multiple)
-    }
-
-    /// Per channel, the share that is under the layer less what the layer reflects.
-    #[inline(always)]
-    fn lets_through(&self, albedo: Vec3) -> Vec3 {
-        (Vec3::splat(self.schlick.share) + -albedo).max(Vec3::ZERO)
-    }
-}
-
 /// Probabilities of the lobes, 1 in all.
 struct Chances {
     base: f32,
@@ -64,12 +44,26 @@ struct Chances {
     glass: f32,
 }
 
+impl Chances {
+    /// A rough base is spread like what is reflected more than once, in part.
+    #[inline(always)]
+    fn spread_base(&mut self, roughness: f32, cos: f32) {
+        let even = even_part(roughness, cos);
+        self.multiple = fma(even, self.base, self.multiple);
+        self.base *= 1.0 - even;
+    }
+}
+
 impl Mixture {
     #[inline(always)]
     pub(super) fn new(closure: &Closure, to_viewer: Vec3) -> Mixture {
         let cos = to_viewer.z;
         if closure.is_matte() {
-            return Mixture::matte(closure, to_viewer);
+            return if closure.diffuse_roughness > 0.0 {
+                Mixture::rough_matte(closure, to_viewer)
+            } else {
+                Mixture::matte(closure, to_viewer)
+            };
         }
         let (is_smooth, is_glass_smooth) = (closure.is_smooth(), closure.is_glass_smooth());
         let (albedo, mean) = (white_albedo(cos, closure.alpha), white_mean_albedo(closure.alpha));
@@ -80,7 +74,12 @@ impl Mixture {
         // through the layer. What it holds back on average is made up for, as light that the layer returns to a white base is.
         let below = layer.lets_through(layer.albedo(albedo));
         let below_mean = layer.lets_through(layer.schlick.mean_albedo(mean, layer.multiple));
-        let base = closure.diffuse * below * reciprocal(below_mean, layer.schlick.share);
+        let is_rough = closure.diffuse_roughness > 0.0;
+        let (base, rough_base) = if is_rough {
+            (Vec3::ZERO, RoughBase::new(closure, &layer, (mean, cos), below))
+        } else {
+            (closure.diffuse * below * reciprocal(below_mean, layer.schlick.share), RoughBase::NONE)
+        };
 
         // Layer and metal apart: the mean of one colour for both would darken what is between metal and not.
         let multiple =
@@ -101,12 +100,15 @@ impl Mixture {
             closure.glass / white_glass_albedo(cos, closure.alpha, closure.eta, albedo.lost)
         };
 
-        let wish = Chances {
+        let mut wish = Chances {
             base: (closure.diffuse * below).max_component() / max(layer.schlick.share, f32::MIN_POSITIVE),
             multiple: (layer.multiple + metal.multiple).max_component() * albedo.lost,
             mirror: if is_smooth { mirrored.max_component() } else { single.max_component() },
             glass: if is_glass_smooth { through.max_component() } else { closure.glass },
         };
+        if is_rough {
+            wish.spread_base(closure.diffuse_roughness, cos);
+        }
         let sum = wish.base + wish.multiple + wish.mirror + wish.glass;
         let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
         Mixture {
@@ -117,6 +119,7 @@ impl Mixture {
             layer,
             metal,
             base: base * core::f32::consts::FRAC_1_PI,
+            rough_base,
             multiple: multiple * core::f32::consts::FRAC_1_PI,
             glass,
             mirrored,
@@ -147,12 +150,23 @@ impl Mixture {
             layer: layer(1.0),
             metal: layer(0.0),
             base: value,
+            rough_base: RoughBase::NONE,
             multiple: Vec3::ZERO,
             glass: 0.0,
             mirrored: Vec3::ZERO,
             through: Vec3::ZERO,
             chances: Chances { base: chance, multiple: 0.0, mirror: 0.0, glass: 0.0 },
         }
+    }
+
+    /// The same of a rough base.
+    #[inline(always)]
+    fn rough_matte(closure: &Closure, to_viewer: Vec3) -> Mixture {
+        let mut mixture = Mixture::matte(closure, to_viewer);
+        let eon = Eon::new(closure.diffuse, closure.diffuse_roughness, to_viewer);
+        mixture.rough_base = RoughBase::bare(&eon);
+        mixture.chances.spread_base(closure.diffuse_roughness, to_viewer.z);
+        mixture
     }
 
     /// Whether light from behind the surface may be seen.
@@ -193,11 +207,21 @@ impl Mixture {
     #[inline(always)]
     fn reflected(&self, to_light: Vec3, cos: f32) -> Scattered {
         let closure = &self.closure;
+        let is_rough = closure.diffuse_roughness > 0.0;
         if self.is_matte {
+            if is_rough {
+                let chance = self.chances.base + self.chances.multiple;
+                return self.rough_base.eon(closure.diffuse_roughness, self.to_viewer, chance).eval(to_light);
+            }
             return Matte { value: self.base, chance: self.chances.base }.eval(cos);
         }
         let albedo = white_albedo(cos, closure.alpha);
-        let base = self.base * self.layer.lets_through(self.layer.albedo(albedo));
+        let through = self.layer.lets_through(self.layer.albedo(albedo));
+        let base = if is_rough {
+            self.rough_base.eval(closure, &self.layer, [self.to_viewer, to_light], through)
+        } else {
+            self.base * through
+        };
         let wide = base.plus_scaled(self.multiple, albedo.lost) * cos;
         let wide_pdf =
             core::f32::consts::FRAC_1_PI * fma(self.chances.base, cos, 0.5 * self.chances.multiple);

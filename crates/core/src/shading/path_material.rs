@@ -10,9 +10,10 @@
 //! | glass | `Kd` | – | – | `1 - max Kd`, tint `kt` |
 //!
 //! `b` is the base colour, `m` metallic, `t` transmission, `s` weight and colour of the reflection, `F0` the reflectance at normal
-//! incidence of the index of refraction; "to" stands between normal and grazing incidence. The layer takes from the base what it
-//! reflects. Glass that does not refract is thin. A mirror's highlights are its own: `Ks` adds none. What a surface lets through
-//! straight without being glass (`d`, PLATO's transparency) is `through`.
+//! incidence of the index of refraction; "to" stands between normal and grazing incidence. A base is as rough as
+//! [`Material::diffuse_roughness`] says, Lambert's with 0. The layer takes from it what it reflects. Glass that does not refract is
+//! thin. A mirror's highlights are its own: `Ks` adds none. What a surface lets through straight without being glass (`d`, PLATO's
+//! transparency) is `through`.
 
 use super::surface::material_of_triangle;
 use super::{MaterialTexels, MaterialValues};
@@ -36,6 +37,8 @@ pub struct PathMaterial {
     opaque: f32,
     /// Albedo of the matte base, before what lies over it.
     diffuse: Vec3,
+    /// Roughness of the base.
+    diffuse_roughness: f32,
     /// Reflectance of the layer over the base at normal incidence.
     f0: Vec3,
     /// The same at grazing incidence.
@@ -71,6 +74,7 @@ impl MaterialValues for PathMaterial {
         let values = PathMaterial {
             opaque: 1.0,
             diffuse: base,
+            diffuse_roughness: clamp(material.diffuse_roughness, 0.0, 1.0),
             f0: Vec3::ZERO,
             f90: Vec3::ZERO,
             metal: 0.0,
@@ -164,7 +168,8 @@ impl PathMaterial {
         values
     }
 
-    /// Whether a material is matte and nothing else wherever it is, and its textures change neither normals nor what is there.
+    /// Whether a material is matte and smooth and nothing else wherever it is, and its textures change neither normals nor what is
+    /// there.
     #[inline(always)]
     pub fn is_matte(material: &Material) -> bool {
         let shines = max(material.reflection.max_component(), material.specular.max_component()) > 0.0;
@@ -173,7 +178,8 @@ impl PathMaterial {
         let passes =
             (material.refraction == Refraction::Straight) & (material.transmission.max_component() > 0.0);
         let is_whole = (material.alpha == AlphaUse::Ignore) & (material.normal_texture == NONE);
-        is_base & is_whole & !shines & !passes & !(material.attenuation.max_component() > 0.0)
+        let is_smooth = !(material.diffuse_roughness > 0.0);
+        is_base & is_whole & is_smooth & !shines & !passes & !(material.attenuation.max_component() > 0.0)
     }
 
     /// Albedo and emission where the number-th triangle of the scene was hit, whose material is matte.
@@ -192,6 +198,7 @@ impl PathMaterial {
     pub fn closure(&self, is_front: bool) -> Closure {
         Closure {
             diffuse: self.diffuse * self.opaque,
+            diffuse_roughness: self.diffuse_roughness,
             f0: self.f0 * self.opaque,
             f90: self.f90 * self.opaque,
             metal_f0: self.metal_f0 * self.metal,

@@ -98,22 +98,63 @@ fn white_things_in_white_surroundings_are_not_seen() {
             ..Pbr::default()
         })
     };
-    for (name, kind) in [
-        ("matte", MaterialKind::Matte { color: Vec3::ONE }),
-        ("mirror", MaterialKind::Mirror { reflectance: Vec3::ONE }),
-        ("glass", MaterialKind::Dielectric { ior: 1.5, tint: Vec3::ONE }),
-        ("water", glass(1.33, 0.0, true)),
-        ("diamond", glass(2.4, 0.0, true)),
-        ("a pane", glass(1.5, 0.0, false)),
-        ("nothing", glass(1.0, 0.0, true)),
+    let plastic = |roughness: f32| MaterialKind::Pbr(Pbr { roughness, ..Pbr::default() });
+    for (name, kind, diffuse_roughness) in [
+        ("matte", MaterialKind::Matte { color: Vec3::ONE }, 0.0),
+        ("clay", MaterialKind::Matte { color: Vec3::ONE }, 1.0),
+        ("polished clay", plastic(0.0), 1.0),
+        ("clay under a dull layer", plastic(0.7), 0.7),
+        ("mirror", MaterialKind::Mirror { reflectance: Vec3::ONE }, 0.0),
+        ("glass", MaterialKind::Dielectric { ior: 1.5, tint: Vec3::ONE }, 0.0),
+        ("water", glass(1.33, 0.0, true), 0.0),
+        ("diamond", glass(2.4, 0.0, true), 0.0),
+        ("a pane", glass(1.5, 0.0, false), 0.0),
+        ("nothing", glass(1.0, 0.0, true), 0.0),
     ] {
         let mut scene = paths(4096, 64);
         scene.settings.background = Vec3::ONE;
         let thing = material(&mut scene, kind);
+        scene.materials[thing as usize].diffuse_roughness = diffuse_roughness;
         sphere(&mut scene, Vec3::ZERO, 1.0, thing);
         let got = probe(&scene, vec3(0.0, 0.6, 4.0), vec3(0.0, 0.3, 0.0));
         println!("{name}: {:.5}", got.x);
         assert_grey(got, 1.0, 2e-3);
+    }
+}
+
+/// A rough floor under a sun, by the paper's formula of EON in double precision.
+#[test]
+fn rough_floors_are_the_papers() {
+    use std::f64::consts::PI;
+    let (r, rho) = (0.75, 0.5);
+    let a = 1.0 / (1.0 + (0.5 - 2.0 / (3.0 * PI)) * r);
+    let albedo = |mu: f64| {
+        let si = (1.0 - mu * mu).sqrt();
+        let g = si * (mu.acos() - si * mu) + 2.0 / 3.0 * (si / mu * (1.0 - si.powi(3)) - si);
+        a + r * a / PI * g
+    };
+    let mean = a * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * PI)) * r);
+    let again = rho * rho * mean / (1.0 - rho * (1.0 - mean));
+    let mut scene = paths(1, 1);
+    scene.settings.pixel_sampling = PixelSampling::Center;
+    let ground = matte(&mut scene, Vec3::splat(rho as f32));
+    scene.materials[ground as usize].diffuse_roughness = r as f32;
+    floor(&mut scene, 0.0, 5.0, ground);
+    let to_light = [0.6, 0.64, 0.48];
+    let irradiance = 2.0;
+    scene.lights.push(Light::Directional {
+        direction: single(to_light.map(|x| -x)),
+        color: Vec3::splat(irradiance as f32),
+    });
+    // The viewer stands where the light is, beside it, opposite, above.
+    for to_viewer in [[0.6, 0.64, 0.48], [0.8, 0.36, -0.48], [-0.96, 0.28, 0.0], [0.0, 1.0, 0.0]] {
+        let s = dot(to_light, to_viewer) - to_light[1] * to_viewer[1];
+        let s_over_t = if s > 0.0 { s / f64::max(to_light[1], to_viewer[1]) } else { s };
+        let once = rho / PI * a * (1.0 + r * s_over_t);
+        let rest = (1.0 - albedo(to_light[1])) * (1.0 - albedo(to_viewer[1].min(1.0 - 1e-12)));
+        let expected = irradiance * to_light[1] * (once + again / PI * rest / (1.0 - mean));
+        let got = probe(&scene, single(to_viewer.map(|x| 4.0 * x)), Vec3::ZERO);
+        assert_grey(got, expected, 2e-5);
     }
 }
 

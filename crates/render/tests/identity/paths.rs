@@ -26,6 +26,11 @@ fn paths() {
         ..EnvironmentMap::of_image(0)
     });
     assert_identical("an environment by paths", &sky);
+    let mut clay = by_paths(crate::surfaces::scene());
+    for material in &mut clay.materials {
+        material.diffuse_roughness = 0.8;
+    }
+    assert_identical("rough grounds by paths", &clay);
     let mut rooms = crate::closed_form::many_lights::rooms(3, 40);
     rooms.settings.samples = 2;
     assert_identical("many lamps by paths", &by_paths(rooms));

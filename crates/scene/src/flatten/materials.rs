@@ -45,7 +45,11 @@ pub(super) fn compose(material: &Material, composition: Composition) -> core::Ma
         },
         kind => own_kind(kind),
     };
-    let composed = core::Material { single_sided: material.single_sided, ..composed };
+    let composed = core::Material {
+        single_sided: material.single_sided,
+        diffuse_roughness: material.diffuse_roughness,
+        ..composed
+    };
     with_alpha(with_textures(composed, &material.textures), material.alpha)
 }
 

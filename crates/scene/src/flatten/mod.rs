@@ -92,6 +92,17 @@ pub struct SceneData {
     pub settings: Settings,
 }
 
+/// What only path tracing has.
+fn check_for_whitted(scene: &Scene) -> Result<(), Problem> {
+    let rough = scene.materials.iter().find(|material| material.diffuse_roughness > 0.0);
+    let what = match rough {
+        _ if scene.environment.is_some() => "environment".to_string(),
+        Some(material) => format!("material \"{}\", diffuse-roughness", material.name),
+        None => return Ok(()),
+    };
+    Err(Problem::new(what, "the integrator whitted has none; use the integrator path, or leave it out"))
+}
+
 impl SceneData {
     /// Makes the arrays of a scene. The notes say what the scene left open and what was done about it.
     ///
@@ -117,9 +128,8 @@ impl SceneData {
         if scene.settings.integrator == Integrator::Path {
             bodies::mark(&mut materials, &geometry);
         }
-        if scene.environment.is_some() && scene.settings.integrator != Integrator::Path {
-            let message = "the integrator whitted has none; use the integrator path, or leave it out";
-            return Err(Problem::new("environment", message).into());
+        if scene.settings.integrator != Integrator::Path {
+            check_for_whitted(scene)?;
         }
         let textures = textures::build(scene)?;
         let srgb_decode = textures::srgb_decode();

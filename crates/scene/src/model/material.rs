@@ -15,6 +15,9 @@ pub struct Material {
     pub kind: MaterialKind,
     /// Pictures that vary it over the surface.
     pub textures: MaterialTextures,
+    /// How rough the ground is that scatters light to all sides, 0 (Lambert's) to 1 (clay, dust), by the model EON
+    /// ([`eosphor_core::bsdf::Eon`]). For path tracing; kinds without a ground have 0.
+    pub diffuse_roughness: f32,
     /// Whether the opacity of its texture makes holes.
     pub alpha: AlphaMode,
     /// Whether the surface cannot be seen from behind, as in glTF. Its shadows do not depend on this.
@@ -115,6 +118,7 @@ impl Material {
             name: name.into(),
             kind,
             textures: MaterialTextures::NONE,
+            diffuse_roughness: 0.0,
             alpha: AlphaMode::Opaque,
             single_sided: false,
         }
@@ -220,6 +224,22 @@ pub enum MaterialKind {
         #[schemars(with = "Color")]
         radiance: Vec3,
     },
+}
+
+impl MaterialKind {
+    /// Whether some materials of the kind scatter light in all directions: [`Material::diffuse_roughness`] is for these.
+    pub(super) fn has_ground(&self) -> bool {
+        match self {
+            MaterialKind::Mtl(_)
+            | MaterialKind::Pbr(_)
+            | MaterialKind::Matte { .. }
+            | MaterialKind::Glossy { .. }
+            | MaterialKind::Transparent { .. } => true,
+            MaterialKind::Mirror { .. } | MaterialKind::Dielectric { .. } | MaterialKind::Emissive { .. } => {
+                false
+            }
+        }
+    }
 }
 
 /// The fields of an MTL file that rendering uses.

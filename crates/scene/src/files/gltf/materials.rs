@@ -78,7 +78,7 @@ fn dress(
     }
     // Bodies are left through their back.
     let single_sided = !double_sided && pbr.transmission == 0.0;
-    Material { name, kind: MaterialKind::Pbr(pbr), textures, alpha, single_sided }
+    Material { textures, alpha, single_sided, ..Material::new(name, MaterialKind::Pbr(pbr)) }
 }
 
 /// A texture of one white texel.

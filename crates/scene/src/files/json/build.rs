@@ -113,7 +113,7 @@ impl Builder<'_> {
     /// Adds the materials; their names by number.
     fn materials(&mut self, entries: Entries<MaterialEntry>) -> Result<MaterialNames, SceneError> {
         let (mut names, mut numbers) = (Vec::new(), HashMap::new());
-        for (name, MaterialEntry { kind, texture, textures, alpha }) in entries.0 {
+        for (name, MaterialEntry { kind, texture, textures, diffuse_roughness, alpha }) in entries.0 {
             let way = way!["materials", name.as_str()];
             if texture.is_some() && textures.color.is_some() {
                 let message = "\"texture\" says the same as \"color\" of \"textures\"; drop one of them";
@@ -122,7 +122,8 @@ impl Builder<'_> {
             let textures = self.textures(way, texture, textures)?;
             numbers.insert(name.clone(), self.loader.scene.materials.len() as u32);
             names.push(name.clone());
-            self.loader.scene.materials.push(Material { textures, alpha, ..Material::new(name, kind) });
+            let plain = Material::new(name, kind);
+            self.loader.scene.materials.push(Material { textures, diffuse_roughness, alpha, ..plain });
         }
         Ok(MaterialNames { names, numbers })
     }

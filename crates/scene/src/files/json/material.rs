@@ -30,6 +30,12 @@ pub(super) struct MaterialEntry {
     /// Pictures that vary the material over the surface.
     #[serde(default)]
     pub(super) textures: TextureSlots,
+    /// How rough the ground is that scatters light to all sides, by the model EON: 0 is Lambert's, 1 that of clay and dust, whose
+    /// rim is about as bright as its middle where the light comes from the viewer. Over 0 it needs `"integrator": "path"` and a
+    /// kind that has a ground: not `mirror`, `dielectric`, `emissive`.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1))]
+    pub(super) diffuse_roughness: f32,
     /// What opacity does.
     #[serde(default)]
     pub(super) alpha: AlphaMode,

@@ -215,6 +215,11 @@ fn check_material(material: &Material, textures: usize) -> Check {
     }
     let field = |key: &str| format!("{name}, {key}");
     number(&field("normal-scale"), t.normal_scale, -1e6, 1e6)?;
+    number(&field("diffuse-roughness"), material.diffuse_roughness, 0.0, 1.0)?;
+    if material.diffuse_roughness > 0.0 && !material.kind.has_ground() {
+        let message = "this kind has no ground that it could be the roughness of; leave it out";
+        return Err(Problem::new(field("diffuse-roughness"), message));
+    }
     if let AlphaMode::Mask { cutoff } = material.alpha {
         number(&field("cutoff"), cutoff, 0.0, 1e6)?;
     }

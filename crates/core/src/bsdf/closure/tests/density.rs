@@ -5,11 +5,13 @@ use super::quadrature::Cell;
 use super::*;
 use crate::sampling::{mix, sobol_2d};
 
-fn closures(alpha: f32) -> [(&'static str, Closure); 10] {
+fn closures(alpha: f32) -> [(&'static str, Closure); 12] {
     let half = Vec3::splat(0.5);
     let mixed =
         Closure { metal: 0.25, metal_f0: vec3(0.2, 0.1, 0.05), glass: 0.25, ..white(0.5, 0.04, alpha) };
     [
+        ("rough base", Closure { diffuse: half, diffuse_roughness: 1.0, alpha, ..nothing() }),
+        ("layer over rough base", Closure { diffuse_roughness: 0.8, ..white(0.0, 0.04, alpha) }),
         ("metal", white(1.0, 0.0, alpha)),
         ("layer over base", white(0.0, 0.04, alpha)),
         ("layer over black", Closure { diffuse: Vec3::ZERO, ..white(0.0, 0.04, alpha) }),
@@ -177,8 +179,12 @@ fn metal_and_layers_are_reciprocal() {
     for i in 0..asked_for().unwrap_or(20_000) {
         let number = |k: u32| random(i * 8 + k);
         let alpha = [0.0, 0.01, 0.1, 0.5, 1.0][i as usize % 5];
-        let closure =
-            Closure { diffuse: vec3(0.4, 0.2, 0.1), metal_f0: vec3(0.3, 0.2, 0.5), ..white(0.5, 0.1, alpha) };
+        let closure = Closure {
+            diffuse: vec3(0.4, 0.2, 0.1),
+            diffuse_roughness: [0.0, 0.3, 1.0][i as usize % 3],
+            metal_f0: vec3(0.3, 0.2, 0.5),
+            ..white(0.5, 0.1, alpha)
+        };
         let direction = |k: u32| {
             let z = number(k).max(0.01);
             let (s, c) = (std::f32::consts::TAU * number(k + 1)).sin_cos();

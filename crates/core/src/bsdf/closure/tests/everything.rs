@@ -31,6 +31,7 @@ impl Numbers {
         let eta = 0.4 + 0.6 * self.part();
         Closure {
             diffuse: self.color() * base,
+            diffuse_roughness: self.part(),
             f0: f90 * self.color() * base,
             f90: f90 * base,
             metal_f0: self.color() * metal,

@@ -46,6 +46,29 @@ fn metal_and_layers_return_all_light() {
 }
 
 #[test]
+fn layers_over_rough_bases_return_all_light() {
+    for (diffuse_roughness, metal, f0) in [(0.3, 0.0, 0.04), (1.0, 0.0, 0.04), (1.0, 0.5, 0.3)] {
+        let (error, roughness, cos) =
+            worst(|alpha| Closure { diffuse_roughness, ..white(metal, f0, alpha) }, 1 << 15);
+        println!("base {diffuse_roughness}: {error:.5} at roughness {roughness}, cosine {cos}");
+        assert!(error < 0.001, "base {diffuse_roughness}: {error} at roughness {roughness}, cosine {cos}");
+    }
+}
+
+/// A black layer that is not there leaves the base as it is by itself, and a faint one nearly so.
+#[test]
+fn rough_bases_under_faint_layers_are_those_without() {
+    let alone = Closure { diffuse: vec3(0.9, 0.5, 0.1), diffuse_roughness: 0.7, alpha: 0.3, ..nothing() };
+    let under = Closure { f90: Vec3::splat(1e-4), ..alone };
+    for cos in COSINES {
+        for to_light in [viewer(0.3), vec3(0.8, 0.0, 0.6), vec3(-0.6, 0.8, 0.0), vec3(0.0, 0.6, 0.8)] {
+            let (a, b) = (alone.eval(viewer(cos), to_light).value, under.eval(viewer(cos), to_light).value);
+            assert!((a + -b).abs().max_component() < 5e-4, "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
 fn glass_returns_all_light() {
     for is_thin in [false, true] {
         for eta in INDICES {

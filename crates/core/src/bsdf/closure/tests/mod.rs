@@ -25,6 +25,7 @@ impl Closure {
 fn nothing() -> Closure {
     Closure {
         diffuse: Vec3::ZERO,
+        diffuse_roughness: 0.0,
         f0: Vec3::ZERO,
         f90: Vec3::ZERO,
         metal_f0: Vec3::ZERO,
