@@ -6,6 +6,8 @@ use crate::geometry::{Geometry, Instance, Sphere, TriangleExtra, TriangleShading
 use crate::light::{Light, LightNode, LightTree};
 use crate::material::{Material, NONE};
 use crate::math::Vec3;
+use crate::memory::prefetch;
+use crate::ray::Hit;
 use crate::settings::Settings;
 use crate::texture::{Texture, Textures};
 use core::fmt::Debug;
@@ -158,6 +160,18 @@ impl<'a> SceneView<'a> {
     #[inline(always)]
     pub fn light_tree(&self) -> LightTree<'a> {
         LightTree { nodes: self.light_nodes, places: self.light_places }
+    }
+
+    /// Tells memory that what shading reads of a triangle that was hit will be read soon.
+    #[inline(always)]
+    pub fn prefetch_triangle(&self, hit: &Hit) {
+        let Some(instance) = self.instances.get(hit.id.instance as usize) else { return };
+        let Some(geometry) = self.geometries.get(instance.geometry as usize) else { return };
+        if hit.id.primitive < geometry.triangle_count {
+            let number = (geometry.first_triangle + hit.id.primitive) as usize;
+            prefetch(self.triangles, number);
+            prefetch(self.triangle_shading, number);
+        }
     }
 }
 

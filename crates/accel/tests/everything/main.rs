@@ -232,3 +232,12 @@ fn a_ray_that_touches_a_sphere_hits_it_once() {
     let world = scenes::world([Kind::Mixed, Kind::Spheres], [45, 28], 0, &Frame::UNIT, &mut random);
     check_filtered(&world, 100, Wildness::Wild, &mut random);
 }
+
+/// At such a size, the normal of a triangle times the distance to it is infinite in single precision.
+#[test]
+fn all_agree_where_products_overflow() {
+    let mut random = Random(11482994408168036156);
+    let frame = Frame { size: 10f32.powf(14.168359), center: Vec3::ZERO };
+    let world = scenes::world([Kind::Mesh, Kind::ManySizes], [30, 20], 0, &frame, &mut random);
+    check_world(&world, frame, 120, Wildness::Tame, &mut random);
+}

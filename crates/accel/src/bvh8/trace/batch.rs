@@ -15,14 +15,14 @@ use std::mem::MaybeUninit;
 
 /// Queries to be answered.
 pub(super) struct Batch<'a, const QUERY: Query> {
-    bvh: &'a Bvh8View<'a>,
-    rays: &'a [Ray],
-    filters: Filters<'a>,
+    pub(super) bvh: &'a Bvh8View<'a>,
+    pub(super) rays: &'a [Ray],
+    pub(super) filters: Filters<'a>,
     coherence: Coherence,
     /// Unless the query is [`ANY`].
-    hits: &'a mut [Hit],
+    pub(super) hits: &'a mut [Hit],
     /// For [`ANY`].
-    hidden: &'a mut [bool],
+    pub(super) hidden: &'a mut [bool],
 }
 
 impl<'a, const QUERY: Query> Batch<'a, QUERY> {
@@ -54,7 +54,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
     /// # Safety
     /// Instruction set: the CPU has it. Whole batch: `first` and `end` are no more than the rays.
     #[inline(always)]
-    unsafe fn one_by_one<S: Simd>(&mut self, first: usize, end: usize) {
+    pub(super) unsafe fn one_by_one<S: Simd>(&mut self, first: usize, end: usize) {
         for k in first..end {
             let (ray, filter) = (&self.rays[k], self.filters.of(k));
             let mut found = Found::nothing(ray.t_max);
@@ -481,6 +481,8 @@ impl<const QUERY: Query> Kernel for Batch<'_, QUERY> {
                         }
                         if end - first >= MANY {
                             self.packets_by_place(first, end, &shared, &mut room);
+                        } else if self.is_for_streams(end - first) {
+                            self.stream::<S>(first, end);
                         } else {
                             self.one_by_one::<S>(first, end);
                         }

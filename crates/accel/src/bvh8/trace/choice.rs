@@ -10,7 +10,7 @@ pub(super) enum Way {
     Packets,
     /// Packets of neighbours that go into one octant.
     SortedPackets,
-    /// One by one, or sorted by place where there are many.
+    /// One by one; in a stream where the hierarchy is large; sorted by place where there are many.
     Scattered,
 }
 

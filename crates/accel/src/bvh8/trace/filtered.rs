@@ -186,7 +186,7 @@ struct FilteredLeaves<'a, 'f> {
 impl<S: Simd> VisitLeaf<S> for FilteredLeaves<'_, '_> {
     #[inline(always)]
     fn prefetch(&self, nodes: *const u8, child: Child) {
-        prefetch::<S>(self.asked.bvh, nodes, child);
+        prefetch::<S, 3>(self.asked.bvh, nodes, child);
     }
 
     #[inline(always)]

@@ -25,6 +25,7 @@ mod single;
 mod single_leaf;
 mod single_ray;
 mod sort;
+mod stream;
 mod triangle_search;
 
 pub use masked::MaskedTracer;

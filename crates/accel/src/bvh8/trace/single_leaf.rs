@@ -31,22 +31,24 @@ pub(super) struct ToldLeaves<'a, W> {
     pub(super) work: W,
 }
 
-/// Says that a node or block will be looked at soon. `nodes` is where those of the tree begin.
+/// Says that a node or block, its first cache lines, will be looked at soon. `nodes` is where those of the tree begin.
 #[inline(always)]
-pub(super) fn prefetch<S: Simd>(bvh: &Bvh8View, nodes: *const u8, child: Child) {
+pub(super) fn prefetch<S: Simd, const LINES: usize>(bvh: &Bvh8View, nodes: *const u8, child: Child) {
     let place = (child & PLACE) as usize;
     let node = nodes.wrapping_add(place * size_of::<Node8>());
     let block = bvh.blocks.as_ptr().wrapping_add(place).cast::<u8>();
     let at = if child & LEAF == 0 { node } else { block };
-    S::prefetch(at);
-    S::prefetch(at.wrapping_add(64));
-    S::prefetch(at.wrapping_add(128));
+    let mut line = 0;
+    while line < LINES {
+        S::prefetch(at.wrapping_add(64 * line));
+        line += 1;
+    }
 }
 
 impl<S: Simd, W: Work> VisitLeaf<S> for ToldLeaves<'_, W> {
     #[inline(always)]
     fn prefetch(&self, nodes: *const u8, child: Child) {
-        prefetch::<S>(self.leaves.bvh, nodes, child);
+        prefetch::<S, 3>(self.leaves.bvh, nodes, child);
     }
 
     #[inline(always)]
@@ -63,7 +65,11 @@ impl PrimitiveLeaves<'_> {
     /// # Safety
     /// As for [`VisitLeaf::visit`].
     #[inline(always)]
-    unsafe fn visit<S: Simd, const QUERY: Query>(&mut self, leaf: Child, found: &mut Found) -> bool {
+    pub(super) unsafe fn visit<S: Simd, const QUERY: Query>(
+        &mut self,
+        leaf: Child,
+        found: &mut Found,
+    ) -> bool {
         if leaf & SPHERE != 0 {
             let (leaves, number) = (*self, (leaf & PLACE) as usize);
             // SAFETY: instruction set: promised to this function.

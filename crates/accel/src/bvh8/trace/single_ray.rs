@@ -22,6 +22,19 @@ const ROUNDING: f32 = 1.0001;
 /// 8 u of the square of the sum of these lengths.)
 const HIT_DISTANCES: f32 = 2.5;
 
+/// Below this, the volume of no edges and distance overflows.
+const LARGEST_VOLUME: f32 = 1e36;
+
+/// [`SingleRay::t_slack`] of a ray whose origin lies no farther than `scale` from 0: infinite, which makes no hit certain, where
+/// the normal of a triangle times the distance to it may overflow.
+#[inline(always)]
+fn t_slack(size: GeometrySize, scale: f32) -> f32 {
+    let distances = 3.0 * size.extent + scale;
+    // (Edges are no longer than 3.5 extents.)
+    let overflows = !(size.extent * size.extent * distances < LARGEST_VOLUME);
+    if overflows { f32::INFINITY } else { (T_SLACK * HIT_DISTANCES) * distances }
+}
+
 /// A ray in the space of a geometry, ready for its tree. It stays small and in memory: what a step needs in all lanes
 /// is a load away. Vectors have x, y, z and something else.
 ///
@@ -39,7 +52,7 @@ pub(super) struct SingleRay<'a> {
     /// [`EDGE_SLACK`] of the length.
     pub(super) edge_slack: f32,
     /// [`T_SLACK`] of the distances of any hit of the geometry: times a product of lengths over a determinant, more than `t`
-    /// may be wrong by where a ray is within the edges for certain.
+    /// may be wrong by where a ray is within the edges for certain. Infinite where it may be anything.
     pub(super) t_slack: f32,
     pub(super) octant: u32,
     /// Times the lengths of its edges, edge functions of any triangle of the geometry are below this only where the ray
@@ -104,7 +117,7 @@ impl<'a> SingleRay<'a> {
         let offset = lanes.mul(inverse).negate();
         let edge_slack = EDGE_SLACK * direction[3];
         let most_distance = (size.farthest + scale) * ROUNDING;
-        let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * size.extent + scale);
+        let t_slack = t_slack(size, scale);
         SingleRay {
             origin,
             direction,
@@ -222,7 +235,7 @@ impl<'a> SingleRay<'a> {
         let (edge_slack, at) = (EDGE_SLACK * local.length, o.abs());
         let scale = at.x + at.y + at.z + local.reach;
         let most_distance = (size.farthest + scale) * ROUNDING;
-        let t_slack = (T_SLACK * HIT_DISTANCES) * (3.0 * size.extent + scale);
+        let t_slack = t_slack(size, scale);
         let octant = (i.x < 0.0) as u32 | ((i.y < 0.0) as u32) << 1 | ((i.z < 0.0) as u32) << 2;
         SingleRay {
             origin: four(o, local.t_min),

@@ -41,6 +41,9 @@ struct PlacedRequest {
 /// Paths whose random numbers are computed together: as many as AVX-512 has lanes.
 const LANES: usize = 16;
 
+/// What hits name is asked of memory so many hits before it is read.
+const AHEAD: usize = 32;
+
 /// The random numbers of paths.
 #[inline(always)]
 fn numbers_of<'a>(path: impl Fn(usize) -> &'a PlacedPath) -> NumberLanes<LANES> {
@@ -182,7 +185,13 @@ impl PathBatch {
         missed.clear();
         matte.clear();
         others.clear();
+        for hit in hits.iter().take(AHEAD) {
+            view.prefetch_triangle(hit);
+        }
         for (number, (path, hit)) in paths.iter().zip(hits.iter()).enumerate() {
+            if let Some(later) = hits.get(number + AHEAD) {
+                view.prefetch_triangle(later);
+            }
             counts.count(path.state.ray.kind);
             if hit.is_miss() {
                 missed.push(number as u32);
