@@ -12,7 +12,7 @@ pub const NONE: u32 = u32::MAX;
 pub enum SurfaceModel {
     /// They are what they are named: flattening has composed them.
     Composed,
-    /// Base colour ([`Material::diffuse`]), metallic and roughness, by the rule in `shading/appearance.rs`.
+    /// Base colour ([`Material::diffuse`]), metallic and roughness, by the rule in `shading/evaluated_material.rs`.
     MetallicRoughness,
 }
 

@@ -10,7 +10,7 @@
 //! | pg1 | Ks | Tf, else 0, with illum 4, 6, 7, 9; Snell | – |
 //! | eos | 0.4 with illum 3 to 9 | Tf, else 0, with illum 4, 6, 7, 9; Snell | – |
 //! | native, illum 3, 5, 8 with Ks and Pr, without Pm | the same, glossy | | |
-//! | else native with Pr or Pm, `pbr` | by `eosphor_core`'s `shading/appearance.rs` | | |
+//! | else native with Pr or Pm, `pbr` | by `eosphor_core`'s `shading/evaluated_material.rs` | | |
 
 use crate::model::{
     AlphaMode, Channel, Composition, Material, MaterialKind, MaterialTextures, Mtl, Pbr, TextureChannel,

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A metallic-roughness material, as in glTF 2.0 with KHR_materials_ior, _specular, _transmission and _volume. How
-/// it becomes reflected and transmitted rays is written in `crates/core/src/shading/appearance.rs`.
+/// it becomes reflected and transmitted rays is written in `crates/core/src/shading/evaluated_material.rs`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields, default)]
 #[schemars(
