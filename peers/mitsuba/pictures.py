@@ -1,5 +1,6 @@
 """The scenes of compare_pictures.py, as both.py reads them. Each is a function of (shared scenes, a folder for files made)."""
 
+import pathlib
 from collections import Counter
 
 import mitsuba as mi
@@ -269,6 +270,30 @@ def under_sky(elevation):
     return scene
 
 
+def moved_sponza(distance):
+    """Sponza and its camera, so many units farther along x: a picture that should be the same."""
+
+    def make(shared, folder):
+        scene = sponza(shared, folder)
+        mesh, camera = scene["meshes"][0], scene["camera"]
+        lines = pathlib.Path(mesh["file"]).read_text(errors="replace").splitlines()
+        path = folder / "moved.obj"
+        path.write_text("".join(moved_line(line, distance) for line in lines if not line.startswith(("mtllib", "usemtl"))))
+        mesh["file"] = str(path)
+        for key in ("position", "look-at"):
+            camera[key] = [camera[key][0] + distance, *camera[key][1:]]
+        return scene
+
+    return make
+
+
+def moved_line(line, distance):
+    if line.startswith("v "):
+        x, y, z = map(float, line.split()[1:4])
+        line = f"v {x + distance:.9g} {y:.9g} {z:.9g}"
+    return line + "\n"
+
+
 SCENES = {
     "cornell": cornell,
     "cornell-metal-glass": cornell_metal_glass,
@@ -283,4 +308,4 @@ SCENES = {
     "sky-50": under_sky(50),
 }
 # Rendered where they are named.
-MORE = {"dragon-scan": dragon_scan}
+MORE = {"dragon-scan": dragon_scan, "sponza-128": moved_sponza(128), "sponza-1024": moved_sponza(1024)}

@@ -168,7 +168,7 @@ fn rough_grounds() {
         material.diffuse_roughness = 0.8;
     }
     for accel in Accel::ALL {
-        assert_identical(&scene, accel);
+        assert_identical(&scene, *accel);
     }
 }
 
