@@ -93,8 +93,8 @@ impl<const QUERY: Query> Batch<'_, QUERY> {
         let mut slots = MaybeUninit::<[Slot; SLOTS]>::uninit();
         let slots = slots.as_mut_ptr().cast::<Slot>();
         let mut next = first;
-        // One is read in a round, and the other one written for the next round. (They stay where they are: to copy what has just been
-        // written in small pieces, a CPU waits.)
+        // One is read in a round, and the other one written for the next round. (They stay where they are: to copy what has just
+        // been written in small pieces, a CPU waits.)
         let mut lists = [Lists::EMPTY, Lists::EMPTY];
         let mut round = 0;
         // SAFETY: instruction set and whole batch: promised to this function. Written places: slots without a ray are in no list
