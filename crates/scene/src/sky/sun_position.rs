@@ -76,12 +76,12 @@ fn days_from_2000(time: &str) -> Option<f64> {
     let (second, zone) = if has_seconds { (number(17, 19)?, 19) } else { (0, 16) };
     let ahead = match time.get(zone..)? {
         "Z" => 0,
-        text if text.len() == 6 && &text[3..4] == ":" => {
+        text if text.len() == 6 && text.as_bytes()[3] == b':' => {
             let (hours, minutes) = (number(zone + 1, zone + 3)?, number(zone + 4, zone + 6)?);
             let ahead = (hours <= 14 && minutes < 60).then_some(60 * hours + minutes)?;
-            match &text[..1] {
-                "+" => ahead,
-                "-" => -ahead,
+            match text.as_bytes()[0] {
+                b'+' => ahead,
+                b'-' => -ahead,
                 _ => return None,
             }
         }
@@ -165,6 +165,18 @@ mod tests {
         let sun = sun_position("2003-10-17T12:30:30-07:00", 39.742_476, -105.178_6).unwrap();
         assert_near(sun.azimuth_degrees, 194.340_241, 0.01);
         assert_near(sun.elevation_degrees, 39.872_046, 0.01);
+    }
+
+    #[test]
+    fn letters_of_two_bytes_are_no_time() {
+        for time in [
+            "0860-06-21T15:30+0\u{3be}00",
+            "2024-06-21T15:30\u{3be}0:00",
+            "2024-06-21T15:30+0\u{3be}:0",
+            "\u{3be}",
+        ] {
+            assert_eq!(days_from_2000(time), None, "{time}");
+        }
     }
 
     #[test]
