@@ -361,7 +361,10 @@ pub(super) unsafe fn walk<S: Simd, const QUERY: Query, const FORWARD: bool>(
                     let bits = *node.orders.get_unchecked(ray.octant as usize);
                     let order = S::order8(bits);
                     let near = S::permute8(near, order);
-                    let entered = near.le(S::permute8(far, order)).bits();
+                    let far = S::permute8(far, order);
+                    // (By the comparison from before, which said that there are three: where one is NaN the two differ, and the count
+                    // of what waits must not go below 0.)
+                    let entered = if FORWARD { S::not_above8(near, far) } else { near.le(far).bits() };
                     let node_children = S::F8::load(node.children.as_ptr().cast());
                     S::compress8(S::permute8(node_children, order), entered, children.add(count).cast());
                     S::compress8(near, entered, nears.add(count));
