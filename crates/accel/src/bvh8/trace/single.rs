@@ -362,8 +362,8 @@ pub(super) unsafe fn walk<S: Simd, const QUERY: Query, const FORWARD: bool>(
                     let order = S::order8(bits);
                     let near = S::permute8(near, order);
                     let far = S::permute8(far, order);
-                    // (By the comparison from before, which said that there are three: where one is NaN the two differ, and the count
-                    // of what waits must not go below 0.)
+                    // (By the comparison from before, which said that there are three: where one is NaN the two differ,
+                    // and the count of what waits must not go below 0.)
                     let entered = if FORWARD { S::not_above8(near, far) } else { near.le(far).bits() };
                     let node_children = S::F8::load(node.children.as_ptr().cast());
                     S::compress8(S::permute8(node_children, order), entered, children.add(count).cast());
