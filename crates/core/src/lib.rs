@@ -28,4 +28,5 @@ pub mod settings;
 pub mod shading;
 pub mod sums;
 pub mod texture;
+mod texture_lanes;
 pub mod view;

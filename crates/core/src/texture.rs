@@ -83,7 +83,7 @@ pub struct Texture {
 
 impl Texture {
     #[inline(always)]
-    fn picture_uv(&self, uvs: &[[f32; 2]; 2]) -> [f32; 2] {
+    pub(crate) fn picture_uv(&self, uvs: &[[f32; 2]; 2]) -> [f32; 2] {
         let [u, v] = if self.uv_set == 0 { uvs[0] } else { uvs[1] };
         self.picture_from_mesh_uv.map(|row| fma(row[0], u, fma(row[1], v, row[2])))
     }
@@ -115,7 +115,7 @@ impl Rgba {
 
     /// This where `weight` is 0, `other` where it is 1.
     #[inline(always)]
-    fn mix(&self, other: &Rgba, weight: f32) -> Rgba {
+    pub(crate) fn mix(&self, other: &Rgba, weight: f32) -> Rgba {
         Rgba {
             color: self.color.plus_scaled(other.color + -self.color, weight),
             alpha: fma(other.alpha - self.alpha, weight, self.alpha),
@@ -271,7 +271,7 @@ fn with_all_channels(bytes: u32, channels: u32) -> u32 {
 
 /// The colour of a texel of a Radiance picture: mantissas times 2^(exponent - 136), all 0 where the exponent is 0.
 #[inline(always)]
-fn radiance(word: u32) -> Vec3 {
+pub(crate) fn radiance(word: u32) -> Vec3 {
     let [r, g, b, exponent] = word.to_le_bytes();
     // 2^(exponent - 127), but for the two largest exponents, which are far beyond the limit, as 253 is. Multiplying by
     // powers of two is exact: even what is denormal is a multiple of 2^-135.
@@ -296,7 +296,7 @@ fn half(bits: u32) -> f32 {
 
 /// A coordinate taken into [0, 1]; zero when it is NaN, or infinite and not clamped.
 #[inline(always)]
-fn wrapped(coordinate: f32, wrap: TextureWrap) -> f32 {
+pub(crate) fn wrapped(coordinate: f32, wrap: TextureWrap) -> f32 {
     let inside = match wrap {
         TextureWrap::Clamp => coordinate,
         TextureWrap::Repeat => coordinate - floor(coordinate),
@@ -317,7 +317,7 @@ fn texel_at(place: f32, size: u32) -> u32 {
 
 /// The two texels whose centres surround a place in [0, size], and the weight of the second.
 #[inline(always)]
-fn neighbours(place: f32, size: u32, wrap: TextureWrap) -> (u32, u32, f32) {
+pub(crate) fn neighbours(place: f32, size: u32, wrap: TextureWrap) -> (u32, u32, f32) {
     let place = place - 0.5;
     let whole = floor(place);
     let last = size - 1;

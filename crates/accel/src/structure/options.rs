@@ -8,8 +8,7 @@ use eosphor_core::hierarchy::{MAX_BVH_DEPTH, MAX_KD_DEPTH, MAX_OCTREE_DEPTH};
 /// default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HierarchyOptions {
-    /// What chooses the splits of bounding volume hierarchies. Trees of [`Builder::Spatial`] can lose a ray that lies in a
-    /// triangle's plane to within rounding; all others give the same picture.
+    /// What chooses the splits of bounding volume hierarchies.
     pub builder: Option<Builder>,
     /// Primitives that a leaf may hold: of a bvh, 1 to 255; of octrees, whose cells with more are divided where that pays.
     pub leaf_size: Option<u32>,

@@ -85,11 +85,23 @@ impl Environment {
         textures.sample(self.texture, &[uv, uv]).color * self.strength
     }
 
-    /// Tells memory that [`Environment::radiance_at`] will read a place.
+    /// The same from the places of those lanes that are wanted.
     #[inline(always)]
-    pub fn prefetch_radiance(&self, textures: &Textures, place: &PicturePlace) {
-        let uv = place.uv();
-        textures.prefetch(self.texture, &[uv, uv]);
+    pub fn radiance_lanes<const W: usize>(
+        &self,
+        textures: &Textures,
+        places: &PlaceLanes<W>,
+        is_wanted: &[bool; W],
+    ) -> Vec3Lanes<W> {
+        let mut uv = [[0.0; W]; 2];
+        for lane in 0..W {
+            [uv[0][lane], uv[1][lane]] = places.get(lane).uv();
+        }
+        let mut radiance = textures.colors(self.texture, &uv, is_wanted);
+        for lane in 0..W {
+            radiance.set(lane, radiance.get(lane) * self.strength);
+        }
+        radiance
     }
 
     /// Where a direction, a unit vector of the world, lies.

@@ -72,11 +72,14 @@ impl Environment {
             lanes.to_light.set(lane, sample.to_light);
             lanes.density[lane] = sample.density;
         }
-        for lane in 0..W {
-            if is_sun[lane] {
-                let sample = self.sample_of_sun(table, [u[0][lane], u[1][lane]]);
-                lanes.to_light.set(lane, sample.to_light);
-                lanes.density[lane] = sample.density;
+        // Few pictures have a sun, and without this all lanes would sample one, to throw it away.
+        if self.sun_chance > 0.0 {
+            for lane in 0..W {
+                if is_sun[lane] {
+                    let sample = self.sample_of_sun(table, [u[0][lane], u[1][lane]]);
+                    lanes.to_light.set(lane, sample.to_light);
+                    lanes.density[lane] = sample.density;
+                }
             }
         }
         lanes

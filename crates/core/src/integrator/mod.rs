@@ -17,7 +17,7 @@ mod samples;
 mod transmittance;
 pub mod whitted;
 
-pub use camera_ray::{camera_ray, pixel_key};
+pub use camera_ray::{CameraRayLanes, camera_ray, pixel_key};
 pub use coverage::{is_worth_tracing, ray_through_hole, weight_at};
 pub use features::{PixelFeatures, pixel_features};
 pub use path_ray::{PathRay, RayKind};

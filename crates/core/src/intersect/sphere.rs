@@ -27,8 +27,9 @@ impl SphereHit {
     /// No hit.
     pub const NONE: SphereHit = SphereHit { t: f32::NAN, t_rest: 0.0 };
 
+    /// At a root, between the ray's ends.
     #[inline(always)]
-    fn at(root: f64, ray: &Ray) -> SphereHit {
+    pub fn at(root: f64, ray: &Ray) -> SphereHit {
         let t = root as f32;
         if (t > ray.t_min) & (t <= ray.t_max) & (t < f32::INFINITY) {
             SphereHit { t, t_rest: (root - t as f64) as f32 }

@@ -44,6 +44,12 @@ impl TriangleLamp {
         LightSample { weight: sample.weight * cos, ..sample }
     }
 
+    /// [`TriangleLamp::power`] of a light with this area and so many samples.
+    #[inline(always)]
+    pub fn power(area: f32, samples: u32) -> f32 {
+        area / samples as f32
+    }
+
     /// What its samples may be off its plane by.
     #[inline(always)]
     fn off_plane(&self) -> f32 {
@@ -58,7 +64,8 @@ impl Light {
     pub fn triangle_lamp(&self) -> Option<TriangleLamp> {
         match *self {
             Light::Triangle { v0, e1, e2, normal, area, samples, is_two_sided, .. } => {
-                Some(TriangleLamp { v0, e1, e2, normal, power: area / samples as f32, is_two_sided })
+                let power = TriangleLamp::power(area, samples);
+                Some(TriangleLamp { v0, e1, e2, normal, power, is_two_sided })
             }
             Light::Point { .. } | Light::Directional { .. } | Light::Spot { .. } | Light::Sphere { .. } => {
                 None

@@ -80,6 +80,7 @@ pub struct LightTree<'a> {
 
 /// The way down: where it is, and how likely it leads there. Chances are of double precision, so that a number is enough for any
 /// depth.
+#[derive(Clone, Copy)]
 struct Descent {
     node: u32,
     chance: f64,
@@ -112,8 +113,30 @@ impl LightTree<'_> {
                 (first[lane], is_reached[lane]) = share_of_first(importances);
             }
         }
+        let start = Descent { node: 0, chance: 1.0 };
+        if let (Some(a), Some(b)) = children
+            && a.is_leaf()
+            && b.is_leaf()
+            && root.children > 0
+        {
+            // A lamp of two triangles: all of the way down, free of branches.
+            let (mut is_first, mut chance, mut rest) = ([false; W], [0.0; W], [0.0; W]);
+            for lane in 0..W {
+                let (to_first, low) = start.turns(first[lane], u[lane], 0.0);
+                let share = start.chance * if to_first { first[lane] } else { 1.0 - first[lane] };
+                is_first[lane] = to_first;
+                chance[lane] = share as f32;
+                rest[lane] = place_within((u[lane] - low) / share);
+            }
+            for lane in 0..W {
+                let number = if is_first[lane] { a.number } else { b.number };
+                let light = ChosenLight { number, chance: chance[lane], rest: rest[lane] };
+                chosen[lane] = (is_reached[lane] & (chance[lane] > 0.0)).then_some(light);
+            }
+            return chosen;
+        }
         for lane in 0..W {
-            let (start, u) = (Descent { node: 0, chance: 1.0 }, u[lane]);
+            let u = u[lane];
             chosen[lane] = if root.is_leaf() {
                 self.descend(&receiver(lane), u, start, 0.0)
             } else if is_reached[lane] {

@@ -3,10 +3,12 @@
 
 mod hash;
 mod sobol;
+mod sobol_8d;
 mod warp;
 
 pub use hash::{hash_pair, mix};
 pub use sobol::{owen_scramble, place_within, point_2d, sobol_2d, with_digits};
+pub use sobol_8d::{point_8d, points_8d};
 pub use warp::{
     cosine_direction, cosine_lobe, disk_point, hemisphere_direction, onto_axis, orthonormal_basis,
     triangle_point,

@@ -18,7 +18,7 @@ pub fn sobol_2d(index: u32) -> [u32; 2] {
 
 /// Bit `i` of the result is the sum modulo 2 of C(j, i) times bit `j` of `x`.
 #[inline(always)]
-fn pascal(x: u32) -> u32 {
+pub(super) fn pascal(x: u32) -> u32 {
     let x = x ^ ((x >> 1) & 0x5555_5555);
     let x = x ^ ((x >> 2) & 0x3333_3333);
     let x = x ^ ((x >> 4) & 0x0f0f_0f0f);
@@ -29,7 +29,7 @@ fn pascal(x: u32) -> u32 {
 /// Laine and Karras' hash ("Stratified sampling for stochastic transparency", 2011), in which a bit depends only on
 /// lower bits, with the constants of Vegdahl ("Building a better LK hash", 2021). `seed` must be well mixed.
 #[inline(always)]
-fn laine_karras(x: u32, seed: u32) -> u32 {
+pub(super) fn laine_karras(x: u32, seed: u32) -> u32 {
     let x = x ^ x.wrapping_mul(0x3d20_adea);
     let x = x.wrapping_add(seed);
     let x = x.wrapping_mul((seed >> 16) | 1);
@@ -64,7 +64,7 @@ pub fn point_2d(index: u32, seed: u32) -> [f32; 2] {
 
 /// The upper 24 bits as a fraction: exact, so never rounded up to one.
 #[inline(always)]
-fn unit_float(x: u32) -> f32 {
+pub(super) fn unit_float(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 

@@ -45,7 +45,7 @@ impl CpuBackend {
         for number in spread(tiling.len()) {
             paths.clear();
             let tile = tiling.tile(number);
-            CameraRays::new(tile, 0..1).take(&view, (TILE * TILE) as usize, &mut paths);
+            CameraRays::new(tile, 0..1).take(&view, (TILE * TILE) as usize, |path| paths.push(path));
             let rays: Vec<Ray> = paths.iter().map(|path| path.ray.ray()).collect();
             let filters: Vec<RayFilter> = paths.iter().map(|path| path.ray.filter(settings)).collect();
             let mut hits = vec![Hit::miss(f32::INFINITY); rays.len()];

@@ -12,7 +12,8 @@ pub struct CpuOptions {
     pub tile: Option<u32>,
     /// The kind of hierarchy that rays are traced through.
     pub accel: Accel,
-    /// How the hierarchy is built.
+    /// How the hierarchy is built. Where no builder is named, path tracing with many samples a triangle cuts triangles
+    /// ([`Builder::Spatial`](crate::Builder::Spatial)).
     pub hierarchy: HierarchyOptions,
     /// SIMD level; `None`: the best that the CPU has.
     pub simd: Option<SimdLevel>,

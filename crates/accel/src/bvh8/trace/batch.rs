@@ -1,6 +1,6 @@
 //! Many rays: the choice among packets, sorted packets, streams and single rays.
 
-use super::choice::{Way, choose};
+use super::choice::{FLAT, Way, choose};
 use super::found::{ANY, Found, NEXT, Query, STACK};
 use super::lanes::RaysV;
 use super::packet::{LaneFilters, Packet, Query16, Room, load_rays, rays_from_one_point, trace};
@@ -428,13 +428,14 @@ const CHUNK: usize = 4096;
 const ALONE_COHERENT: u32 = 0;
 
 /// The same for rays sorted by octant: together they cost about half as much where sixteen are one register. In dense
-/// hierarchies they part so soon that more of them are faster alone.
+/// hierarchies they part so soon that more of them are faster alone; in flat ones a ray alone has hardly less to do.
 #[inline(always)]
 fn alone_sorted<S: Simd>(bvh: &Bvh8View) -> u32 {
-    match bvh.blocks.len() > DENSE {
-        true => 6,
-        false if S::HAS_REGISTERS_OF_16 => 2,
-        false => 3,
+    match bvh.blocks.len() {
+        DENSE.. => 6,
+        ..=FLAT => 0,
+        _ if S::HAS_REGISTERS_OF_16 => 2,
+        _ => 3,
     }
 }
 

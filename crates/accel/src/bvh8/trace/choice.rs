@@ -29,7 +29,7 @@ const CLOSE_IF_NARROW: f32 = 0.2;
 
 /// Blocks of a hierarchy that is so flat that rays of one octant meet most of it: they stay together wherever they start. (A box
 /// of 36 triangles: paths 1.2 times as fast. With hundreds of blocks there is no gain, with thousands it is a loss.)
-const FLAT: usize = 16;
+pub(super) const FLAT: usize = 16;
 /// With so many rays, each octant has some registers of them.
 const OCTANTS_FULL: usize = 256;
 

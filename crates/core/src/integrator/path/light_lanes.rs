@@ -5,7 +5,7 @@
 
 use super::NumbersOfLanes;
 use super::light::{LightChoice, LightDraw, Strength, choose_lanes, draw_light, share_of_environment};
-use super::surroundings::radiance_lanes;
+use crate::environment::PlaceLanes;
 use crate::light::{Light, LightReceiver, LightSampleLanes, TriangleLamp};
 use crate::material::NONE;
 use crate::math::Vec3Lanes;
@@ -97,7 +97,8 @@ impl<const W: usize> DrawLanes<W> {
             u[0][lane] = if is_environment[lane] { share_of_environment(view, choice[lane]) } else { 0.0 };
         }
         let sample = environment.sample_lanes(view.environment_table, &u);
-        let radiance = radiance_lanes(view, &sample.to_light, is_environment);
+        let places = PlaceLanes::new(environment, &sample.to_light);
+        let radiance = environment.radiance_lanes(&view.textures(), &places, is_environment);
         for lane in 0..W {
             let density = environment.chance * sample.density[lane];
             let draw = LightDraw::of_environment(sample.to_light.get(lane), radiance.get(lane), density);
@@ -140,7 +141,8 @@ struct LampLanes<const W: usize> {
     edges: [Vec3Lanes<W>; 2],
     normal: Vec3Lanes<W>,
     color: Vec3Lanes<W>,
-    power: [f32; W],
+    area: [f32; W],
+    samples: [u32; W],
     is_two_sided: [bool; W],
     chance: [f32; W],
     /// The first coordinate of the point that is sampled.
@@ -159,7 +161,8 @@ impl<const W: usize> LampLanes<W> {
             edges: [zero; 2],
             normal: zero,
             color: zero,
-            power: [0.0; W],
+            area: [0.0; W],
+            samples: [1; W],
             is_two_sided: [false; W],
             chance: [1.0; W],
             place: [0.0; W],
@@ -172,15 +175,18 @@ impl<const W: usize> LampLanes<W> {
     /// Takes a light that was chosen with this chance, where it is such a triangle.
     #[inline(always)]
     fn take(&mut self, lane: usize, light: &Light, chance: f32, place: f32) -> bool {
-        let Light::Triangle { texture: NONE, color, .. } = *light else { return false };
-        let Some(lamp) = light.triangle_lamp() else { return false };
-        self.corner.set(lane, lamp.v0);
-        self.edges[0].set(lane, lamp.e1);
-        self.edges[1].set(lane, lamp.e2);
-        self.normal.set(lane, lamp.normal);
+        let Light::Triangle { texture: NONE, v0, e1, e2, normal, area, color, samples, is_two_sided, .. } =
+            *light
+        else {
+            return false;
+        };
+        self.corner.set(lane, v0);
+        self.edges[0].set(lane, e1);
+        self.edges[1].set(lane, e2);
+        self.normal.set(lane, normal);
         self.color.set(lane, color);
-        self.power[lane] = lamp.power;
-        self.is_two_sided[lane] = lamp.is_two_sided;
+        (self.area[lane], self.samples[lane]) = (area, samples);
+        self.is_two_sided[lane] = is_two_sided;
         self.chance[lane] = chance;
         self.place[lane] = place;
         self.target[lane] = light.primitive();
@@ -196,7 +202,7 @@ impl<const W: usize> LampLanes<W> {
             e1: self.edges[0].get(lane),
             e2: self.edges[1].get(lane),
             normal: self.normal.get(lane),
-            power: self.power[lane],
+            power: TriangleLamp::power(self.area[lane], self.samples[lane]),
             is_two_sided: self.is_two_sided[lane],
         }
     }

@@ -96,11 +96,17 @@ pub fn bounce_matte<'a, const W: usize, B: BounceLanes>(
     }
     let most = if settings.max_depth < MAX_DEPTH { settings.max_depth } else { MAX_DEPTH };
     let mut goes_on = [false; W];
-    let survival = numbers.survival();
+    let mut is_by_chance = false;
     for lane in 0..W {
-        let old = weight.get(lane);
-        let new = after_roulette(old, survival[lane]);
-        weight.set(lane, if depth[lane] >= settings.roulette_depth { new } else { old });
+        is_by_chance |= depth[lane] >= settings.roulette_depth;
+    }
+    if is_by_chance {
+        let survival = numbers.survival();
+        for lane in 0..W {
+            let old = weight.get(lane);
+            let new = after_roulette(old, survival[lane]);
+            weight.set(lane, if depth[lane] >= settings.roulette_depth { new } else { old });
+        }
     }
     for lane in 0..W {
         is_alive[lane] &= weight.get(lane).max_component() > 0.0;

@@ -1,17 +1,19 @@
 //! Random numbers of a path.
 
-use crate::integrator::{PathRay, camera_ray::pixel_key};
-use crate::sampling::{hash_pair, mix, point_2d, with_digits};
+use crate::integrator::PathRay;
+use crate::integrator::camera_ray::{PIXEL_DIMENSION, pixel_key};
+use crate::sampling::{hash_pair, mix, point_2d, point_8d, points_8d, with_digits};
 use crate::settings::Settings;
 
 /// Keys of the numbers of vertices, which follow those of the camera ray.
 const FIRST_BOUNCE: u32 = 0x1000;
 
-/// Two numbers each: the decisions of a path at a surface. Then what follows the digits of one of them, and a decision that few
-/// surfaces have.
+/// Keys of the points of eight dimensions: of the first two bounces, of the two after them, and so on.
+const FIRST_SET: u32 = 0x2000;
+
+/// Decisions of a path at a surface that have numbers of their own: two of its arrival, what follows the digits of a number that
+/// chooses a light, and one that few surfaces have.
 const ARRIVAL: u32 = 0;
-const LIGHT: u32 = 1;
-const DIRECTION: u32 = 2;
 const DIGITS: u32 = 3;
 const SIDE: u32 = 4;
 
@@ -22,6 +24,10 @@ const SIDE: u32 = 4;
 /// What is chosen first, a light or a lobe, takes a range of the first number of a pair; where in that range it lies is the first
 /// coordinate of what is chosen then ([`place_within`](crate::sampling::place_within)). So the samples of each light and each lobe
 /// are well spread, too: numbers of their own would leave to each a part of the points at random.
+///
+/// Where a path goes at two surfaces one after the other, and which lights are sampled at the surfaces that it gets to, are points of
+/// eight dimensions: what a path brings depends on all of them, so they are spread together. The light of the first surface goes with
+/// the place in the pixel. At each bounce there is one direction and one light, so their keys need not say which surfaces were passed.
 pub trait Numbers {
     /// Whether the ray passes the surface, and whether the path goes on.
     fn arrival(&self) -> [f32; 2];
@@ -38,8 +44,24 @@ pub trait Numbers {
 /// Numbers that are computed where they are asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct NumbersByKey {
+    pixel_key: u32,
+    /// Of the bounces so far and the surfaces passed.
     key: u32,
+    depth: u32,
     sample: u32,
+}
+
+/// The points of eight dimensions that hold the light of a surface, and whether it is the second one there.
+#[inline(always)]
+fn set_of_light(pixel_key: u32, depth: u32) -> (u32, bool) {
+    let set = if depth == 0 { PIXEL_DIMENSION } else { FIRST_SET + (depth - 1) / 2 };
+    (hash_pair(pixel_key, set), (depth > 0) & (depth % 2 == 0))
+}
+
+/// The same of the direction in which a path goes on.
+#[inline(always)]
+fn set_of_direction(pixel_key: u32, depth: u32) -> (u32, bool) {
+    (hash_pair(pixel_key, FIRST_SET + depth / 2), depth % 2 == 1)
 }
 
 impl NumbersByKey {
@@ -51,12 +73,15 @@ impl NumbersByKey {
 
     #[inline(always)]
     fn of_pixel(pixel_key: u32, [depth, holes]: [u32; 2], sample: u32) -> NumbersByKey {
-        NumbersByKey { key: hash_pair(hash_pair(pixel_key, FIRST_BOUNCE + depth), holes), sample }
+        let key = hash_pair(hash_pair(pixel_key, FIRST_BOUNCE + depth), holes);
+        NumbersByKey { pixel_key, key, depth, sample }
     }
 
+    /// The first number of a light, of 24 bits, and its second one.
     #[inline(always)]
-    fn pair(&self, dimension: u32) -> [f32; 2] {
-        point_2d(self.sample, hash_pair(self.key, dimension))
+    fn light_pair(&self) -> [f32; 2] {
+        let (set, is_second) = set_of_light(self.pixel_key, self.depth);
+        point_8d(self.sample, set, if is_second { 3 } else { 2 })
     }
 
     /// Further digits, at random, for trees of many lights.
@@ -66,39 +91,50 @@ impl NumbersByKey {
     }
 }
 
+#[inline(always)]
+fn arrival(key: u32, sample: u32) -> [f32; 2] {
+    point_2d(sample, hash_pair(key, ARRIVAL))
+}
+
+#[inline(always)]
+fn side(key: u32, sample: u32) -> f32 {
+    point_2d(sample, hash_pair(key, SIDE))[0]
+}
+
 impl Numbers for NumbersByKey {
     #[inline(always)]
     fn arrival(&self) -> [f32; 2] {
-        self.pair(ARRIVAL)
+        arrival(self.key, self.sample)
     }
 
     #[inline(always)]
     fn light(&self) -> (f64, f32) {
-        let [choice, place] = self.pair(LIGHT);
+        let [choice, place] = self.light_pair();
         (with_digits(choice, self.digits()), place)
     }
 
     #[inline(always)]
     fn fine_place(&self) -> f64 {
-        let [_, place] = self.pair(LIGHT);
+        let [_, place] = self.light_pair();
         with_digits(place, mix(self.digits()))
     }
 
     #[inline(always)]
     fn direction(&self) -> [f32; 2] {
-        self.pair(DIRECTION)
+        let (set, is_second) = set_of_direction(self.pixel_key, self.depth);
+        point_8d(self.sample, set, u32::from(is_second))
     }
 
     #[inline(always)]
     fn side(&self) -> f32 {
-        self.pair(SIDE)[0]
+        side(self.key, self.sample)
     }
 }
 
-/// The numbers of several paths, which are computed together, but for those that few surfaces have: loops over arrays, free of
-/// branches.
+/// The numbers of several paths. Those that every surface needs are computed together: loops over arrays, free of branches.
 pub struct NumberLanes<const W: usize> {
-    pairs: [[[f32; W]; 2]; DIGITS as usize],
+    lights: [[f32; W]; 2],
+    directions: [[f32; W]; 2],
     digits: [u32; W],
     keys: [u32; W],
     samples: [u32; W],
@@ -109,26 +145,30 @@ impl<const W: usize> NumberLanes<W> {
     /// [`NumbersByKey`].
     #[inline(always)]
     pub fn new<'a>(of: impl Fn(usize) -> (u32, u32, &'a PathRay)) -> NumberLanes<W> {
-        let (mut keys, mut samples, mut places) = ([0; W], [0; W], [[0; 2]; W]);
+        let (mut pixel_keys, mut samples, mut places) = ([0; W], [0; W], [[0; W]; 2]);
         for lane in 0..W {
             let (pixel_key, sample, ray) = of(lane);
-            (keys[lane], samples[lane], places[lane]) = (pixel_key, sample, [ray.depth, ray.holes]);
+            (pixel_keys[lane], samples[lane]) = (pixel_key, sample);
+            (places[0][lane], places[1][lane]) = (ray.depth, ray.holes);
         }
+        let mut keys = [0; W];
+        let mut digits = [0; W];
         for lane in 0..W {
-            keys[lane] = NumbersByKey::of_pixel(keys[lane], places[lane], samples[lane]).key;
+            let place = [places[0][lane], places[1][lane]];
+            let numbers = NumbersByKey::of_pixel(pixel_keys[lane], place, samples[lane]);
+            keys[lane] = numbers.key;
+            digits[lane] = numbers.digits();
         }
-        let mut lanes =
-            NumberLanes { pairs: [[[0.0; W]; 2]; DIGITS as usize], digits: [0; W], keys, samples };
-        for dimension in 0..DIGITS {
-            let [x, y] = &mut lanes.pairs[dimension as usize];
-            for lane in 0..W {
-                [x[lane], y[lane]] = NumbersByKey { key: keys[lane], sample: samples[lane] }.pair(dimension);
-            }
-        }
+        let (mut sets, mut is_second) = ([0; W], [false; W]);
         for lane in 0..W {
-            lanes.digits[lane] = NumbersByKey { key: keys[lane], sample: samples[lane] }.digits();
+            (sets[lane], is_second[lane]) = set_of_light(pixel_keys[lane], places[0][lane]);
         }
-        lanes
+        let lights = points_8d(&samples, &sets, true, &is_second);
+        for lane in 0..W {
+            (sets[lane], is_second[lane]) = set_of_direction(pixel_keys[lane], places[0][lane]);
+        }
+        let directions = points_8d(&samples, &sets, false, &is_second);
+        NumberLanes { lights, directions, digits, keys, samples }
     }
 }
 
@@ -156,12 +196,17 @@ impl<const W: usize> NumbersOfLanes<W> for NumberLanes<W> {
 
     #[inline(always)]
     fn survival(&self) -> [f32; W] {
-        self.pairs[ARRIVAL as usize][1]
+        let mut survival = [0.0; W];
+        for lane in 0..W {
+            let [_, number] = arrival(self.keys[lane], self.samples[lane]);
+            survival[lane] = number;
+        }
+        survival
     }
 
     #[inline(always)]
     fn lights(&self) -> ([f64; W], [f32; W]) {
-        let [first, place] = self.pairs[LIGHT as usize];
+        let [first, place] = self.lights;
         let mut choice = [0.0; W];
         for lane in 0..W {
             choice[lane] = with_digits(first[lane], self.digits[lane]);
@@ -173,14 +218,14 @@ impl<const W: usize> NumbersOfLanes<W> for NumberLanes<W> {
     fn fine_places(&self) -> [f64; W] {
         let mut places = [0.0; W];
         for lane in 0..W {
-            places[lane] = with_digits(self.pairs[LIGHT as usize][1][lane], mix(self.digits[lane]));
+            places[lane] = with_digits(self.lights[1][lane], mix(self.digits[lane]));
         }
         places
     }
 
     #[inline(always)]
     fn directions(&self) -> [[f32; W]; 2] {
-        self.pairs[DIRECTION as usize]
+        self.directions
     }
 
     #[inline(always)]
@@ -227,40 +272,31 @@ pub struct NumbersInLane<'a, const W: usize> {
     lane: usize,
 }
 
-impl<const W: usize> NumbersInLane<'_, W> {
-    #[inline(always)]
-    fn pair(&self, dimension: u32) -> [f32; 2] {
-        let [x, y] = &self.lanes.pairs[dimension as usize];
-        [x[self.lane], y[self.lane]]
-    }
-}
-
 impl<const W: usize> Numbers for NumbersInLane<'_, W> {
     #[inline(always)]
     fn arrival(&self) -> [f32; 2] {
-        self.pair(ARRIVAL)
+        arrival(self.lanes.keys[self.lane], self.lanes.samples[self.lane])
     }
 
     #[inline(always)]
     fn light(&self) -> (f64, f32) {
-        let [choice, place] = self.pair(LIGHT);
+        let [choice, place] = self.lanes.lights.map(|number| number[self.lane]);
         (with_digits(choice, self.lanes.digits[self.lane]), place)
     }
 
     #[inline(always)]
     fn fine_place(&self) -> f64 {
-        let [_, place] = self.pair(LIGHT);
-        with_digits(place, mix(self.lanes.digits[self.lane]))
+        with_digits(self.lanes.lights[1][self.lane], mix(self.lanes.digits[self.lane]))
     }
 
     #[inline(always)]
     fn direction(&self) -> [f32; 2] {
-        self.pair(DIRECTION)
+        self.lanes.directions.map(|number| number[self.lane])
     }
 
     #[inline(always)]
     fn side(&self) -> f32 {
-        NumbersByKey { key: self.lanes.keys[self.lane], sample: self.lanes.samples[self.lane] }.side()
+        side(self.lanes.keys[self.lane], self.lanes.samples[self.lane])
     }
 }
 
@@ -299,7 +335,7 @@ mod tests {
             assert_eq!(one.fine_place(), of_lane.fine_place());
             assert_eq!(one.direction(), of_lane.direction());
             assert_eq!(one.side(), of_lane.side());
-            assert_eq!(place_within(one.light().0).to_bits(), one.pair(LIGHT)[0].to_bits());
+            assert_eq!(place_within(one.light().0).to_bits(), one.light_pair()[0].to_bits());
             assert_eq!(place_within(one.fine_place()), one.light().1);
         }
     }

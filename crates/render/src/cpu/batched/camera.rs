@@ -2,12 +2,15 @@
 
 use super::super::tile::Tile;
 use super::Path;
-use eosphor_core::integrator::camera_ray;
+use eosphor_core::integrator::CameraRayLanes;
 use eosphor_core::view::SceneView;
 use std::ops::Range;
 
 /// Side of the blocks of pixels whose rays follow each other: 16 rays, as many as a packet takes.
 const BLOCK: u32 = 4;
+
+/// Rays of a block.
+const RAYS: usize = (BLOCK * BLOCK) as usize;
 
 /// Gives a tile's camera rays, block of pixels after block of pixels; in a block sample after sample.
 pub(in super::super) struct CameraRays {
@@ -26,21 +29,32 @@ impl CameraRays {
         CameraRays { tile, samples, block: [0, 0], sample }
     }
 
-    /// Appends up to `limit` rays (a block's rays of one sample stay together); returns whether there was any.
+    /// Gives up to `limit` rays to `add` (a block's rays of one sample stay together); returns whether there was any.
     #[inline(always)]
-    pub(in super::super) fn take(&mut self, view: &SceneView, limit: usize, paths: &mut Vec<Path>) -> bool {
-        let before = paths.len();
-        while self.block[1] < self.tile.height && paths.len() + (BLOCK * BLOCK) as usize <= before + limit {
-            let sample = self.sample;
+    pub(in super::super) fn take(
+        &mut self,
+        view: &SceneView,
+        limit: usize,
+        mut add: impl FnMut(Path),
+    ) -> bool {
+        let mut taken = 0;
+        while self.block[1] < self.tile.height && taken + RAYS <= limit {
+            let (mut x, mut y, mut count) = ([0; RAYS], [0; RAYS], 0);
             for dy in self.block[1]..(self.block[1] + BLOCK).min(self.tile.height) {
                 for dx in self.block[0]..(self.block[0] + BLOCK).min(self.tile.width) {
-                    let (x, y) = (self.tile.x + dx, self.tile.y + dy);
-                    paths.push(Path { ray: camera_ray(view, x, y, sample), x, y, sample });
+                    (x[count], y[count]) = (self.tile.x + dx, self.tile.y + dy);
+                    count += 1;
                 }
             }
+            let sample = self.sample;
+            let rays = CameraRayLanes::<RAYS>::new(view, &x, &y, &[sample; RAYS]);
+            for lane in 0..count {
+                add(Path { ray: rays.get(lane), x: x[lane], y: y[lane], sample });
+            }
+            taken += count;
             self.advance();
         }
-        paths.len() > before
+        taken > 0
     }
 
     #[inline(always)]

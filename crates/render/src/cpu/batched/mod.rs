@@ -91,7 +91,7 @@ pub(super) fn trace_tile<T: BatchTracer>(
         work.paths.clear();
         let waiting = work.pending.len();
         // While few points wait there are camera rays to make them more.
-        let from_camera = waiting < BATCH && camera.take(view, BATCH, &mut work.paths);
+        let from_camera = waiting < BATCH && camera.take(view, BATCH, |path| work.paths.push(path));
         if !from_camera {
             work.pending.take(view, BATCH, &mut work.paths);
         }

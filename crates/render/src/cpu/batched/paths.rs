@@ -1,4 +1,4 @@
-//! Path tracing: a thousand paths, surface by surface.
+//! Path tracing: some thousand paths, surface by surface.
 //!
 //! ```text
 //! camera rays -> closest hits -> bounce of each ─┬─> shadow rays -> sums
@@ -7,7 +7,7 @@
 //! ```
 
 use super::super::dispatch::TileJob;
-use super::{BATCH, CameraRays, NO_RAY, Path, Workspace};
+use super::{CameraRays, NO_RAY, Path, Workspace};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::path::{
     Bounce, BounceLanes, LightRequest, NumberLanes, PathState, bounce_lanes, bounce_matte, is_matte_triangle,
@@ -40,6 +40,14 @@ struct PlacedRequest {
 
 /// Paths whose random numbers are computed together: as many as AVX-512 has lanes.
 const LANES: usize = 16;
+
+/// Paths on their way at a time, at most: what they and the scene take stays in the second cache.
+const BATCH: usize = 1024;
+
+/// The same in scenes of so few triangles that paths have the caches for themselves: the more rays there are, the fuller are
+/// packets of those that go into one octant. (Cornell's box: 5 % faster; sponza would be 3 % slower.)
+const LARGE_BATCH: usize = 4096;
+const FEW_TRIANGLES: usize = 2048;
 
 /// What hits name is asked of memory so many hits before it is read.
 const AHEAD: usize = 32;
@@ -105,8 +113,9 @@ impl Bounce for FoundByOne<'_, '_> {
 /// What path tracing works in.
 #[derive(Default)]
 pub(super) struct PathBatch {
-    camera: Vec<Path>,
     paths: Vec<PlacedPath>,
+    /// Those that were there before paths from the camera came.
+    on_their_way: Vec<PlacedPath>,
     next: Vec<PlacedPath>,
     rays: Vec<Ray>,
     filters: Vec<RayFilter>,
@@ -133,33 +142,57 @@ pub(in super::super) fn trace_paths<T: BatchTracer>(
     let Workspace { path_batch: batch, sums, .. } = work;
     sums.clear();
     sums.resize(tile.pixels() as usize, ExactSum::default());
+    // Of a tile that was given up.
+    batch.paths.clear();
+    let most = if view.triangles.len() <= FEW_TRIANGLES { LARGE_BATCH } else { BATCH };
     loop {
-        batch.camera.clear();
-        if !camera.take(view, BATCH, &mut batch.camera) {
-            return Some(counts);
+        if job.cancel.load(Ordering::Relaxed) {
+            return None;
         }
-        batch.paths.clear();
-        batch.paths.extend(batch.camera.iter().map(|&Path { ray, x, y, sample }| PlacedPath {
-            state: PathState::new(ray),
-            pixel_key: pixel_key(view.settings.seed, x, y),
-            sample,
-            pixel: tile.index_of(x, y) as u32,
-        }));
-        let mut coherence = Coherence::Coherent;
-        while !batch.paths.is_empty() {
-            if job.cancel.load(Ordering::Relaxed) {
-                return None;
+        batch.next.clear();
+        // Paths end, and others take their places, so that lanes and packets stay full.
+        if batch.paths.len() <= most - most / 4 {
+            std::mem::swap(&mut batch.paths, &mut batch.on_their_way);
+            batch.paths.clear();
+            let limit = most - batch.on_their_way.len();
+            camera.take(view, limit, |Path { ray, x, y, sample }| {
+                batch.paths.push(PlacedPath {
+                    state: PathState::new(ray),
+                    pixel_key: pixel_key(view.settings.seed, x, y),
+                    sample,
+                    pixel: tile.index_of(x, y) as u32,
+                });
+            });
+            if batch.paths.is_empty() && batch.on_their_way.is_empty() {
+                return Some(counts);
             }
-            batch.find_hits(view, tracer, coherence);
-            batch.bounce(view, sums, &mut counts);
-            batch.add_light(view, tracer, coherence, sums, &mut counts);
-            std::mem::swap(&mut batch.paths, &mut batch.next);
-            coherence = Coherence::Incoherent;
+            batch.step(view, tracer, Coherence::Coherent, sums, &mut counts);
+            std::mem::swap(&mut batch.paths, &mut batch.on_their_way);
         }
+        batch.step(view, tracer, Coherence::Incoherent, sums, &mut counts);
+        std::mem::swap(&mut batch.paths, &mut batch.next);
     }
 }
 
 impl PathBatch {
+    /// Each path's way to its next surface, and what it finds there: those that go on are put behind [`PathBatch::next`].
+    #[inline(always)]
+    fn step<T: BatchTracer>(
+        &mut self,
+        view: &SceneView,
+        tracer: &T,
+        coherence: Coherence,
+        sums: &mut [ExactSum],
+        counts: &mut RayCounts,
+    ) {
+        if self.paths.is_empty() {
+            return;
+        }
+        self.find_hits(view, tracer, coherence);
+        self.bounce(view, sums, counts);
+        self.add_light(view, tracer, coherence, sums, counts);
+    }
+
     #[inline(always)]
     fn find_hits<T: BatchTracer>(&mut self, view: &SceneView, tracer: &T, coherence: Coherence) {
         let count = self.paths.len();
@@ -178,7 +211,6 @@ impl PathBatch {
     #[inline(always)]
     fn bounce(&mut self, view: &SceneView, sums: &mut [ExactSum], counts: &mut RayCounts) {
         let PathBatch { paths, next, rays, filters, hits, requests, missed, matte, others, .. } = self;
-        next.clear();
         rays.clear();
         filters.clear();
         requests.clear();

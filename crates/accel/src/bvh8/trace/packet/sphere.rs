@@ -3,9 +3,12 @@
 use super::decide::world_ray;
 use super::{LocalPacket, Packet, Query16};
 use crate::bvh8::trace::found::{ANY, NO_TRIANGLE, Offer, Query};
-use crate::simd::{Kernel, Simd};
-use eosphor_core::intersect::{LocalRay, TriangleHit, intersect_sphere, may_meet_sphere};
-use eosphor_core::ray::PrimitiveId;
+use crate::simd::{Float, Kernel, Simd, each};
+use eosphor_core::geometry::Sphere;
+use eosphor_core::intersect::precise::PreciseRay;
+use eosphor_core::intersect::{LocalRay, SphereHit, TriangleHit, intersect_sphere, may_meet_sphere};
+use eosphor_core::math::{Vec3, vec3};
+use eosphor_core::ray::{PrimitiveId, Ray};
 
 impl<S: Simd> Packet<S> {
     /// Tests a sphere; whether any ray has a new hit.
@@ -45,20 +48,28 @@ impl<S: Simd, const QUERY: Query> Kernel for SphereTest<'_, '_, '_, S, QUERY> {
         let id = PrimitiveId { instance: leg.instance, primitive: bvh.sphere_primitives[number as usize] };
         let map = (leg.instance != 0).then(|| &bvh.instances[leg.instance as usize].object_from_world);
         let mut changed = false;
+        let roots = (map.is_none() & (left.count_ones() >= FEW_LANES)).then(|| Roots::new(leg, sphere));
+        left &= roots.as_ref().map_or(left, |roots| roots.may_meet);
         while left != 0 {
             let lane = left.trailing_zeros() as usize & 15;
             left &= left - 1;
             let ray = world_ray(leg, lane);
-            let local = match map {
-                Some(map) => LocalRay::mapped(&ray, map, leg.extent),
-                None => LocalRay::new(&ray, leg.extent),
+            let crossings = match &roots {
+                Some(roots) => roots.crossings(lane, &ray),
+                None => {
+                    let local = match map {
+                        Some(map) => LocalRay::mapped(&ray, map, leg.extent),
+                        None => LocalRay::new(&ray, leg.extent),
+                    };
+                    if !may_meet_sphere(&local, sphere) {
+                        continue;
+                    }
+                    intersect_sphere(sphere, &ray, map)
+                }
             };
-            if !may_meet_sphere(&local, sphere) {
-                continue;
-            }
             // SAFETY: lanes: a vector is sixteen floats; the lane is below 16.
             let end = unsafe { &mut *(&raw mut packet.end).cast::<f32>().add(lane) };
-            for crossing in intersect_sphere(sphere, &ray, map) {
+            for crossing in crossings {
                 // Roots that are not hits are NaN.
                 if crossing.t.is_nan() {
                     continue;
@@ -76,5 +87,47 @@ impl<S: Simd, const QUERY: Query> Kernel for SphereTest<'_, '_, '_, S, QUERY> {
             }
         }
         changed
+    }
+}
+
+/// From so many lanes on, double precision is computed for all lanes at once.
+const FEW_LANES: u32 = 3;
+
+/// Where rays of the world pass through a sphere's surface, in double precision.
+struct Roots {
+    /// NaN where they do not.
+    t: [[f64; 16]; 2],
+    /// Bits of lanes whose rays may, in single precision.
+    may_meet: u32,
+}
+
+impl Roots {
+    #[inline(always)]
+    fn new<S: Simd>(leg: &LocalPacket<S>, sphere: &Sphere) -> Roots {
+        let [o, d] = [&leg.world.origin, &leg.world.direction].map(|v| each!(k => v[k].to_array()));
+        let (t_min, t_max) = (leg.world.t_min.to_array(), leg.world.t_max.to_array());
+        let (mut t, mut may_meet) = ([[0.0; 16]; 2], [0u32; 16]);
+        let vector = |v: &[<S::F16 as Float>::Array; 3], lane: usize| -> Vec3 {
+            vec3(v[0].as_ref()[lane], v[1].as_ref()[lane], v[2].as_ref()[lane])
+        };
+        // Loops that become SIMD code.
+        for lane in 0..16 {
+            let (origin, direction) = (vector(&o, lane), vector(&d, lane));
+            let ray = Ray { origin, t_min: t_min.as_ref()[lane], direction, t_max: t_max.as_ref()[lane] };
+            may_meet[lane] = u32::from(may_meet_sphere(&LocalRay::new(&ray, leg.extent), sphere));
+        }
+        for lane in 0..16 {
+            let wide = |v: Vec3| [f64::from(v.x), f64::from(v.y), f64::from(v.z)];
+            let (origin, direction) = (wide(vector(&o, lane)), wide(vector(&d, lane)));
+            let [first, second] = PreciseRay { origin, direction }.sphere_roots(sphere);
+            (t[0][lane], t[1][lane]) = (first, second);
+        }
+        Roots { t, may_meet: (0..16).fold(0, |bits, lane| bits | may_meet[lane] << lane) }
+    }
+
+    /// As [`intersect_sphere`] finds them.
+    #[inline(always)]
+    fn crossings(&self, lane: usize, ray: &Ray) -> [SphereHit; 2] {
+        self.t.map(|t| SphereHit::at(t[lane], ray))
     }
 }
