@@ -207,9 +207,16 @@ def pixels(path):
 
 def eosphor(program, scene, samples, seed, folder, threads=1):
     """CPU seconds and the picture."""
+    seconds, _, picture = eosphor_in_parts(program, scene, samples, seed, folder, threads)
+    return seconds, picture
+
+
+def eosphor_in_parts(program, scene, samples, seed, folder, threads=1):
+    """CPU seconds, those of rendering alone, and the picture."""
     output = folder / "picture.exr"
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [program, "render", scene, "-o", output, "--samples", samples, "--seed", seed, "--threads", threads, "--quiet"]
-    subprocess.run([str(x) for x in command], check=True, stdout=subprocess.DEVNULL)
+    command = [program, "render", scene, "-o", output, "--samples", samples, "--seed", seed, "--threads", threads, "--json"]
+    report = subprocess.run([str(x) for x in command], check=True, capture_output=True, text=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, pixels(output)
+    rendering = json.loads(report.stdout)["seconds"]["render_cpu"]
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, rendering, pixels(output)

@@ -234,10 +234,9 @@ def instances(shared, folder):
     }
 
 
-def metal_spheres(environment):
+def metal_spheres(environment, roughnesses=(0.1, 0.25, 0.4, 0.6, 0.8)):
     """Spheres of metal from smooth to rough over a matte plane, below a sky."""
     metal = lambda rough: {"pbr": {"color": [0.95, 0.8, 0.5], "metallic": 1, "roughness": rough}}
-    roughnesses = [0.1, 0.25, 0.4, 0.6, 0.8]
     return {
         "materials": {"floor": matte([0.5, 0.5, 0.5])} | {f"metal{i}": metal(r) for i, r in enumerate(roughnesses)},
         "parallelograms": [{"corner": [-4, 0, 4], "edge-u": [8, 0, 0], "edge-v": [0, 0, -8], "material": "floor"}],

@@ -2,6 +2,8 @@
 //!
 //! `--asan` builds them with AddressSanitizer, which makes them a few times slower.
 //!
+//! Targets that are named are the only ones that are built.
+//!
 //! `--stage` only puts programs and seeds into `.fuzz/` with a script `run SECONDS` for a machine without cargo.
 
 use crate::root;
@@ -53,7 +55,7 @@ pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
     let unknown = chosen.iter().find(|t| !TARGETS.contains(t));
     ensure!(unknown.is_none(), "there is no target {unknown:?}; there are {}", TARGETS.join(", "));
     let chosen = if chosen.is_empty() { TARGETS.to_vec() } else { chosen };
-    let stage = stage(with_sanitizer)?;
+    let stage = stage(with_sanitizer, &chosen)?;
     println!("staged in {}", stage.display());
     if stage_only {
         return Ok(());
@@ -68,8 +70,8 @@ pub(crate) fn run(arguments: &[String]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Builds the programs and gathers seeds; the folder.
-fn stage(with_sanitizer: bool) -> anyhow::Result<PathBuf> {
+/// Builds the programs of these targets and gathers seeds; the folder.
+fn stage(with_sanitizer: bool, targets: &[&str]) -> anyhow::Result<PathBuf> {
     let target = root().join(if with_sanitizer { "fuzz/target/asan" } else { "fuzz/target" });
     let mut cargo = Command::new("cargo");
     if with_sanitizer {
@@ -81,6 +83,7 @@ fn stage(with_sanitizer: bool) -> anyhow::Result<PathBuf> {
     let status = cargo
         .args(["build", "--release", "--locked", "--target", PLATFORM, "--target-dir"])
         .arg(&target)
+        .args(targets.iter().flat_map(|name| ["--bin", name]))
         .env_remove("CARGO_TARGET_DIR")
         .current_dir(root().join("fuzz"))
         .stdout(Stdio::null())
@@ -89,7 +92,7 @@ fn stage(with_sanitizer: bool) -> anyhow::Result<PathBuf> {
     ensure!(status.success(), "the build failed");
     let stage = root().join(".fuzz");
     let _ = fs::remove_dir_all(&stage);
-    for name in TARGETS {
+    for &name in targets {
         fs::create_dir_all(stage.join("seeds").join(name))?;
         let program = stage.join(name);
         fs::copy(target.join(PLATFORM).join("release").join(name), &program)?;

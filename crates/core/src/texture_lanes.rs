@@ -15,7 +15,8 @@ impl Textures<'_> {
         is_wanted: &[bool; W],
     ) -> Vec3Lanes<W> {
         // On GPUs there is one function for all texels.
-        if let (false, Some(t)) = (cfg!(target_arch = "nvptx64"), self.textures.get(texture as usize))
+        if cfg!(not(target_arch = "nvptx64"))
+            && let Some(t) = self.textures.get(texture as usize)
             && t.format == TexelFormat::Rgbe
             && t.filter == TextureFilter::Bilinear
         {

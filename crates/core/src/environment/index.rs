@@ -69,12 +69,18 @@ impl Sums<'_> {
             (low, high) = if self.sum(middle) <= target { (middle, high) } else { (low, middle) };
         }
         // Without branches: how many of those that are left is known only when they have come from memory.
-        let window = self.window(low);
         let mut before = 0;
-        let mut k = 1;
-        while k < WINDOW {
-            before += u32::from((low + k < high) & (window[k as usize] <= target));
-            k += 1;
+        if let Some(window) = self.window(low) {
+            let mut k = 1;
+            while k < WINDOW {
+                before += u32::from((low + k < high) & (window[k as usize] <= target));
+                k += 1;
+            }
+        } else {
+            for k in 1..WINDOW {
+                let number = low + k;
+                before += u32::from((number < high) & (self.sum(number) <= target));
+            }
         }
         let number = low + before;
         let (from, to) = (self.sum(number), self.sum(number + 1));
@@ -125,20 +131,13 @@ impl Sums<'_> {
         (held(range), if range + 1 < self.count { held(range + 1) + 1 } else { self.count })
     }
 
-    /// Sums from a number on: one read where there are as many words.
+    /// Sums from a number on, where there are as many words: one read on CPUs, with registers of as many numbers.
     #[inline(always)]
-    fn window(&self, low: u32) -> [u32; WINDOW as usize] {
-        let from_there = self.table.get(self.first + low as usize..);
-        if let Some(window) = from_there.and_then(|words| words.first_chunk()) {
-            return *window;
+    fn window(&self, low: u32) -> Option<&[u32; WINDOW as usize]> {
+        if cfg!(target_arch = "nvptx64") {
+            return None;
         }
-        let mut window = [0; WINDOW as usize];
-        let mut k = 0;
-        while k < WINDOW {
-            window[k as usize] = self.sum(low + k);
-            k += 1;
-        }
-        window
+        self.table.get(self.first + low as usize..)?.first_chunk()
     }
 
     #[inline(always)]

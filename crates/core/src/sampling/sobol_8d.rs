@@ -83,16 +83,19 @@ fn upper_bits(order_seed: u32) -> u32 {
 /// A coordinate of a point, its bits reversed.
 #[inline(always)]
 fn generated(generator: &Generator, place: u32) -> u32 {
-    let mut x = 0;
-    let mut k = 0;
+    let (mut x, mut k) = (0, 0);
     while k < FEW_BITS {
-        x ^= generator[k] & 0u32.wrapping_sub((place >> k) & 1);
+        // By `get`, which has no panic for GPUs.
+        if let Some(number) = generator.get(k) {
+            x ^= number & 0u32.wrapping_sub((place >> k) & 1);
+        }
         k += 1;
     }
     let mut rest = place >> FEW_BITS;
     while rest != 0 {
-        // By `get`, which has no panic for GPUs.
-        x ^= generator.get(k).map_or(0, |number| number & 0u32.wrapping_sub(rest & 1));
+        if let Some(number) = generator.get(k) {
+            x ^= number & 0u32.wrapping_sub(rest & 1);
+        }
         rest >>= 1;
         k += 1;
     }

@@ -12,7 +12,17 @@ use crate::view::SceneView;
 pub fn surroundings(view: &SceneView, ray: &PathRay) -> Vec3 {
     let environment = view.environment;
     let place = environment.place(ray.direction);
-    surroundings_at(view, ray, &place, || environment.radiance_at(&view.textures(), &place))
+    let mut of_environment = Vec3::ZERO;
+    if finds_environment(view, ray) {
+        of_environment = environment.radiance_at(&view.textures(), &place);
+    }
+    surroundings_at(view, ray, &place, of_environment)
+}
+
+/// Whether there is an environment, which rays straight from the camera, through holes too, may be not to see.
+#[inline(always)]
+fn finds_environment(view: &SceneView, ray: &PathRay) -> bool {
+    view.environment.is_there() & (view.environment.is_seen | (ray.depth > 0))
 }
 
 /// [`surroundings`] of `count` rays: `ray(lane)` gives that of each of W lanes, of which those after the first `count` may repeat
@@ -40,24 +50,17 @@ pub fn surroundings_lanes<'a, const W: usize>(
         radiance = environment.radiance_lanes(&view.textures(), &places, &is_wanted);
     }
     for lane in 0..count {
-        found(lane, surroundings_at(view, ray(lane), &places.get(lane), || radiance.get(lane)));
+        found(lane, surroundings_at(view, ray(lane), &places.get(lane), radiance.get(lane)));
     }
 }
 
 /// What a ray finds whose direction lies at this place of the environment, which has that radiance there.
 #[inline(always)]
-fn surroundings_at(
-    view: &SceneView,
-    ray: &PathRay,
-    place: &PicturePlace,
-    of_environment: impl FnOnce() -> Vec3,
-) -> Vec3 {
+fn surroundings_at(view: &SceneView, ray: &PathRay, place: &PicturePlace, of_environment: Vec3) -> Vec3 {
     let (settings, environment) = (view.settings, view.environment);
     let mut radiance = settings.background;
-    // Straight from the camera, through holes too.
-    let is_looked_at = ray.depth == 0;
-    if environment.is_there() & (environment.is_seen | !is_looked_at) {
-        radiance = of_environment();
+    if finds_environment(view, ray) {
+        radiance = of_environment;
         if (ray.lobe_density > 0.0) & (environment.chance > 0.0) {
             let density = environment.chance * environment.density_at(view.environment_table, place);
             radiance = radiance * power_share(ray.lobe_density, density);
