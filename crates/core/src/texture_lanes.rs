@@ -5,8 +5,8 @@ use crate::texture::{Rgba, TexelFormat, Texture, TextureFilter, Textures, neighb
 
 impl Textures<'_> {
     /// The colours that [`Textures::sample`] has at the points of those lanes that are wanted. Those of Radiance pictures, which
-    /// most environments are, are computed together: what lanes read does not depend on each other, so it comes from memory together,
-    /// and the rest are loops over arrays, free of branches.
+    /// most environments are, are computed together: what lanes read does not depend on each other, so it comes from memory
+    /// together, and the rest are loops over arrays, free of branches.
     #[inline(always)]
     pub fn colors<const W: usize>(
         &self,

@@ -33,8 +33,10 @@ const RULES: [Rule; 5] = [
             "crates/core/src/lib.rs",
             // Hints that change no result.
             "crates/core/src/memory.rs",
-            // A way to a texel that is quicker on CPUs.
+            // Ways to texels and sums that are quicker on CPUs.
+            "crates/core/src/environment/index.rs",
             "crates/core/src/texture.rs",
+            "crates/core/src/texture_lanes.rs",
             "crates/core/src/math/float.rs",
             "crates/core/src/out_of_line.rs",
         ],

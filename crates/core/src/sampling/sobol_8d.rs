@@ -2,8 +2,8 @@
 //! so that they are spread well together, too.
 //!
 //! [`point_2d`](super::point_2d) of the same seed has the same order, so it may stand in place of the first pair. Dimensions from
-//! the third on have the polynomials and the first direction numbers of Joe and Kuo ("Constructing Sobol sequences with better two-dimensional
-//! projections", SIAM J. Sci. Comput. 30, 2008; new-joe-kuo-6).
+//! the third on have the polynomials and the first direction numbers of Joe and Kuo ("Constructing Sobol sequences with better
+//! two-dimensional projections", SIAM J. Sci. Comput. 30, 2008; new-joe-kuo-6).
 
 use super::hash::mix;
 use super::sobol::{laine_karras, owen_scramble, pascal, unit_float};

@@ -25,9 +25,10 @@ const SIDE: u32 = 4;
 /// coordinate of what is chosen then ([`place_within`](crate::sampling::place_within)). So the samples of each light and each lobe
 /// are well spread, too: numbers of their own would leave to each a part of the points at random.
 ///
-/// Where a path goes at two surfaces one after the other, and which lights are sampled at the surfaces that it gets to, are points of
-/// eight dimensions: what a path brings depends on all of them, so they are spread together. The light of the first surface goes with
-/// the place in the pixel. At each bounce there is one direction and one light, so their keys need not say which surfaces were passed.
+/// Where a path goes at two surfaces one after the other, and which lights are sampled at the surfaces that it gets to, are points
+/// of eight dimensions: what a path brings depends on all of them, so they are spread together. The light of the first surface goes
+/// with the place in the pixel. At each bounce there is one direction and one light, so their keys need not say which surfaces were
+/// passed.
 pub trait Numbers {
     /// Whether the ray passes the surface, and whether the path goes on.
     fn arrival(&self) -> [f32; 2];
