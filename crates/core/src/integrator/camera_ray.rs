@@ -9,7 +9,7 @@ use crate::settings::PixelSampling;
 use crate::view::SceneView;
 
 /// Keys of random numbers: which decision a number is for. Lights and children hash theirs from the path.
-pub(super) const PIXEL_DIMENSION: u32 = 0x1;
+const PIXEL_DIMENSION: u32 = 0x1;
 const LENS_DIMENSION: u32 = 0x2;
 
 /// The key of all random numbers of a pixel.

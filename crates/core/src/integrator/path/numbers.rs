@@ -1,7 +1,7 @@
 //! Random numbers of a path.
 
 use crate::integrator::PathRay;
-use crate::integrator::camera_ray::{PIXEL_DIMENSION, pixel_key};
+use crate::integrator::camera_ray::pixel_key;
 use crate::sampling::{hash_pair, mix, point_2d, point_8d, points_8d, with_digits};
 use crate::settings::Settings;
 
@@ -11,9 +11,10 @@ const FIRST_BOUNCE: u32 = 0x1000;
 /// Keys of the points of eight dimensions: of the first two bounces, of the two after them, and so on.
 const FIRST_SET: u32 = 0x2000;
 
-/// Decisions of a path at a surface that have numbers of their own: two of its arrival, what follows the digits of a number that
-/// chooses a light, and one that few surfaces have.
+/// Decisions of a path at a surface that have numbers of their own: two of its arrival, the light of the first surface, what follows
+/// the digits of a number that chooses a light, and one that few surfaces have.
 const ARRIVAL: u32 = 0;
+const FIRST_LIGHT: u32 = 1;
 const DIGITS: u32 = 3;
 const SIDE: u32 = 4;
 
@@ -26,9 +27,8 @@ const SIDE: u32 = 4;
 /// are well spread, too: numbers of their own would leave to each a part of the points at random.
 ///
 /// Where a path goes at two surfaces one after the other, and which lights are sampled at the surfaces that it gets to, are points
-/// of eight dimensions: what a path brings depends on all of them, so they are spread together. The light of the first surface goes
-/// with the place in the pixel. At each bounce there is one direction and one light, so their keys need not say which surfaces were
-/// passed.
+/// of eight dimensions: what a path brings depends on all of them, so they are spread together. At each bounce there is one
+/// direction and one light, so their keys need not say which surfaces were passed.
 pub trait Numbers {
     /// Whether the ray passes the surface, and whether the path goes on.
     fn arrival(&self) -> [f32; 2];
@@ -52,11 +52,16 @@ pub struct NumbersByKey {
     sample: u32,
 }
 
-/// The points of eight dimensions that hold the light of a surface, and whether it is the second one there.
+/// The points of eight dimensions that hold the light of a surface that a bounce led to, and whether it is the second one there.
 #[inline(always)]
 fn set_of_light(pixel_key: u32, depth: u32) -> (u32, bool) {
-    let set = if depth == 0 { PIXEL_DIMENSION } else { FIRST_SET + (depth - 1) / 2 };
-    (hash_pair(pixel_key, set), (depth > 0) & (depth % 2 == 0))
+    (hash_pair(pixel_key, FIRST_SET + depth.wrapping_sub(1) / 2), depth % 2 == 0)
+}
+
+/// The light of the first surface: of two dimensions, which are more even by themselves than later ones of eight.
+#[inline(always)]
+fn first_light(key: u32, sample: u32) -> [f32; 2] {
+    point_2d(sample, hash_pair(key, FIRST_LIGHT))
 }
 
 /// The same of the direction in which a path goes on.
@@ -81,6 +86,9 @@ impl NumbersByKey {
     /// The first number of a light, of 24 bits, and its second one.
     #[inline(always)]
     fn light_pair(&self) -> [f32; 2] {
+        if self.depth == 0 {
+            return first_light(self.key, self.sample);
+        }
         let (set, is_second) = set_of_light(self.pixel_key, self.depth);
         point_8d(self.sample, set, if is_second { 3 } else { 2 })
     }
@@ -164,7 +172,15 @@ impl<const W: usize> NumberLanes<W> {
         for lane in 0..W {
             (sets[lane], is_second[lane]) = set_of_light(pixel_keys[lane], places[0][lane]);
         }
-        let lights = points_8d(&samples, &sets, true, &is_second);
+        let mut lights = points_8d(&samples, &sets, true, &is_second);
+        if places[0].contains(&0) {
+            for lane in 0..W {
+                let [choice, place] = first_light(keys[lane], samples[lane]);
+                let is_first = places[0][lane] == 0;
+                lights[0][lane] = if is_first { choice } else { lights[0][lane] };
+                lights[1][lane] = if is_first { place } else { lights[1][lane] };
+            }
+        }
         for lane in 0..W {
             (sets[lane], is_second[lane]) = set_of_direction(pixel_keys[lane], places[0][lane]);
         }
