@@ -55,7 +55,7 @@ pub struct NumbersByKey {
 /// The points of eight dimensions that hold the light of a surface that a bounce led to, and whether it is the second one there.
 #[inline(always)]
 fn set_of_light(pixel_key: u32, depth: u32) -> (u32, bool) {
-    (hash_pair(pixel_key, FIRST_SET + depth.wrapping_sub(1) / 2), depth % 2 == 0)
+    (hash_pair(pixel_key, FIRST_SET + depth.wrapping_sub(1) / 2), depth.is_multiple_of(2))
 }
 
 /// The light of the first surface: of two dimensions, which are more even by themselves than later ones of eight.
