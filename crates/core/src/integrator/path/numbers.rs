@@ -11,8 +11,8 @@ const FIRST_BOUNCE: u32 = 0x1000;
 /// Keys of the points of eight dimensions: of the first two bounces, of the two after them, and so on.
 const FIRST_SET: u32 = 0x2000;
 
-/// Decisions of a path at a surface that have numbers of their own: two of its arrival, the light of the first surface, what follows
-/// the digits of a number that chooses a light, and one that few surfaces have.
+/// Decisions of a path at a surface that have numbers of their own: two of its arrival, the light of the first surface, what
+/// follows the digits of a number that chooses a light, and one that few surfaces have.
 const ARRIVAL: u32 = 0;
 const FIRST_LIGHT: u32 = 1;
 const DIGITS: u32 = 3;
