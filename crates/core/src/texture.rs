@@ -271,13 +271,18 @@ fn with_all_channels(bytes: u32, channels: u32) -> u32 {
 
 /// The colour of a texel of a Radiance picture: mantissas times 2^(exponent - 136), all 0 where the exponent is 0.
 #[inline(always)]
-pub(crate) fn radiance(word: u32) -> Vec3 {
-    let [r, g, b, exponent] = word.to_le_bytes();
+fn radiance(word: u32) -> Vec3 {
+    vec3(radiance_channel(word, 0), radiance_channel(word, 1), radiance_channel(word, 2))
+}
+
+/// One channel of that.
+#[inline(always)]
+pub(crate) fn radiance_channel(word: u32, channel: u32) -> f32 {
+    let (mantissa, exponent) = ((word >> (8 * channel)) & 0xff, word >> 24);
     // 2^(exponent - 127), but for the two largest exponents, which are far beyond the limit, as 253 is. Multiplying by
     // powers of two is exact: even what is denormal is a multiple of 2^-135.
-    let scale = f32::from_bits((exponent as u32).min(253) << 23);
-    let channel = |mantissa: u8| min(mantissa as f32 * (1.0 / 512.0) * scale, MAX_TEXEL);
-    vec3(channel(r), channel(g), channel(b))
+    let scale = f32::from_bits(exponent.min(253) << 23);
+    min(mantissa as f32 * (1.0 / 512.0) * scale, MAX_TEXEL)
 }
 
 /// The number that 16 bits are as a half-precision float, exactly; infinity is [`MAX_TEXEL`]. The sign and all higher bits

@@ -1,7 +1,7 @@
 //! Colours of a texture at several points.
 
-use crate::math::Vec3Lanes;
-use crate::texture::{Rgba, TexelFormat, Texture, TextureFilter, Textures, neighbours, radiance, wrapped};
+use crate::math::{Vec3Lanes, fma};
+use crate::texture::{TexelFormat, Texture, TextureFilter, Textures, neighbours, radiance_channel, wrapped};
 
 impl Textures<'_> {
     /// The colours that [`Textures::sample`] has at the points of those lanes that are wanted. Those of Radiance pictures, which
@@ -59,15 +59,23 @@ impl Textures<'_> {
                 }
             }
         }
-        let mut colors = Vec3Lanes::ZERO;
-        for lane in 0..W {
-            let texel =
-                |row: usize, column: usize| Rgba { color: radiance(words[row][column][lane]), alpha: 1.0 };
-            let between = |row: usize| texel(row, 0).mix(&texel(row, 1), weights[0][lane]);
-            colors.set(lane, between(0).mix(&between(1), weights[1][lane]).color);
+        let mut channels = [[0.0; W]; 3];
+        for channel in 0..3 {
+            for lane in 0..W {
+                let texel =
+                    |row: usize, column: usize| radiance_channel(words[row][column][lane], channel as u32);
+                let between = |row: usize| mix(texel(row, 0), texel(row, 1), weights[0][lane]);
+                channels[channel][lane] = mix(between(0), between(1), weights[1][lane]);
+            }
         }
-        colors
+        Vec3Lanes::from_components(channels)
     }
+}
+
+/// As colours are mixed.
+#[inline(always)]
+fn mix(a: f32, b: f32, weight: f32) -> f32 {
+    fma(b - a, weight, a)
 }
 
 #[cfg(test)]

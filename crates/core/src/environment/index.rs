@@ -61,7 +61,7 @@ impl Sums<'_> {
     /// numbers.
     #[inline(always)]
     pub(super) fn pick(&self, u: f64) -> Pick {
-        let (exact, target) = self.target(u);
+        let (exact, target) = target(u);
         // The last sum that is no larger: the part after it has a weight.
         let (mut low, mut high) = self.held(target);
         while high - low > WINDOW {
@@ -91,21 +91,14 @@ impl Sums<'_> {
     /// Tells memory that [`Sums::pick`] will read the index.
     #[inline(always)]
     pub(super) fn prefetch_index(&self, u: f64) {
-        prefetch(self.table, self.index_word(self.range(self.target(u).1)));
+        prefetch(self.table, self.index_word(self.range(target(u).1)));
     }
 
     /// Tells memory that it will read sums. The index should have come.
     #[inline(always)]
     pub(super) fn prefetch_sums(&self, u: f64) {
-        let (low, _) = self.held(self.target(u).1);
+        let (low, _) = self.held(target(u).1);
         prefetch(self.table, self.first + low as usize);
-    }
-
-    /// A number among the sums, exact and rounded down.
-    #[inline(always)]
-    fn target(&self, u: f64) -> (f64, u32) {
-        let exact = u * TABLE_UNIT as f64;
-        (exact, (exact as u32).min(TABLE_UNIT - 1))
     }
 
     #[inline(always)]
@@ -144,6 +137,13 @@ impl Sums<'_> {
     fn sum(&self, number: u32) -> u32 {
         self.table.get(self.first + number as usize).copied().unwrap_or(TABLE_UNIT)
     }
+}
+
+/// A number among sums, exact and rounded down.
+#[inline(always)]
+pub(super) fn target(u: f64) -> (f64, u32) {
+    let exact = u * TABLE_UNIT as f64;
+    (exact, (exact as u32).min(TABLE_UNIT - 1))
 }
 
 /// So many parts are looked at without a search.

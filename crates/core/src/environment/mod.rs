@@ -4,15 +4,17 @@
 //! The picture is equirectangular. Its upper border is one direction, up, and its lower border the opposite one. With +y up, the
 //! middle of the picture lies towards +x, and +z a fourth of its width right of that, as in Blender and three.js.
 
+mod cell;
 mod index;
 mod sun;
 mod table;
 
+pub use cell::corners_word;
 pub use index::{TABLE_UNIT, for_index_words, index_length};
-pub use table::{DirectionLanes, DirectionSample};
+pub use table::{BANDS, DirectionLanes, DirectionSample};
 
 use crate::material::NONE;
-use crate::math::{Vec3, Vec3Lanes, elementary, floor, fma, max, sqrt, vec3};
+use crate::math::{Vec3, Vec3Lanes, elementary, floor, fma, sqrt, vec3};
 use crate::texture::Textures;
 
 /// What surrounds the scene, besides the constant background. Its table stands in the scene's arrays.
@@ -30,12 +32,14 @@ pub struct Environment {
     pub is_seen: bool,
     /// The probability with which a light sample goes to the environment; 0 where it has no light.
     pub chance: f32,
-    /// Cells of the table a row.
+    /// Columns of the table.
     pub columns: u32,
-    /// Rows of the table.
+    /// Corners of cells a column; of cells there is one more.
     pub rows: u32,
-    /// The solid angle of a cell over the sine of its middle's angle from up.
-    pub cell_angle: f32,
+    /// The first rows of cells of all bands but the first one.
+    pub band_rows: [u32; BANDS - 1],
+    /// Running sums of the weights of bands, up to [`TABLE_UNIT`].
+    pub band_sums: [u32; BANDS],
     /// The probability with which a sample of the environment goes to the sun's disk; 0 where there is none.
     pub sun_chance: f32,
     /// The middle of that disk: a unit vector of the picture's frame.
@@ -54,7 +58,8 @@ impl Environment {
         chance: 0.0,
         columns: 0,
         rows: 0,
-        cell_angle: 0.0,
+        band_rows: [0; BANDS - 1],
+        band_sums: [TABLE_UNIT; BANDS],
         sun_chance: 0.0,
         to_sun: vec3(0.0, 1.0, 0.0),
         sun_radius: 0.0,
@@ -62,8 +67,20 @@ impl Environment {
 
     /// The number of words in its table.
     pub fn table_length(&self) -> u64 {
-        let (columns, rows) = (self.columns as usize, self.rows as usize);
-        index_length(rows) as u64 + rows as u64 * index_length(columns) as u64
+        let columns = self.columns as usize;
+        (BANDS * index_length(columns)) as u64 + (columns as u64).saturating_mul(self.column_length() as u64)
+    }
+
+    /// Of cells a column.
+    #[inline(always)]
+    fn cell_rows(&self) -> u32 {
+        self.rows.wrapping_add(1)
+    }
+
+    /// Words a column of cells: running sums and the index into them, then the corners.
+    #[inline(always)]
+    fn column_length(&self) -> usize {
+        index_length(self.cell_rows() as usize) + self.cell_rows() as usize
     }
 
     /// Whether there is a picture.
@@ -177,14 +194,4 @@ fn picture_place(d: Vec3) -> [f32; 2] {
     let from_up = elementary::atan2(sqrt(fma(d.x, d.x, d.z * d.z)), d.y) * core::f32::consts::FRAC_1_PI;
     let x = around + 0.5;
     [x - floor(x), from_up]
-}
-
-/// The direction, in the picture's frame, at this place from the left, where `share`, 0 to 1, is the square of the sine of half
-/// the angle from the nearer pole.
-#[inline(always)]
-fn direction_at(x: f32, share: f32, is_lower: bool) -> Vec3 {
-    let (sine, cosine) = elementary::sin_cos((x - 0.5) * core::f32::consts::TAU);
-    let radius = 2.0 * sqrt(max(share * (1.0 - share), 0.0));
-    let y = fma(-2.0, share, 1.0);
-    vec3(radius * cosine, if is_lower { -y } else { y }, radius * sine)
 }

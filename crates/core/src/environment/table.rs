@@ -1,15 +1,38 @@
 //! Directions by how bright they are.
 //!
-//! The table divides the picture into cells of equal width and height. It begins with running sums of the weights of its rows, from
-//! 0 to [`TABLE_UNIT`], and an index into them (`index.rs`); then, row by row, there are those of a row's cells. Sums are whole
-//! numbers, as random numbers have digits: so the probability of a cell is exactly what is said of it. In a cell all directions are
-//! equally likely.
+//! The picture is interpolated between the middles of its texels. So are cells: their corners are middles of texels, or of groups of
+//! them in large pictures. The first and the last row of cells, of half a texel's height, are between such middles and the pole,
+//! where the picture is as bright as at the middles.
+//!
+//! Rows of cells form [`BANDS`] of about the same weight. A band is chosen first, then a column, then a cell of the column in that
+//! band. The table begins with running sums of the weights of columns, from 0 to [`TABLE_UNIT`], and an index into them
+//! (`index.rs`), for each band; then, column by column, there are those of its cells, of which each band has an equal part, and the
+//! brightness of their corners (`cell.rs`). Sums are whole numbers, as random numbers have digits: so the probability of a cell is
+//! exactly what is said of it. In a cell, density is that of places in the picture, interpolated between its corners.
+//!
+//! Both were measured (docs/decisions.md). Were density even in a cell, radiance over density would leap from cell to cell beside what
+//! is bright. Were rows chosen first, one by one, points that are well spread would be less so in the picture, since sides differ
+//! more from one height to the next than heights from one side to the next; were columns chosen first, floors under a sky would have
+//! more noise, since all that they see of a direction is its height.
 
-use super::index::{Pick, Sums};
-use super::{Environment, PicturePlace, TABLE_UNIT, direction_at, index_length};
-use crate::math::{Vec3, Vec3Lanes, elementary, fma};
+use super::cell::{CellPlace, Corners};
+use super::index::{Pick, Sums, target};
+use super::{Environment, PicturePlace, TABLE_UNIT, index_length};
+use crate::math::{Vec3, Vec3Lanes, elementary, floor, fma, max, sqrt, vec3};
 use crate::memory::prefetch;
 use crate::sampling::place_within;
+
+/// Groups of rows that are chosen first.
+pub const BANDS: usize = 4;
+
+/// A band of rows that was chosen.
+#[derive(Clone, Copy)]
+struct Band {
+    number: u32,
+    weight: u32,
+    /// The number that chooses among the cells of a column.
+    down: f64,
+}
 
 /// A direction from which light may come.
 #[derive(Clone, Copy, Debug)]
@@ -37,9 +60,11 @@ impl Environment {
         match self.share_of_table(u[0]) {
             None => self.sample_of_sun(table, u),
             Some(across) => {
-                let row = self.rows_of(table).pick(u[1]);
-                let column = self.cells_of(table, row.number).pick(across);
-                self.sample_at(&row, &column)
+                let band = self.band(u[1]);
+                let column = self.columns_of(table, band.number).pick(across);
+                let row = self.cells_of(table, column.number).pick(band.down);
+                let corners = self.corners(table, row.number, column.number);
+                self.sample_at(band.weight, &column, &row, corners)
             }
         }
     }
@@ -54,21 +79,31 @@ impl Environment {
             let share = self.share_of_table(u[0][lane]);
             (across[lane], is_sun[lane]) = (share.unwrap_or(0.0), share.is_none());
         }
-        // The few rows are in the caches; what follows is not, and each loop waits for all lanes together.
-        let mut rows = [Pick::NONE; W];
+        // Bands and columns are in the caches; what follows is not, and each loop waits for all lanes together.
+        let (mut numbers, mut weights, mut down) = ([0; W], [0; W], [0.0; W]);
         for lane in 0..W {
-            rows[lane] = self.rows_of(table).pick(u[1][lane]);
-            self.cells_of(table, rows[lane].number).prefetch_index(across[lane]);
-        }
-        for lane in 0..W {
-            self.cells_of(table, rows[lane].number).prefetch_sums(across[lane]);
+            let band = self.band(u[1][lane]);
+            (numbers[lane], weights[lane], down[lane]) = (band.number, band.weight, band.down);
         }
         let mut columns = [Pick::NONE; W];
         for lane in 0..W {
-            columns[lane] = self.cells_of(table, rows[lane].number).pick(across[lane]);
+            columns[lane] = self.columns_of(table, numbers[lane]).pick(across[lane]);
+            self.cells_of(table, columns[lane].number).prefetch_index(down[lane]);
         }
         for lane in 0..W {
-            let sample = self.sample_at(&rows[lane], &columns[lane]);
+            self.cells_of(table, columns[lane].number).prefetch_sums(down[lane]);
+        }
+        let mut rows = [Pick::NONE; W];
+        for lane in 0..W {
+            rows[lane] = self.cells_of(table, columns[lane].number).pick(down[lane]);
+            prefetch(table, self.place_of_corners(rows[lane].number, columns[lane].number));
+        }
+        let mut corners = [0; W];
+        for lane in 0..W {
+            corners[lane] = self.corners(table, rows[lane].number, columns[lane].number);
+        }
+        for lane in 0..W {
+            let sample = self.sample_at(weights[lane], &columns[lane], &rows[lane], corners[lane]);
             lanes.to_light.set(lane, sample.to_light);
             lanes.density[lane] = sample.density;
         }
@@ -92,6 +127,42 @@ impl Environment {
         if u < to_sun { None } else { Some((u - to_sun) / (1.0 - to_sun)) }
     }
 
+    /// The band that holds a number.
+    #[inline(always)]
+    fn band(&self, u: f64) -> Band {
+        let (exact, target) = target(u);
+        let (mut number, mut from, mut to) = (0, 0, TABLE_UNIT);
+        for sum in self.band_sums {
+            let is_after = sum <= target;
+            number += u32::from(is_after);
+            from = if is_after { sum } else { from };
+            to = if is_after | (sum > to) { to } else { sum };
+        }
+        let weight = to.wrapping_sub(from);
+        // Not the next band's by rounding.
+        const LAST: f64 = 1.0 - 1.0 / TABLE_UNIT as f64;
+        let rest = (exact - from as f64) / weight as f64;
+        let rest = if rest < LAST { rest } else { LAST };
+        Band { number, weight, down: (number as f64 + rest) * (1.0 / BANDS as f64) }
+    }
+
+    /// The band of a row of cells, and its weight.
+    #[inline(always)]
+    fn band_of_row(&self, row: u32) -> (u32, u32) {
+        let mut number = 0;
+        for first in self.band_rows {
+            number += u32::from(first <= row);
+        }
+        let (mut from, mut to) = (0, 0);
+        let mut k = 0;
+        for sum in self.band_sums {
+            from = if k < number { sum } else { from };
+            to = if k == number { sum } else { to };
+            k += 1;
+        }
+        (number, to.wrapping_sub(from))
+    }
+
     /// By the sun, which `u` goes to.
     #[inline(always)]
     fn sample_of_sun(&self, table: &[u32], u: [f64; 2]) -> DirectionSample {
@@ -100,19 +171,29 @@ impl Environment {
         DirectionSample { to_light, density: self.density(table, to_light) }
     }
 
-    /// In a cell.
+    /// In a cell with these corners, of a band of this weight.
     #[inline(always)]
-    fn sample_at(&self, row: &Pick, column: &Pick) -> DirectionSample {
-        // From the nearer pole, where shares are small: they have all their digits there.
-        let is_lower = 2 * row.number >= self.rows;
-        let from_pole = if is_lower { self.rows.wrapping_sub(1 + row.number) } else { row.number };
-        let near = elementary::sin(from_pole as f32 * self.half_row());
-        let far = elementary::sin((from_pole + 1) as f32 * self.half_row());
-        let (near, far) = (near * near, far * far);
-        let rest = if is_lower { 1.0 - row.rest } else { row.rest };
-        let x = (column.number as f32 + column.rest) / self.columns as f32;
-        let direction = direction_at(x, fma(far - near, rest, near), is_lower);
-        let density = self.density_of([row.weight, column.weight], row.number);
+    fn sample_at(&self, band_weight: u32, column: &Pick, row: &Pick, corners: u32) -> DirectionSample {
+        let corners = Corners::of_word(corners);
+        let place = corners.place(row, column);
+        // From the nearer pole, where angles are small: they have all their digits there.
+        let is_lower = 2 * row.number > self.rows;
+        let (from_pole, down) = if is_lower {
+            (self.rows.wrapping_sub(row.number), 1.0 - place.down)
+        } else {
+            (row.number, place.down)
+        };
+        let border = if from_pole == 0 { 0.0 } else { from_pole as f32 - 0.5 };
+        let from_up =
+            fma(self.row_height(row.number), down, border) * (core::f32::consts::PI / self.rows as f32);
+        let (sine, cosine) = elementary::sin_cos(from_up);
+        // The left border of the first column is in the middle of the first texel.
+        let x = (column.number as f32 + 0.5 + place.across) / self.columns as f32;
+        let (around_sine, around_cosine) = elementary::sin_cos((x - 0.5) * core::f32::consts::TAU);
+        let y = if is_lower { -cosine } else { cosine };
+        let direction = vec3(sine * around_cosine, y, sine * around_sine);
+        let weights = [band_weight, column.weight, row.weight];
+        let density = self.density_of(weights, row.number, sine) * corners.density(place);
         DirectionSample { to_light: self.in_world(direction), density: self.with_sun(density, direction) }
     }
 
@@ -125,32 +206,45 @@ impl Environment {
     /// The same at a place of the picture.
     #[inline(always)]
     pub fn density_at(&self, table: &[u32], place: &PicturePlace) -> f32 {
-        let (row, column) = self.cell(place);
+        let (row, column, within) = self.cell(place);
         let weight = |sums: Sums, number: u32| {
             let sum = |at: usize| table.get(at).copied().unwrap_or(0);
             let at = sums.first + number as usize;
             sum(at + 1).wrapping_sub(sum(at))
         };
-        let weights = [weight(self.rows_of(table), row), weight(self.cells_of(table, row), column)];
-        self.with_sun(self.density_of(weights, row), place.direction)
+        let (band, band_weight) = self.band_of_row(row);
+        let column_weight = weight(self.columns_of(table, band), column);
+        let weights = [band_weight, column_weight, weight(self.cells_of(table, column), row)];
+        let direction = place.direction;
+        let sine = sqrt(fma(direction.x, direction.x, direction.z * direction.z));
+        let density = self.density_of(weights, row, sine)
+            * Corners::of_word(self.corners(table, row, column)).density(within);
+        self.with_sun(density, direction)
     }
 
     /// Tells memory that [`Environment::density_at`] will read a place.
     #[inline(always)]
     pub fn prefetch_density(&self, table: &[u32], place: &PicturePlace) {
-        let (row, column) = self.cell(place);
-        prefetch(table, self.cells_of(table, row).first + column as usize);
+        let (row, column, _) = self.cell(place);
+        prefetch(table, self.cells_of(table, column).first + row as usize);
+        prefetch(table, self.place_of_corners(row, column));
     }
 
-    /// The row and the column of a place.
+    /// The row and the column of a place, and where it lies in their cell.
     #[inline(always)]
-    fn cell(&self, place: &PicturePlace) -> (u32, u32) {
-        let cell = |place: f32, count: u32| {
-            let number = (place * count as f32) as u32;
-            if number < count { number } else { count.wrapping_sub(1) }
+    fn cell(&self, place: &PicturePlace) -> (u32, u32, CellPlace) {
+        let cell = |place: f32, last: u32| {
+            let whole = max(floor(place), 0.0);
+            let number = whole as u32;
+            (if number < last { number } else { last }, place - whole)
         };
         let [x, y] = place.place;
-        (cell(y, self.rows), cell(x, self.columns))
+        let columns = self.columns as f32;
+        let from_left = fma(x, columns, -0.5);
+        let from_left = if from_left < 0.0 { from_left + columns } else { from_left };
+        let (column, across) = cell(from_left, self.columns.wrapping_sub(1));
+        let (row, down) = cell(fma(y, self.rows as f32, 0.5), self.rows);
+        (row, column, CellPlace { across, down })
     }
 
     /// The density of all samples in a direction of the picture's frame, where that of those by the table is this.
@@ -162,139 +256,51 @@ impl Environment {
         fma(self.sun_chance, self.sun_density(direction), (1.0 - self.sun_chance) * density)
     }
 
-    /// The sums of the rows.
+    /// The sums of the columns in a band.
     #[inline(always)]
-    fn rows_of<'a>(&self, table: &'a [u32]) -> Sums<'a> {
-        Sums { table, first: 0, count: self.rows }
+    fn columns_of<'a>(&self, table: &'a [u32], band: u32) -> Sums<'a> {
+        let first = band as usize * index_length(self.columns as usize);
+        Sums { table, first, count: self.columns }
     }
 
-    /// Those of a row's cells.
+    /// Those of a column's cells.
     #[inline(always)]
-    fn cells_of<'a>(&self, table: &'a [u32], row: u32) -> Sums<'a> {
-        Sums { table, first: self.first_of_row(row), count: self.columns }
+    fn cells_of<'a>(&self, table: &'a [u32], column: u32) -> Sums<'a> {
+        Sums { table, first: self.first_of_column(column), count: self.cell_rows() }
     }
 
     #[inline(always)]
-    fn first_of_row(&self, row: u32) -> usize {
-        index_length(self.rows as usize) + row as usize * index_length(self.columns as usize)
+    fn first_of_column(&self, column: u32) -> usize {
+        BANDS * index_length(self.columns as usize) + column as usize * self.column_length()
     }
 
-    /// Half the angle between two borders of rows, in radians.
     #[inline(always)]
-    fn half_row(&self) -> f32 {
-        core::f32::consts::FRAC_PI_2 / self.rows as f32
+    fn corners(&self, table: &[u32], row: u32, column: u32) -> u32 {
+        table.get(self.place_of_corners(row, column)).copied().unwrap_or(0)
     }
 
-    /// Of a cell with these weights of its row and in it.
+    /// Which word of the table says how bright the corners of a cell are.
     #[inline(always)]
-    fn density_of(&self, [row_weight, weight]: [u32; 2], row: u32) -> f32 {
+    fn place_of_corners(&self, row: u32, column: u32) -> usize {
+        self.first_of_column(column) + index_length(self.cell_rows() as usize) + row as usize
+    }
+
+    /// In heights of other rows than the first and the last one.
+    #[inline(always)]
+    fn row_height(&self, row: u32) -> f32 {
+        if (row == 0) | (row == self.rows) { 0.5 } else { 1.0 }
+    }
+
+    /// The mean density in a cell with these weights of its band, in that of its column and in that of its own, where the angle from up has this sine.
+    #[inline(always)]
+    fn density_of(&self, [band, column, cell]: [u32; 3], row: u32, sine: f32) -> f32 {
         const PART: f32 = 1.0 / TABLE_UNIT as f32;
-        let probability = (row_weight as f32 * PART) * (weight as f32 * PART);
-        probability / (self.cell_angle * elementary::sin((2 * row + 1) as f32 * self.half_row()))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::environment::for_index_words;
-    use crate::math::{sqrt, vec3};
-    use crate::sampling::{mix, point_2d, with_digits};
-
-    /// Sums of these weights, of a table of their rows.
-    fn table(weights: &[&[u32]]) -> (Environment, Vec<u32>) {
-        let sums = |weights: &[u32]| {
-            let total: u32 = weights.iter().sum();
-            let mut sum = 0u64;
-            let mut sums = vec![0];
-            for weight in weights {
-                sum += u64::from(*weight);
-                sums.push((sum * u64::from(TABLE_UNIT) / u64::from(total.max(1))) as u32);
-            }
-            let mut index = Vec::new();
-            for_index_words(&sums, |word| index.push(word));
-            sums.extend(index);
-            sums
-        };
-        let rows: Vec<u32> = weights.iter().map(|row| row.iter().sum()).collect();
-        let mut all = sums(&rows);
-        weights.iter().for_each(|row| all.extend(sums(row)));
-        let (columns, rows) = (weights[0].len() as u32, weights.len() as u32);
-        let half_row = core::f32::consts::FRAC_PI_2 / rows as f32;
-        let cell_angle = core::f32::consts::TAU / columns as f32 * 2.0 * elementary::sin(half_row);
-        let [a, b] = [0.6, 0.8];
-        // Turned about two axes.
-        let picture_from_world = [vec3(a, b, 0.0), vec3(-b * b, a * b, a), vec3(a * b, -a * a, b)];
-        let environment = Environment {
-            chance: 1.0,
-            columns,
-            rows,
-            cell_angle,
-            picture_from_world,
-            ..Environment::NOWHERE
-        };
-        (environment, all)
-    }
-
-    /// Uniform over the sphere.
-    fn direction(i: u32) -> Vec3 {
-        let [a, b] = point_2d(i, 77);
-        let z = 2.0 * a - 1.0;
-        let (s, c) = elementary::sin_cos(core::f32::consts::TAU * b);
-        let radius = sqrt(1.0 - z * z);
-        vec3(radius * c, radius * s, z)
-    }
-
-    #[test]
-    fn directions_are_as_dense_as_is_said() {
-        const COUNT: u32 = 1 << 18;
-        let tables: [&[&[u32]]; 4] = [
-            &[&[1]],
-            &[&[1, 1, 1, 1], &[1, 1, 1, 1]],
-            &[&[0, 1, 0], &[7, 0, 300], &[0, 0, 0], &[1, 2, 3], &[50, 0, 1]],
-            &[&[1, 0, 0, 0, 0, 0, 0, 0], &[0, 0, 0, 0, 0, 0, 0, 1_000]],
-        ];
-        for weights in tables {
-            let (mut environment, table) = table(weights);
-            if weights.len() == 5 {
-                let (to_sun, sun_radius) = (vec3(0.36, -0.48, 0.8), 0.4);
-                environment = Environment { sun_chance: 0.25, to_sun, sun_radius, ..environment };
-            }
-            // Boxes of the sphere: 8 of z by 8 around.
-            let part = |d: Vec3| {
-                let around = (elementary::atan2(d.y, d.x) * (4.0 / core::f32::consts::PI) + 4.0) as usize;
-                ((d.z * 4.0 + 4.0) as usize).min(7) * 8 + around.min(7)
-            };
-            let (mut sampled, mut said) = ([0f64; 64], [0f64; 64]);
-            for i in 0..COUNT {
-                let sample = environment.sample(&table, point_2d(i, 3).map(|u| with_digits(u, mix(i))));
-                assert!((sample.to_light.length() - 1.0).abs() < 1e-6);
-                assert!(sample.density > 0.0 && sample.density.is_finite());
-                sampled[part(sample.to_light)] += 1.0 / f64::from(COUNT);
-                let d = direction(i);
-                said[part(d)] +=
-                    f64::from(environment.density(&table, d)) * 4.0 * std::f64::consts::PI / f64::from(COUNT);
-            }
-            assert!((said.iter().sum::<f64>() - 1.0).abs() < 3e-3, "{weights:?}");
-            for (k, (a, b)) in sampled.iter().zip(&said).enumerate() {
-                assert!((a - b).abs() < 4e-3, "{weights:?}, part {k}: {a} {b}");
-            }
-        }
-    }
-
-    /// The density that a sample states is that of its direction, but for rounding at the borders of cells.
-    #[test]
-    fn samples_state_the_density_of_their_direction() {
-        let weights: Vec<Vec<u32>> =
-            (0..64u32).map(|row| (0..128).map(|column| mix(row * 128 + column) >> 20).collect()).collect();
-        let weights: Vec<&[u32]> = weights.iter().map(Vec::as_slice).collect();
-        let (environment, table) = table(&weights);
-        let mut others = 0;
-        for i in 0..100_000 {
-            let sample = environment.sample(&table, point_2d(i, 3).map(|u| with_digits(u, mix(i))));
-            let said = environment.density(&table, sample.to_light);
-            others += u32::from((sample.density / said - 1.0).abs() > 1e-5);
-        }
-        assert!(others < 20, "{others}");
+        // Of a picture as wide as the circle and as high as half of it.
+        const PICTURE: f32 = 2.0 * core::f32::consts::PI * core::f32::consts::PI;
+        // Of a column's sums, each band has an equal part.
+        let of_band = (column as f32 * PART) * (cell as f32 * (PART * BANDS as f32));
+        let probability = (band as f32 * PART) * of_band;
+        let cells = self.columns as f32 * self.rows as f32;
+        probability * cells / (self.row_height(row) * PICTURE * max(sine, f32::MIN_POSITIVE))
     }
 }

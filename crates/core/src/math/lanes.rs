@@ -14,6 +14,12 @@ impl<const W: usize> Vec3Lanes<W> {
     /// Null vectors.
     pub const ZERO: Vec3Lanes<W> = Vec3Lanes { x: [0.0; W], y: [0.0; W], z: [0.0; W] };
 
+    /// Of these components.
+    #[inline(always)]
+    pub fn from_components([x, y, z]: [[f32; W]; 3]) -> Vec3Lanes<W> {
+        Vec3Lanes { x, y, z }
+    }
+
     /// The vector of a lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Vec3 {

@@ -128,6 +128,8 @@ impl Roots {
     /// As [`intersect_sphere`] finds them.
     #[inline(always)]
     fn crossings(&self, lane: usize, ray: &Ray) -> [SphereHit; 2] {
-        self.t.map(|t| SphereHit::at(t[lane], ray))
+        // By `map`, sixteen numbers would be copied for one.
+        let [first, second] = &self.t;
+        [first[lane], second[lane]].map(|t| SphereHit::at(t, ray))
     }
 }
