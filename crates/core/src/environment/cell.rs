@@ -1,5 +1,5 @@
-//! How bright the corners of a cell are, and places in it by that: the picture is interpolated between its texels, and samples are as
-//! dense as it is bright.
+//! How bright the corners of a cell are, and places in it by that: the picture is interpolated between its texels, and samples are
+//! as dense as it is bright.
 
 use super::index::Pick;
 use crate::math::{fma, max, sqrt};

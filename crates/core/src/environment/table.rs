@@ -1,7 +1,7 @@
 //! Directions by how bright they are.
 //!
-//! The picture is interpolated between the middles of its texels. So are cells: their corners are middles of texels, or of groups of
-//! them in large pictures. The first and the last row of cells, of half a texel's height, are between such middles and the pole,
+//! The picture is interpolated between the middles of its texels. So are cells: their corners are middles of texels, or of groups
+//! of them in large pictures. The first and the last row of cells, of half a texel's height, are between such middles and the pole,
 //! where the picture is as bright as at the middles.
 //!
 //! Rows of cells form [`BANDS`] of about the same weight. A band is chosen first, then a column, then a cell of the column in that
@@ -10,10 +10,10 @@
 //! brightness of their corners (`cell.rs`). Sums are whole numbers, as random numbers have digits: so the probability of a cell is
 //! exactly what is said of it. In a cell, density is that of places in the picture, interpolated between its corners.
 //!
-//! Both were measured (docs/decisions.md). Were density even in a cell, radiance over density would leap from cell to cell beside what
-//! is bright. Were rows chosen first, one by one, points that are well spread would be less so in the picture, since sides differ
-//! more from one height to the next than heights from one side to the next; were columns chosen first, floors under a sky would have
-//! more noise, since all that they see of a direction is its height.
+//! Both were measured (docs/decisions.md). Were density even in a cell, radiance over density would leap from cell to cell beside
+//! what is bright. Were rows chosen first, one by one, points that are well spread would be less so in the picture: what lies at
+//! one height differs more from the next height than one side does from the next one. Were columns chosen first, floors under a sky
+//! would have more noise: the height of a direction is all that counts for them.
 
 use super::cell::{CellPlace, Corners};
 use super::index::{Pick, Sums, target};
@@ -149,16 +149,11 @@ impl Environment {
     /// The band of a row of cells, and its weight.
     #[inline(always)]
     fn band_of_row(&self, row: u32) -> (u32, u32) {
-        let mut number = 0;
-        for first in self.band_rows {
-            number += u32::from(first <= row);
-        }
-        let (mut from, mut to) = (0, 0);
-        let mut k = 0;
-        for sum in self.band_sums {
-            from = if k < number { sum } else { from };
-            to = if k == number { sum } else { to };
-            k += 1;
+        let (mut number, mut from, mut to) = (0, 0, self.band_sums[0]);
+        for band in 1..BANDS {
+            if self.band_rows[band - 1] <= row {
+                (number, from, to) = (band as u32, self.band_sums[band - 1], self.band_sums[band]);
+            }
         }
         (number, to.wrapping_sub(from))
     }
@@ -291,7 +286,8 @@ impl Environment {
         if (row == 0) | (row == self.rows) { 0.5 } else { 1.0 }
     }
 
-    /// The mean density in a cell with these weights of its band, in that of its column and in that of its own, where the angle from up has this sine.
+    /// The mean density in a cell with these weights: of its band, of its column there, and of itself in that; where the angle from
+    /// up has this sine.
     #[inline(always)]
     fn density_of(&self, [band, column, cell]: [u32; 3], row: u32, sine: f32) -> f32 {
         const PART: f32 = 1.0 / TABLE_UNIT as f32;
