@@ -3,6 +3,7 @@
 mod sample;
 mod sphere;
 mod tree;
+mod tree_lanes;
 
 pub use sample::{LightSample, LightSampleLanes, TriangleLamp, triangle_sample};
 pub use tree::{ChosenLight, LEAST_CHANCE, LightNode, LightReceiver, LightTree, light_of_primitive};

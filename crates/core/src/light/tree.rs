@@ -81,9 +81,9 @@ pub struct LightTree<'a> {
 /// The way down: where it is, and how likely it leads there. Chances are of double precision, so that a number is enough for any
 /// depth.
 #[derive(Clone, Copy)]
-struct Descent {
-    node: u32,
-    chance: f64,
+pub(super) struct Descent {
+    pub(super) node: u32,
+    pub(super) chance: f64,
 }
 
 impl LightTree<'_> {
@@ -94,11 +94,12 @@ impl LightTree<'_> {
         choose_light(self, *receiver, u)
     }
 
-    /// As [`LightTree::choose`] in each of several lanes. The first choice, between the children of the root, is made in all lanes
-    /// together: with few lamps it is the only one.
+    /// As [`LightTree::choose`] in each of several lanes; those that are not wanted may be left out. The first choice, between the
+    /// children of the root, is made in all lanes together: with few lamps it is the only one.
     #[inline(always)]
     pub fn choose_lanes<const W: usize>(
         &self,
+        is_wanted: &[bool; W],
         receiver: impl Fn(usize) -> LightReceiver,
         u: &[f64; W],
     ) -> [Option<ChosenLight>; W] {
@@ -134,6 +135,10 @@ impl LightTree<'_> {
                 chosen[lane] = (is_reached[lane] & (chance[lane] > 0.0)).then_some(light);
             }
             return chosen;
+        }
+        // On GPUs there is one lane, and a function for all ways down.
+        if cfg!(not(target_arch = "nvptx64")) && W > 1 && !root.is_leaf() {
+            return self.descend_lanes(is_wanted, receiver, u);
         }
         for lane in 0..W {
             let u = u[lane];
@@ -196,7 +201,7 @@ impl LightTree<'_> {
 
 /// The chance of the first of two children that promise this, and whether either of them promises anything.
 #[inline(always)]
-fn share_of_first([first, second]: [f32; 2]) -> (f64, bool) {
+pub(super) fn share_of_first([first, second]: [f32; 2]) -> (f64, bool) {
     let all = first + second;
     // Where their sum is infinite they are alike.
     let share = if all < f32::INFINITY { first / all } else { 0.5 };
@@ -233,7 +238,7 @@ out_of_line! {
 impl Descent {
     /// Whether the way for `u` goes to the first child, which has this chance, and where the lights there begin.
     #[inline(always)]
-    fn turns(&self, first: f64, u: f64, low: f64) -> (bool, f64) {
+    pub(super) fn turns(&self, first: f64, u: f64, low: f64) -> (bool, f64) {
         let middle = low + self.chance * first;
         let is_first = (u < middle) | (first >= 1.0);
         (is_first, if is_first { low } else { middle })
@@ -255,7 +260,7 @@ impl LightNode {
     /// nearer than their mean square they are to count (1/8 of their variance), was found by measuring rooms, streets and balls of
     /// lamps; the exact numbers matter little.
     #[inline(always)]
-    fn importance(&self, receiver: &LightReceiver) -> f32 {
+    pub(super) fn importance(&self, receiver: &LightReceiver) -> f32 {
         let offset = self.center - receiver.position;
         let squared = max(fma(0.125, self.variance, offset.length_squared()), f32::MIN_POSITIVE);
         // Without the least spread rounding makes 0 of what is not impossible.

@@ -58,7 +58,7 @@ fn white_things_in_a_white_picture_are_not_seen() {
 #[test]
 fn a_floor_under_half_a_sky() {
     for (width, height) in [(64, 32), (512, 256)] {
-        let mut scene = surrounded(1 << 14, width, &upper_half(vec3(2.0, 1.0, 0.5), width, height));
+        let mut scene = surrounded(1 << 16, width, &upper_half(vec3(2.0, 1.0, 0.5), width, height));
         matte_floor(&mut scene, 0.6);
         let got = probe(&scene, vec3(0.1, 2.0, 0.2), vec3(0.1, 0.0, 0.2));
         println!("{width}: {got:?}");

@@ -146,10 +146,11 @@ pub(super) fn draw_light(
     }
 }
 
-/// The choice of a light in each of several lanes, as [`choose`] makes it.
+/// The choice of a light in each of several lanes that are wanted, as [`choose`] makes it.
 #[inline(always)]
 pub(super) fn choose_lanes<'a, const W: usize>(
     view: &SceneView<'a>,
+    is_wanted: &[bool; W],
     receiver: impl Fn(usize) -> LightReceiver,
     choice: &[f64; W],
 ) -> [Option<LightChoice<'a>>; W] {
@@ -157,11 +158,12 @@ pub(super) fn choose_lanes<'a, const W: usize>(
     let share = 1.0 - to_environment;
     let mut lights = [None; W];
     if share > 0.0 {
-        let mut u = [0.0; W];
+        let (mut u, mut is_asked) = ([0.0; W], [false; W]);
         for lane in 0..W {
             u[lane] = (choice[lane] - to_environment) / share;
+            is_asked[lane] = is_wanted[lane] & (choice[lane] >= to_environment);
         }
-        lights = view.light_tree().choose_lanes(receiver, &u);
+        lights = view.light_tree().choose_lanes(&is_asked, receiver, &u);
     }
     let mut chosen = [None; W];
     for lane in 0..W {

@@ -45,7 +45,7 @@ impl<const W: usize> DrawLanes<W> {
         let mut is_environment = [false; W];
         let mut is_any_environment = false;
         let (choice, second_place) = numbers.lights();
-        let chosen = choose_lanes(view, receiver, &choice);
+        let chosen = choose_lanes(view, is_wanted, receiver, &choice);
         for lane in 0..W {
             let Some(LightChoice { light, chance, place }) = chosen[lane] else { continue };
             if !is_wanted[lane] {

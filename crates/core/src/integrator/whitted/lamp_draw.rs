@@ -2,7 +2,7 @@
 //! the most of.
 
 use super::receiver::Receiver;
-use crate::light::LightReceiver;
+use crate::light::{ChosenLight, LightReceiver};
 use crate::math::Vec3;
 use crate::sampling::{hash_pair, point_2d, with_digits};
 use crate::view::SceneView;
@@ -34,13 +34,57 @@ pub fn lights_alone(view: &SceneView) -> u32 {
 /// draws, and its `first` is the sample of the pixel. What comes back is for the lamp, whose number it has.
 #[inline(always)]
 pub fn draw_lamp(view: &SceneView, receiver: &Receiver, draw: u32) -> Option<(u32, Receiver)> {
-    let draws = view.settings.lamp_samples;
-    let first = receiver.first.wrapping_mul(draws).wrapping_add(draw);
+    let chosen = view.light_tree().choose(&as_of_light(receiver), choice(view, receiver, draw))?;
+    Some(drawn(view, receiver, draw, &chosen))
+}
+
+/// The same for several points at a time, of those lanes that are wanted.
+#[inline(always)]
+pub fn draw_lamps<const W: usize>(
+    view: &SceneView,
+    is_wanted: &[bool; W],
+    receiver: impl Fn(usize) -> Receiver,
+    draw: u32,
+) -> [Option<(u32, Receiver)>; W] {
+    let mut u = [0.0; W];
+    for lane in 0..W {
+        u[lane] = choice(view, &receiver(lane), draw);
+    }
+    let chosen = view.light_tree().choose_lanes(is_wanted, |lane| as_of_light(&receiver(lane)), &u);
+    let mut lamps = [None; W];
+    for lane in 0..W {
+        if let Some(chosen) = &chosen[lane] {
+            lamps[lane] = Some(drawn(view, &receiver(lane), draw, chosen));
+        }
+    }
+    lamps
+}
+
+/// The number of a draw among all draws of a point.
+#[inline(always)]
+fn draw_number(view: &SceneView, receiver: &Receiver, draw: u32) -> u32 {
+    receiver.first.wrapping_mul(view.settings.lamp_samples).wrapping_add(draw)
+}
+
+/// The number that chooses a lamp, in [0, 1).
+#[inline(always)]
+fn choice(view: &SceneView, receiver: &Receiver, draw: u32) -> f64 {
+    let first = draw_number(view, receiver, draw);
     let [u, _] = point_2d(first, hash_pair(receiver.key, CHOICE));
-    let u = with_digits(u, hash_pair(hash_pair(receiver.key, DIGITS), first));
+    with_digits(u, hash_pair(hash_pair(receiver.key, DIGITS), first))
+}
+
+/// What the tree knows of a receiver.
+#[inline(always)]
+fn as_of_light(receiver: &Receiver) -> LightReceiver {
     // Rays of a lobe do not know, where they arrive, which normal they left.
     let normal = if receiver.lobe.is_there() { Vec3::ZERO } else { receiver.normal };
-    let chosen = view.light_tree().choose(&LightReceiver { position: receiver.origin, normal }, u)?;
-    let scale = 1.0 / (chosen.chance * draws as f32);
-    Some((chosen.number, Receiver { first, scale, ..*receiver }))
+    LightReceiver { position: receiver.origin, normal }
+}
+
+/// The number of a lamp that was chosen, and what receives its light.
+#[inline(always)]
+fn drawn(view: &SceneView, receiver: &Receiver, draw: u32, chosen: &ChosenLight) -> (u32, Receiver) {
+    let scale = 1.0 / (chosen.chance * view.settings.lamp_samples as f32);
+    (chosen.number, Receiver { first: draw_number(view, receiver, draw), scale, ..*receiver })
 }

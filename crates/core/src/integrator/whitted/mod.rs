@@ -16,7 +16,7 @@ pub use arrival::{branches_at, depth_limit, ray_behind};
 pub use children::{branch_count, child_ray};
 pub use direct_light::{LightSums, direct_light, gather};
 pub use direct_light::{highlight, is_lit_from_behind, light_key, point_key, shade_direct, shadow_filter};
-pub use lamp_draw::{are_lamps_drawn, draw_lamp, lights_alone};
+pub use lamp_draw::{are_lamps_drawn, draw_lamp, draw_lamps, lights_alone};
 pub use light_lanes::LightLanes;
 pub use lobe_light::{LampLobe, takes_light};
 pub use local::local_radiance;

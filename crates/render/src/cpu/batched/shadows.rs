@@ -4,7 +4,7 @@ use super::lit::{Block, LANES, LitPoints, Side};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::transmittance;
 use eosphor_core::integrator::whitted::{
-    LightLanes, LightSums, draw_lamp, gather, is_lit_from_behind, light_key, lights_alone, shade_direct,
+    LightLanes, LightSums, draw_lamps, gather, is_lit_from_behind, light_key, lights_alone, shade_direct,
 };
 use eosphor_core::integrator::whitted::{highlight, shadow_filter};
 use eosphor_core::light::Light;
@@ -218,8 +218,13 @@ impl Shadows {
                 got: [LightSums::default(); LANES],
                 active: [false; LANES],
             };
-            for lane in (0..points.points_in(number)).filter(|&lane| lamp.shines_on(view, block, lane)) {
-                let Some((number, receiver)) = draw_lamp(view, &side.receiver(lane), draw) else { continue };
+            let mut is_wanted = [false; LANES];
+            for lane in 0..points.points_in(number) {
+                is_wanted[lane] = lamp.shines_on(view, block, lane);
+            }
+            let lamps = draw_lamps(view, &is_wanted, |lane| side.receiver(lane), draw);
+            for (lane, drawn) in lamps.into_iter().enumerate() {
+                let Some((number, receiver)) = drawn else { continue };
                 let light = &view.lights[number as usize];
                 let sample = LightLanes::<1>::new(view.settings, light, &receiver);
                 if sample.brings(0) {
