@@ -81,7 +81,20 @@ fn mix(a: f32, b: f32, weight: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use crate::sampling::mix;
-    use crate::texture::{TexelFormat, Texture, TextureFilter, TextureWrap, Textures};
+    use crate::texture::{
+        MAX_TEXEL, TexelFormat, Texture, TextureFilter, TextureWrap, Textures, radiance_channel,
+    };
+
+    /// The definition, in double precision, which holds all of it exactly.
+    #[test]
+    fn every_mantissa_and_exponent_of_radiance_pictures() {
+        for (mantissa, exponent) in (0..=255u32).flat_map(|m| (0..=255u32).map(move |e| (m, e))) {
+            let exact = mantissa as f64 * 2f64.powi(exponent as i32 - 136);
+            let expected = if exponent == 0 { 0.0 } else { (exact as f32).min(MAX_TEXEL) };
+            let got = radiance_channel(exponent << 24 | mantissa << 8 | (255 - mantissa), 1);
+            assert_eq!(got.to_bits(), expected.to_bits(), "{mantissa} {exponent}");
+        }
+    }
 
     #[test]
     fn lanes_have_the_colors_of_points() {

@@ -136,8 +136,8 @@ impl LightTree<'_> {
             }
             return chosen;
         }
-        // On GPUs there is one lane, and a function for all ways down.
-        if cfg!(not(target_arch = "nvptx64")) && W > 1 && !root.is_leaf() {
+        // A lane alone, as on GPUs, has a function for all ways down.
+        if W > 1 && !root.is_leaf() {
             return self.descend_lanes(is_wanted, receiver, u);
         }
         for lane in 0..W {

@@ -53,7 +53,9 @@ pub fn draw_lamps<const W: usize>(
     let chosen = view.light_tree().choose_lanes(is_wanted, |lane| as_of_light(&receiver(lane)), &u);
     let mut lamps = [None; W];
     for lane in 0..W {
-        if let Some(chosen) = &chosen[lane] {
+        if is_wanted[lane]
+            && let Some(chosen) = &chosen[lane]
+        {
             lamps[lane] = Some(drawn(view, &receiver(lane), draw, chosen));
         }
     }

@@ -469,7 +469,7 @@ fn environments_are_read_and_replaced() {
     lit.settings = RenderSettings { integrator: Integrator::Path, ..RenderSettings::default() };
     let (data, notes) = SceneData::flatten(&lit).unwrap();
     assert_eq!((data.environment.chance, data.environment.columns, data.environment.rows), (0.5, 2, 1));
-    // In each of four bands, sums of two columns and a word of index, 3 + 1; in each column the same of two cells, and their corners.
+    // For each of four bands, sums of two columns and a word of index, 3 + 1; for each column the same of two cells, and corners.
     assert_eq!((data.environment_table.len(), data.textures.len()), (4 * 4 + 2 * (4 + 2), 1));
     assert!(notes.is_empty() && data.check().is_ok(), "{notes:?}");
 }
