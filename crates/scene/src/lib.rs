@@ -24,6 +24,7 @@ mod files;
 mod flatten;
 mod hare;
 mod hills;
+mod lamps;
 mod model;
 mod positions;
 mod sky;

@@ -163,9 +163,11 @@ impl TurnedPairs {
 /// beyond these; `mirror_lost` is [`Albedo::lost`].
 #[inline(always)]
 pub fn white_glass_albedo(cos: f32, alpha: f32, eta: f32, mirror_lost: f32) -> f32 {
-    // Close to 1 the critical angle goes with the square root of the contrast.
+    // Close to 1 the critical angle goes with the square root of the contrast, and the loss changes fast: a third of the layers
+    // lies in the first eighth.
     let contrast = (eta - 1.0).abs() / (eta + 1.0);
-    let coordinate = sqrt(min(contrast * (7.0 / 3.0), 1.0));
+    let root = sqrt(min(contrast * (7.0 / 3.0), 1.0));
+    let coordinate = min(root * (8.0 / 3.0), fma(16.0 / 21.0, root, 5.0 / 21.0));
     let lost = if eta > 1.0 {
         look_up_glass(&glass_tables::DENSER, alpha, coordinate, |count| place_of_cosine(cos, alpha, count))
     } else {

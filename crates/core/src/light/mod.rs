@@ -4,9 +4,11 @@ mod sample;
 mod sphere;
 mod tree;
 mod tree_lanes;
+mod tree_top;
 
-pub use sample::{LightSample, LightSampleLanes, TriangleLamp, triangle_sample};
+pub use sample::{LightSample, LightSampleLanes, TriangleLamp, TriangleLampLanes, triangle_sample};
 pub use tree::{ChosenLight, LEAST_CHANCE, LightNode, LightReceiver, LightTree, light_of_primitive};
+pub use tree_top::{TopWays, TreeTop};
 
 use crate::math::Vec3;
 use crate::ray::PrimitiveId;

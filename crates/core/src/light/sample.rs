@@ -2,7 +2,7 @@
 
 use super::{Light, sphere};
 use crate::intersect::precise::{dot64, double, minus64};
-use crate::math::{Vec3, fma, max, sqrt};
+use crate::math::{Vec3, Vec3Lanes, fma, max, sqrt};
 use crate::sampling::triangle_point;
 
 /// A sampled point of a light, seen from a surface point.
@@ -31,6 +31,53 @@ pub struct TriangleLamp {
     pub power: f32,
     /// It shines to the other side, too.
     pub is_two_sided: bool,
+}
+
+/// A triangle that is a light in each of several lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleLampLanes<const W: usize> {
+    v0: Vec3Lanes<W>,
+    e1: Vec3Lanes<W>,
+    e2: Vec3Lanes<W>,
+    normal: Vec3Lanes<W>,
+    power: [f32; W],
+    is_two_sided: [bool; W],
+}
+
+impl<const W: usize> TriangleLampLanes<W> {
+    /// Triangles without a size.
+    pub const NONE: TriangleLampLanes<W> = TriangleLampLanes {
+        v0: Vec3Lanes::ZERO,
+        e1: Vec3Lanes::ZERO,
+        e2: Vec3Lanes::ZERO,
+        normal: Vec3Lanes::ZERO,
+        power: [0.0; W],
+        is_two_sided: [false; W],
+    };
+
+    /// Sets that of a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, lamp: &TriangleLamp) {
+        self.v0.set(lane, lamp.v0);
+        self.e1.set(lane, lamp.e1);
+        self.e2.set(lane, lamp.e2);
+        self.normal.set(lane, lamp.normal);
+        self.power[lane] = lamp.power;
+        self.is_two_sided[lane] = lamp.is_two_sided;
+    }
+
+    /// That of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> TriangleLamp {
+        TriangleLamp {
+            v0: self.v0.get(lane),
+            e1: self.e1.get(lane),
+            e2: self.e2.get(lane),
+            normal: self.normal.get(lane),
+            power: self.power[lane],
+            is_two_sided: self.is_two_sided[lane],
+        }
+    }
 }
 
 impl TriangleLamp {

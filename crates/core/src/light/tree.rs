@@ -39,6 +39,18 @@ impl LightNode {
     /// In place of children.
     pub const LEAF: u32 = u32::MAX;
 
+    /// Promises nothing.
+    pub(super) const NONE: LightNode = LightNode {
+        center: Vec3::ZERO,
+        radius: 0.0,
+        normal: Vec3::ZERO,
+        variance: 0.0,
+        power: 0.0,
+        first_chance: 1.0,
+        children: LightNode::LEAF,
+        number: 0,
+    };
+
     /// Whether it is a light.
     #[inline(always)]
     pub fn is_leaf(&self) -> bool {
@@ -111,7 +123,9 @@ impl LightTree<'_> {
             for lane in 0..W {
                 let receiver = receiver(lane);
                 let importances = [a.importance(&receiver), b.importance(&receiver)];
-                (first[lane], is_reached[lane]) = share_of_first(importances);
+                let share;
+                (share, is_reached[lane]) = share_of_first(importances);
+                first[lane] = share as f64;
             }
         }
         let start = Descent { node: 0, chance: 1.0 };
@@ -195,17 +209,17 @@ impl LightTree<'_> {
         let first = self.nodes.get(node.children as usize)?.importance(receiver);
         let second = self.nodes.get(node.children as usize + 1)?.importance(receiver);
         let (share, is_reached) = share_of_first([first, second]);
-        if is_reached { Some(share) } else { None }
+        if is_reached { Some(share as f64) } else { None }
     }
 }
 
 /// The chance of the first of two children that promise this, and whether either of them promises anything.
 #[inline(always)]
-pub(super) fn share_of_first([first, second]: [f32; 2]) -> (f64, bool) {
+pub(super) fn share_of_first([first, second]: [f32; 2]) -> (f32, bool) {
     let all = first + second;
     // Where their sum is infinite they are alike.
     let share = if all < f32::INFINITY { first / all } else { 0.5 };
-    let of_both = clamp(share, LEAST_CHANCE, 1.0 - LEAST_CHANCE) as f64;
+    let of_both = clamp(share, LEAST_CHANCE, 1.0 - LEAST_CHANCE);
     let of_one = if first > 0.0 { 1.0 } else { 0.0 };
     (if (first > 0.0) & (second > 0.0) { of_both } else { of_one }, all > 0.0)
 }

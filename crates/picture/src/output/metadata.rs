@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Raised whenever pixels change, for any scene: pictures of one version, scene and command line are the same.
-pub const PICTURE_VERSION: u32 = 10;
+pub const PICTURE_VERSION: u32 = 11;
 
 /// What pictures say of the program that made them.
 pub(super) const SOFTWARE: &str = concat!("Eosphor ", env!("CARGO_PKG_VERSION"));

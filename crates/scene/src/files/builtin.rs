@@ -8,6 +8,7 @@ use super::{LoadOptions, LoadedScene, load_from};
 use crate::error::{Place, SceneError};
 use crate::hare::hare;
 use crate::hills::{COUNTS, DEFAULT_COUNT, hills};
+use crate::lamps::lamps;
 use crate::model::{Camera, MaterialKind, MaterialTextures, PixelSampling, RenderSettings, Scene};
 use crate::solids::gallery;
 use eosphor_core::math::{Vec3, vec3};
@@ -44,6 +45,7 @@ pub const BUILTINS: &[Builtin] = &[
         name: "hills",
         description: "a landscape of 100,000 triangles, made from code; of about N, 2 to 50000000, as builtin:hills:N",
     },
+    Builtin { name: "lamps", description: "four balls of 2,900 lamps each over plates, made from code" },
     Builtin {
         name: "solids",
         description: "a flight around three Platonic solids of mirrors, lit from within by diodes along their edges",
@@ -62,6 +64,7 @@ pub(super) fn load(name: &str, options: &LoadOptions) -> Result<LoadedScene, Sce
         "glass" => glass(options),
         "hare" => made("hare", hare(), options),
         "hills" => made("hills", hills(DEFAULT_COUNT), options),
+        "lamps" => made("lamps", lamps(), options),
         "solids" => made("solids", gallery()?, options),
         _ => {
             let count = name.strip_prefix("hills:").and_then(|count| count.parse().ok());

@@ -204,7 +204,7 @@ mod tests {
         assert!(message("/nowhere/bunny.obj").starts_with("/nowhere/bunny.obj: cannot read: No such file"));
         assert_eq!(
             message("builtin:x"),
-            "there is no built-in scene \"x\"; there is cornell, cornell-pg1, glass, hare, hills, solids"
+            "there is no built-in scene \"x\"; there is cornell, cornell-pg1, glass, hare, hills, lamps, solids"
         );
     }
 }

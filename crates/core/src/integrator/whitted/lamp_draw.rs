@@ -2,7 +2,7 @@
 //! the most of.
 
 use super::receiver::Receiver;
-use crate::light::{ChosenLight, LightReceiver};
+use crate::light::{ChosenLight, LightReceiver, TopWays, TreeTop};
 use crate::math::Vec3;
 use crate::sampling::{hash_pair, point_2d, with_digits};
 use crate::view::SceneView;
@@ -35,31 +35,48 @@ pub fn lights_alone(view: &SceneView) -> u32 {
 #[inline(always)]
 pub fn draw_lamp(view: &SceneView, receiver: &Receiver, draw: u32) -> Option<(u32, Receiver)> {
     let chosen = view.light_tree().choose(&as_of_light(receiver), choice(view, receiver, draw))?;
-    Some(drawn(view, receiver, draw, &chosen))
+    Some(drawn_lamp(view, receiver, draw, &chosen))
 }
 
-/// The same for several points at a time, of those lanes that are wanted.
+/// Chooses as [`draw_lamp`] does, for several points at a time, for lanes that are wanted; [`drawn_lamp`] makes a lamp of it.
 #[inline(always)]
-pub fn draw_lamps<const W: usize>(
+pub fn choose_lamps<const W: usize>(
     view: &SceneView,
     is_wanted: &[bool; W],
     receiver: impl Fn(usize) -> Receiver,
     draw: u32,
-) -> [Option<(u32, Receiver)>; W] {
+) -> [Option<ChosenLight>; W] {
+    let u = choices(view, &receiver, draw);
+    view.light_tree().choose_lanes(is_wanted, |lane| as_of_light(&receiver(lane)), &u)
+}
+
+/// The ways of a point through the first levels of the tree of lights.
+#[inline(always)]
+pub fn ways_to_lamps(top: &TreeTop, receiver: &Receiver) -> TopWays {
+    top.ways(&as_of_light(receiver))
+}
+
+/// As [`choose_lamps`], with the ways of each lane.
+#[inline(always)]
+pub fn choose_lamps_from<const W: usize>(
+    view: &SceneView,
+    (top, ways): (&TreeTop, &[TopWays; W]),
+    is_wanted: &[bool; W],
+    receiver: impl Fn(usize) -> Receiver,
+    draw: u32,
+) -> [Option<ChosenLight>; W] {
+    let u = choices(view, &receiver, draw);
+    let tree = view.light_tree();
+    tree.choose_lanes_from(top, ways, is_wanted, |lane| as_of_light(&receiver(lane)), &u)
+}
+
+#[inline(always)]
+fn choices<const W: usize>(view: &SceneView, receiver: &impl Fn(usize) -> Receiver, draw: u32) -> [f64; W] {
     let mut u = [0.0; W];
     for lane in 0..W {
         u[lane] = choice(view, &receiver(lane), draw);
     }
-    let chosen = view.light_tree().choose_lanes(is_wanted, |lane| as_of_light(&receiver(lane)), &u);
-    let mut lamps = [None; W];
-    for lane in 0..W {
-        if is_wanted[lane]
-            && let Some(chosen) = &chosen[lane]
-        {
-            lamps[lane] = Some(drawn(view, &receiver(lane), draw, chosen));
-        }
-    }
-    lamps
+    u
 }
 
 /// The number of a draw among all draws of a point.
@@ -86,7 +103,7 @@ fn as_of_light(receiver: &Receiver) -> LightReceiver {
 
 /// The number of a lamp that was chosen, and what receives its light.
 #[inline(always)]
-fn drawn(view: &SceneView, receiver: &Receiver, draw: u32, chosen: &ChosenLight) -> (u32, Receiver) {
+pub fn drawn_lamp(view: &SceneView, receiver: &Receiver, draw: u32, chosen: &ChosenLight) -> (u32, Receiver) {
     let scale = 1.0 / (chosen.chance * view.settings.lamp_samples as f32);
     (chosen.number, Receiver { first: draw_number(view, receiver, draw), scale, ..*receiver })
 }

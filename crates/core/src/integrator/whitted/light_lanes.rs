@@ -6,7 +6,7 @@
 use super::Receivers;
 use crate::bsdf::{Lambert, Lobe};
 use crate::hierarchy::ShadowBatch;
-use crate::light::{Light, LightSampleLanes};
+use crate::light::{Light, LightSampleLanes, TriangleLampLanes};
 use crate::math::{Vec3, vec3};
 use crate::ray::Ray;
 use crate::sampling::point_2d;
@@ -46,14 +46,40 @@ impl<const W: usize> LightLanes<W> {
         let random = |lane| point_2d(receivers.index(lane), receivers.key(lane));
         let sample =
             LightSampleLanes::new(light, settings.light_falloff, |lane| receivers.origin(lane), random);
+        let scale = [receivers.scale(); W];
+        LightLanes::of_samples(settings, sample, &scale, light.is_lamp(), receivers)
+    }
+
+    /// One sample of another triangle in each lane; `scale` takes the place of the receivers'.
+    #[inline(always)]
+    pub fn of_triangles<R: Receivers>(
+        settings: &Settings,
+        lamps: &TriangleLampLanes<W>,
+        scale: &[f32; W],
+        receivers: &R,
+    ) -> LightLanes<W> {
+        let random = |lane| point_2d(receivers.index(lane), receivers.key(lane));
+        let sample =
+            LightSampleLanes::of_triangles(|lane| lamps.get(lane), |lane| receivers.origin(lane), random);
+        LightLanes::of_samples(settings, sample, scale, true, receivers)
+    }
+
+    #[inline(always)]
+    fn of_samples<R: Receivers>(
+        settings: &Settings,
+        sample: LightSampleLanes<W>,
+        scale: &[f32; W],
+        is_lamp: bool,
+        receivers: &R,
+    ) -> LightLanes<W> {
         let none = [0.0; W];
         let LightSampleLanes { to_light: direction, t_max, mut weight } = sample;
-        for weight in &mut weight {
-            *weight *= receivers.scale();
+        for lane in 0..W {
+            weight[lane] *= scale[lane];
         }
         let mut lanes = LightLanes { direction, t_max, diffuse: none, specular: none };
         lanes.weigh(settings.lighting_model, receivers, &weight);
-        if light.is_lamp() & receivers.any_lobes() {
+        if is_lamp & receivers.any_lobes() {
             lanes.weigh_lobes(receivers, &weight);
         }
         lanes

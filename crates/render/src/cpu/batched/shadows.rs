@@ -4,14 +4,15 @@ use super::lit::{Block, LANES, LitPoints, Side};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::transmittance;
 use eosphor_core::integrator::whitted::{
-    LightLanes, LightSums, draw_lamps, gather, is_lit_from_behind, light_key, lights_alone, shade_direct,
+    LightLanes, LightSums, choose_lamps, choose_lamps_from, drawn_lamp, gather, highlight,
+    is_lit_from_behind, light_key, lights_alone, shade_direct, shadow_filter, ways_to_lamps,
 };
-use eosphor_core::integrator::whitted::{highlight, shadow_filter};
-use eosphor_core::light::Light;
+use eosphor_core::light::{ChosenLight, Light, TopWays, TreeTop, TriangleLampLanes};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
 use eosphor_core::view::SceneView;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A light with at least this many samples fills packets from each point by itself; of others, one sample of all points
@@ -20,6 +21,13 @@ const MIN_SAMPLES_FOR_OWN_PACKETS: u32 = 12;
 
 /// Samples of such a light that are traced together: of the 50 of PG1, no lane but two of the last four is idle.
 const SAMPLES_TOGETHER: usize = 48;
+
+/// Lamps of one point that are drawn together.
+const DRAWS_TOGETHER: u32 = 16;
+
+/// With so many draws, and nodes of the tree of lights, all ways through the tree's first levels are followed at once.
+const MIN_DRAWS_FOR_WAYS: u32 = 6;
+const MIN_NODES_FOR_WAYS: usize = 16;
 
 /// What a block's points may get of a light.
 #[derive(Clone, Copy)]
@@ -37,6 +45,8 @@ pub(super) struct Shadows {
     filters: Vec<RayFilter>,
     hidden: Vec<bool>,
     offered: Vec<Offered>,
+    /// Lamps that are drawn, for each block, side and draw.
+    chosen: Vec<[Option<ChosenLight>; LANES]>,
     /// Of each ray to a lamp that was drawn, the number of that.
     drawn: Vec<u32>,
 }
@@ -102,6 +112,16 @@ impl Lamp<'_> {
         self.side == 0 || is_lit_from_behind(view.settings, block.transmission(lane))
     }
 
+    /// The lanes of the first `count` points of a block that have the side.
+    #[inline(always)]
+    fn lit_lanes(&self, view: &SceneView, block: &Block, count: usize) -> [bool; LANES] {
+        let mut is_lit = [false; LANES];
+        for lane in 0..count {
+            is_lit[lane] = self.shines_on(view, block, lane);
+        }
+        is_lit
+    }
+
     /// Adds what the first `count` points of a block make of the light that they got.
     #[inline(always)]
     fn add_to(&self, view: &SceneView, block: &mut Block, count: usize, got: &[LightSums; LANES]) {
@@ -150,31 +170,77 @@ impl Shadows {
             }
         }
         let Some(light) = view.lights.get(alone as usize) else { return Some(()) };
-        for draw in 0..view.settings.lamp_samples {
-            for side in 0..sides {
-                // The first lamp stands for all.
-                let lamp = Lamp { light, number: alone, side };
-                self.add_drawn(view, tracer, &lamp, draw, points, shadow_rays);
-            }
-            if cancel.load(Ordering::Relaxed) {
-                return None;
+        // The first lamp stands for all.
+        let lamps = [0, 1].map(|side| Lamp { light, number: alone, side });
+        let lamps = &lamps[..sides as usize];
+        let draws = view.settings.lamp_samples;
+        let has_ways = draws >= MIN_DRAWS_FOR_WAYS && view.light_nodes.len() >= MIN_NODES_FOR_WAYS;
+        let top = has_ways.then(|| TreeTop::new(&view.light_tree()));
+        for first in (0..draws).step_by(DRAWS_TOGETHER as usize) {
+            let draws = first..draws.min(first + DRAWS_TOGETHER);
+            self.choose(view, top.as_ref(), lamps, draws.clone(), points);
+            // Places of a block, side and draw are in this order.
+            let of_block = lamps.len() * draws.len();
+            for draw in draws.clone() {
+                for (side, lamp) in lamps.iter().enumerate() {
+                    let from = side * draws.len() + (draw - first) as usize;
+                    self.add_drawn(view, tracer, lamp, draw, from..of_block, points, shadow_rays);
+                }
+                if cancel.load(Ordering::Relaxed) {
+                    return None;
+                }
             }
         }
         Some(())
     }
 
+    /// Chooses lamps for all points.
+    #[inline(always)]
+    fn choose(
+        &mut self,
+        view: &SceneView,
+        top: Option<&TreeTop>,
+        lamps: &[Lamp],
+        draws: Range<u32>,
+        points: &LitPoints,
+    ) {
+        self.chosen.clear();
+        for (number, block) in points.blocks.iter().enumerate() {
+            for lamp in lamps {
+                let side = lamp.drawing_receivers(view, block);
+                let is_wanted = lamp.lit_lanes(view, block, points.points_in(number));
+                let receiver = |lane| side.receiver(lane);
+                let Some(top) = top else {
+                    for draw in draws.clone() {
+                        self.chosen.push(choose_lamps(view, &is_wanted, receiver, draw));
+                    }
+                    continue;
+                };
+                let mut ways = [TopWays::NONE; LANES];
+                for lane in (0..LANES).filter(|&lane| is_wanted[lane]) {
+                    ways[lane] = ways_to_lamps(top, &receiver(lane));
+                }
+                for draw in draws.clone() {
+                    self.chosen.push(choose_lamps_from(view, (top, &ways), &is_wanted, receiver, draw));
+                }
+            }
+        }
+    }
+
     /// The light of a lamp that is drawn for each point.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "what a draw is made of")]
     fn add_drawn<T: BatchTracer>(
         &mut self,
         view: &SceneView,
         tracer: &T,
         lamp: &Lamp,
         draw: u32,
+        places: Range<usize>,
         points: &mut LitPoints,
         shadow_rays: &mut u64,
     ) {
-        self.ask_drawn(view, lamp, points, draw);
+        self.ask_drawn(view, lamp, points, draw, places);
         self.trace(view, tracer, Coherence::Incoherent, shadow_rays);
         self.take(view, tracer);
         let mut drawn = self.drawn.iter();
@@ -204,37 +270,52 @@ impl Shadows {
         }
     }
 
-    /// Rays to the lamps that are drawn for the points.
+    /// Rays to the lamps that are drawn for the points: the first of `places` is the first block's, which has so many in all.
     #[inline(always)]
-    fn ask_drawn(&mut self, view: &SceneView, lamp: &Lamp, points: &LitPoints, draw: u32) {
+    fn ask_drawn(
+        &mut self,
+        view: &SceneView,
+        lamp: &Lamp,
+        points: &LitPoints,
+        draw: u32,
+        places: Range<usize>,
+    ) {
         self.rays.clear();
         self.filters.clear();
         self.offered.clear();
         self.drawn.clear();
-        for (number, block) in points.blocks.iter().enumerate() {
-            let side = lamp.drawing_receivers(view, block);
-            let mut offered = Offered {
-                lanes: LightLanes::NONE,
-                got: [LightSums::default(); LANES],
-                active: [false; LANES],
-            };
-            let mut is_wanted = [false; LANES];
-            for lane in 0..points.points_in(number) {
-                is_wanted[lane] = lamp.shines_on(view, block, lane);
-            }
-            let lamps = draw_lamps(view, &is_wanted, |lane| side.receiver(lane), draw);
-            for (lane, drawn) in lamps.into_iter().enumerate() {
-                let Some((number, receiver)) = drawn else { continue };
-                let light = &view.lights[number as usize];
-                let sample = LightLanes::<1>::new(view.settings, light, &receiver);
-                if sample.brings(0) {
-                    offered.active[lane] = true;
-                    offered.lanes.set(lane, &sample);
-                    self.rays.push(sample.ray(0, receiver.origin));
-                    self.filters.push(shadow_filter(light, block.id[lane]));
-                    self.drawn.push(number);
+        let chosen = self.chosen[places.start..].iter().step_by(places.end);
+        for (block, chosen) in points.blocks.iter().zip(chosen) {
+            let mut side = lamp.drawing_receivers(view, block);
+            let (mut triangles, mut scale) = (TriangleLampLanes::NONE, [0.0; LANES]);
+            let mut others = [None; LANES];
+            for lane in 0..LANES {
+                let Some(chosen) = &chosen[lane] else { continue };
+                let (number, receiver) = drawn_lamp(view, &side.receiver(lane), draw, chosen);
+                match view.lights[number as usize].triangle_lamp() {
+                    Some(triangle) => {
+                        triangles.set(lane, &triangle);
+                        (scale[lane], side.index[lane]) = (receiver.scale, receiver.first);
+                    }
+                    None => others[lane] = Some(receiver),
                 }
             }
+            let mut lanes = LightLanes::of_triangles(view.settings, &triangles, &scale, &side);
+            let mut active = [false; LANES];
+            for lane in 0..LANES {
+                let Some(chosen) = &chosen[lane] else { continue };
+                let light = &view.lights[chosen.number as usize];
+                if let Some(receiver) = &others[lane] {
+                    lanes.set(lane, &LightLanes::<1>::new(view.settings, light, receiver));
+                }
+                if lanes.brings(lane) {
+                    active[lane] = true;
+                    self.rays.push(lanes.ray(lane, side.receiver(lane).origin));
+                    self.filters.push(shadow_filter(light, block.id[lane]));
+                    self.drawn.push(chosen.number);
+                }
+            }
+            let offered = Offered { lanes, got: [LightSums::default(); LANES], active };
             self.offered.push(offered);
         }
     }

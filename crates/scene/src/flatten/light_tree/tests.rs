@@ -1,5 +1,5 @@
 use super::*;
-use eosphor_core::light::{LightReceiver, LightTree};
+use eosphor_core::light::{LightReceiver, LightTree, TreeTop};
 use eosphor_core::sampling::mix;
 use proptest::prelude::*;
 
@@ -141,6 +141,54 @@ fn lights_are_chosen_as_often_as_is_said() {
 }
 
 /// What lights send out decides, or nothing.
+/// One by one, several points at a time, and from the ways through the first levels: the same bits. Numbers are such at which ways
+/// part, too.
+#[test]
+fn lanes_choose_as_one_point_does() {
+    const W: usize = 16;
+    let mut numbers = Numbers(5);
+    let (mut chosen_ones, mut missed) = (0, 0);
+    for (count, selection) in [1usize, 2, 3, 5, 17, 33, 64, 400]
+        .into_iter()
+        .flat_map(|count| [(count, LightSelection::Tree), (count, LightSelection::Power)])
+    {
+        // Of those that face one way many points get nothing.
+        let mut lights = lights(count, count as u32, 1.0);
+        if count == 33 {
+            let lamp = |k: u32| {
+                triangle(vec3(k as f32, 0.0, 0.0), vec3(0.3, 0.0, 0.0), vec3(0.0, 0.3, 0.0), 1.0, 5 * k)
+            };
+            lights = (0..33).map(lamp).collect();
+        }
+        let arrays = built(&lights, selection);
+        let (tree, top) = (view(&arrays), TreeTop::new(&view(&arrays)));
+        for _ in 0..40 {
+            let from: [_; W] = std::array::from_fn(|_| receiver(&mut numbers, 1.0));
+            let is_wanted: [_; W] = std::array::from_fn(|_| numbers.next() < 0.9);
+            let ways = from.map(|from| top.ways(&from));
+            for _ in 0..8 {
+                let u: [_; W] = std::array::from_fn(|lane| {
+                    if lane % 3 == 0 {
+                        f64::from(numbers.next() * 32.0).floor() / 32.0
+                    } else {
+                        f64::from(numbers.next())
+                    }
+                });
+                let of_lanes = tree.choose_lanes(&is_wanted, |lane| from[lane], &u);
+                let of_ways = tree.choose_lanes_from(&top, &ways, &is_wanted, |lane| from[lane], &u);
+                for lane in (0..W).filter(|&lane| is_wanted[lane]) {
+                    let alone = tree.choose(&from[lane], u[lane]);
+                    assert_eq!(of_lanes[lane], alone, "{count} {:?} {}", from[lane], u[lane]);
+                    assert_eq!(of_ways[lane], alone, "{count} {:?} {}", from[lane], u[lane]);
+                    chosen_ones += u32::from(alone.is_some());
+                    missed += u32::from(alone.is_none());
+                }
+            }
+        }
+    }
+    assert!(chosen_ones > 10_000 && missed > 1_000, "{chosen_ones} {missed}");
+}
+
 #[test]
 fn other_ways_to_choose_have_the_chances_that_they_are_named_for() {
     let lights: Vec<Light> = (0..9)
