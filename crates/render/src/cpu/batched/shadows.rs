@@ -29,6 +29,15 @@ const DRAWS_TOGETHER: u32 = 16;
 const MIN_DRAWS_FOR_WAYS: u32 = 6;
 const MIN_NODES_FOR_WAYS: usize = 16;
 
+/// A lamp that is drawn for each point.
+struct Draw {
+    /// Its number among the draws of a point.
+    number: u32,
+    /// Its place in [`Shadows::chosen`] for the first block, and how far it is from there to that for the next one.
+    place: usize,
+    step: usize,
+}
+
 /// What a block's points may get of a light.
 #[derive(Clone, Copy)]
 struct Offered {
@@ -179,12 +188,11 @@ impl Shadows {
         for first in (0..draws).step_by(DRAWS_TOGETHER as usize) {
             let draws = first..draws.min(first + DRAWS_TOGETHER);
             self.choose(view, top.as_ref(), lamps, draws.clone(), points);
-            // Places of a block, side and draw are in this order.
-            let of_block = lamps.len() * draws.len();
-            for draw in draws.clone() {
+            for number in draws.clone() {
                 for (side, lamp) in lamps.iter().enumerate() {
-                    let from = side * draws.len() + (draw - first) as usize;
-                    self.add_drawn(view, tracer, lamp, draw, from..of_block, points, shadow_rays);
+                    let place = side * draws.len() + (number - first) as usize;
+                    let draw = Draw { number, place, step: lamps.len() * draws.len() };
+                    self.add_drawn(view, tracer, lamp, &draw, points, shadow_rays);
                 }
                 if cancel.load(Ordering::Relaxed) {
                     return None;
@@ -194,7 +202,7 @@ impl Shadows {
         Some(())
     }
 
-    /// Chooses lamps for all points.
+    /// Chooses lamps for all points: of each block for each side, of each side for each draw.
     #[inline(always)]
     fn choose(
         &mut self,
@@ -229,18 +237,16 @@ impl Shadows {
 
     /// The light of a lamp that is drawn for each point.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "what a draw is made of")]
     fn add_drawn<T: BatchTracer>(
         &mut self,
         view: &SceneView,
         tracer: &T,
         lamp: &Lamp,
-        draw: u32,
-        places: Range<usize>,
+        draw: &Draw,
         points: &mut LitPoints,
         shadow_rays: &mut u64,
     ) {
-        self.ask_drawn(view, lamp, points, draw, places);
+        self.ask_drawn(view, lamp, points, draw);
         self.trace(view, tracer, Coherence::Incoherent, shadow_rays);
         self.take(view, tracer);
         let mut drawn = self.drawn.iter();
@@ -270,28 +276,21 @@ impl Shadows {
         }
     }
 
-    /// Rays to the lamps that are drawn for the points: the first of `places` is the first block's, which has so many in all.
+    /// Rays to the lamps that are drawn for the points.
     #[inline(always)]
-    fn ask_drawn(
-        &mut self,
-        view: &SceneView,
-        lamp: &Lamp,
-        points: &LitPoints,
-        draw: u32,
-        places: Range<usize>,
-    ) {
+    fn ask_drawn(&mut self, view: &SceneView, lamp: &Lamp, points: &LitPoints, draw: &Draw) {
         self.rays.clear();
         self.filters.clear();
         self.offered.clear();
         self.drawn.clear();
-        let chosen = self.chosen[places.start..].iter().step_by(places.end);
+        let chosen = self.chosen.iter().skip(draw.place).step_by(draw.step);
         for (block, chosen) in points.blocks.iter().zip(chosen) {
             let mut side = lamp.drawing_receivers(view, block);
             let (mut triangles, mut scale) = (TriangleLampLanes::NONE, [0.0; LANES]);
             let mut others = [None; LANES];
             for lane in 0..LANES {
                 let Some(chosen) = &chosen[lane] else { continue };
-                let (number, receiver) = drawn_lamp(view, &side.receiver(lane), draw, chosen);
+                let (number, receiver) = drawn_lamp(view, &side.receiver(lane), draw.number, chosen);
                 match view.lights[number as usize].triangle_lamp() {
                     Some(triangle) => {
                         triangles.set(lane, &triangle);
