@@ -220,7 +220,11 @@ impl Shadows {
                 let receiver = |lane| side.receiver(lane);
                 let Some(top) = top else {
                     for draw in draws.clone() {
-                        self.chosen.push(choose_lamps(view, &is_wanted, receiver, draw));
+                        let mut chosen = choose_lamps(view, &is_wanted, receiver, draw);
+                        for lane in (0..LANES).filter(|&lane| !is_wanted[lane]) {
+                            chosen[lane] = None;
+                        }
+                        self.chosen.push(chosen);
                     }
                     continue;
                 };
