@@ -38,8 +38,8 @@ pub fn draw_lamp(view: &SceneView, receiver: &Receiver, draw: u32) -> Option<(u3
     Some(drawn_lamp(view, receiver, draw, &chosen))
 }
 
-/// Chooses as [`draw_lamp`] does, for several points at a time, in lanes that are wanted; in others maybe, too. [`drawn_lamp`] makes a
-/// lamp of what is chosen.
+/// Chooses as [`draw_lamp`] does, for several points at a time, in lanes that are wanted; in others maybe, too.
+/// [`drawn_lamp`] makes a lamp of what is chosen.
 #[inline(always)]
 pub fn choose_lamps<const W: usize>(
     view: &SceneView,
