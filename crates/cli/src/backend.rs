@@ -86,7 +86,9 @@ pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<
         choice => *choice == BackendChoice::Cpu,
     };
     let is_cuda = matches!(flags.backend(), BackendChoice::Cuda(_));
-    let about_gpus = flags.block_size.is_some() || flags.gpu_traversal != Traversal::default();
+    let about_gpus = flags.block_size.is_some()
+        || flags.gpu_paths.is_some()
+        || flags.gpu_traversal != Traversal::default();
     let gpu = |flag, is_given| Need {
         flag,
         is_given,
@@ -102,6 +104,7 @@ pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<
     hierarchy_options(flags).check(accel).map_err(misfit)?;
     check(&[
         gpu("--block-size", flags.block_size.is_some()),
+        gpu("--gpu-paths", flags.gpu_paths.is_some()),
         gpu("--gpu-traversal", flags.gpu_traversal != Traversal::default()),
         cpu("--tile", flags.tile.is_some()),
         cpu("--simd", flags.simd.0.is_some()),
@@ -165,6 +168,7 @@ fn cuda_options(
         hierarchy: hierarchy_options(flags),
         block_size: flags.block_size.unwrap_or(defaults.block_size),
         traversal: flags.gpu_traversal,
+        paths: flags.gpu_paths,
         count_work,
     }
 }

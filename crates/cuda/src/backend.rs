@@ -27,6 +27,7 @@ pub struct CudaBackend {
     options: HierarchyOptions,
     block_size: u32,
     traversal: Traversal,
+    paths: Option<u32>,
     count_work: bool,
 }
 
@@ -58,6 +59,7 @@ impl CudaBackend {
             options: options.hierarchy,
             block_size: options.block_size,
             traversal: options.traversal,
+            paths: options.paths,
             count_work: options.count_work,
         })
     }
@@ -81,7 +83,7 @@ impl Backend for CudaBackend {
         let names = kernels(self.accel, self.traversal, placed, self.count_work, integrator)?;
         let band_bytes = largest_band(scene.settings.width, scene.settings.height) as u64;
         let view = scene.view();
-        let kernels = (names, self.block_size);
+        let kernels = (names, self.block_size, self.paths);
         let upload =
             |device: &Device| DeviceScene::upload(device, kernels, &view, &structure, moving, band_bytes);
         Ok(Box::new(PreparedCuda {

@@ -1,5 +1,6 @@
 //! How the CUDA backend works.
 
+use crate::path_queue::PATHS;
 use crate::ptx::{MOST_THREADS, USUAL_THREADS};
 use crate::structure::kernels;
 use crate::traversal::Traversal;
@@ -19,6 +20,9 @@ pub struct CudaOptions {
     pub block_size: u32,
     /// The way through a bounding volume hierarchy.
     pub traversal: Traversal,
+    /// Paths that path tracing has under way at a time: 4,096 to 16,777,216. Where memory is short, there are fewer. `None`: as
+    /// many as make a picture faster, in at most an eighth of the memory that is free.
+    pub paths: Option<u32>,
     /// Count what queries do and time it, by kernels that are made for that and take some times as long. They go through a
     /// bounding volume hierarchy as one ray does on a CPU, so that counts are the same there. Needed where
     /// [`eosphor_render::RenderControl::count_work`] is asked for.
@@ -34,6 +38,7 @@ impl Default for CudaOptions {
             hierarchy: HierarchyOptions::default(),
             block_size: USUAL_THREADS,
             traversal: Traversal::Auto,
+            paths: None,
             count_work: false,
         }
     }
@@ -64,6 +69,13 @@ impl CudaOptions {
         if self.devices.is_empty() {
             return Err(BackendError::Failed("no CUDA device was chosen".into()));
         }
+        if let Some(paths) = self.paths.filter(|paths| !PATHS.contains(paths)) {
+            return Err(BackendError::Failed(format!(
+                "{paths} paths at a time: it must be {} to {}",
+                PATHS.start(),
+                PATHS.end()
+            )));
+        }
         // A warp has 32 threads, and what is left of one would idle.
         match self.block_size.is_multiple_of(32) && (32..=MOST_THREADS).contains(&self.block_size) {
             true => Ok(()),
@@ -92,6 +104,17 @@ mod tests {
                     .to_string()
                     .contains("a multiple of 32 threads (a warp), at most 512")
             );
+        }
+    }
+
+    #[test]
+    fn there_are_some_paths_and_not_too_many() {
+        let check = |paths| CudaOptions { paths, ..CudaOptions::default() }.check();
+        for paths in [None, Some(4096), Some(5000), Some(1 << 24)] {
+            assert!(check(paths).is_ok());
+        }
+        for paths in [0, 4095, (1 << 24) + 1, u32::MAX] {
+            assert!(check(Some(paths)).unwrap_err().to_string().contains("it must be 4096 to 16777216"));
         }
     }
 

@@ -5,6 +5,7 @@ use eosphor_core::device::{HIT_ROWS, PATH_ROWS, PathControl, REQUEST_ROWS, Row};
 use eosphor_core::integrator::MAX_DEPTH;
 use eosphor_core::settings::Settings;
 use eosphor_core::sums::ExactSum;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Rows of 16 bytes that a path takes: its own of this round and of the next, of its hit, and of what it asks of a light.
@@ -13,8 +14,15 @@ const ROWS: usize = 2 * PATH_ROWS + HIT_ROWS + REQUEST_ROWS;
 /// Bytes that a path takes in a queue, its number in order of what it has met included.
 const PATH_BYTES: u64 = (ROWS * size_of::<Row>() + size_of::<u32>()) as u64;
 
-/// The most paths of a round. More would keep a device no busier.
-const MOST_PATHS: u32 = 1 << 20;
+/// How many paths of a round may be asked for.
+pub(crate) const PATHS: RangeInclusive<u32> = 1 << 12..=1 << 24;
+
+/// How many there are at most where none are asked for. Each kernel of a round ends with some of the device idle, so large rounds are
+/// faster; larger ones than this are not (docs/gpu-speed.md).
+const USUAL_PATHS: u32 = 1 << 23;
+
+/// Then they take at most an eighth of the memory that there is.
+const USUAL_PART: u64 = 8;
 
 /// The fewest: what a device of several thousand lanes needs to have something to do.
 const FEWEST_PATHS: u32 = 1 << 14;
@@ -37,13 +45,16 @@ pub(crate) struct QueueSize {
 }
 
 impl QueueSize {
-    /// For pictures of these settings, in bands whose pixels take at most so many bytes.
-    pub(crate) fn new(settings: &Settings, band_bytes: u64) -> QueueSize {
+    /// For pictures of these settings, in bands whose pixels take at most so many bytes, where there are so many bytes for a queue.
+    /// It has room for as many paths as are asked for, or for fewer, where there is not so much memory or no use for them.
+    pub(crate) fn new(settings: &Settings, band_bytes: u64, asked: Option<u32>, bytes: u64) -> QueueSize {
         let size = QueueSize { paths: 0, pixels: 0, has_passes: false };
         let size = size.for_bands(band_bytes as usize, settings.samples, settings.max_depth);
         let samples = size.pixels as u64 * u64::from(settings.samples);
-        let paths = samples.clamp(FEWEST_PATHS.into(), MOST_PATHS.into()) as u32 / 32 * 32;
-        QueueSize { paths, ..size }
+        let most = asked.unwrap_or(USUAL_PATHS);
+        let paths = samples.max(FEWEST_PATHS.into()).min(most.into()) as u32 / 32 * 32;
+        let bytes = if asked.is_none() { bytes / USUAL_PART } else { bytes };
+        QueueSize { paths, ..size }.within(bytes)
     }
 
     /// With as many paths, for bands whose pixels take at most so many bytes and so many samples.
@@ -56,7 +67,7 @@ impl QueueSize {
     }
 
     /// With fewer paths, where these take more than so many bytes; never with fewer than the fewest.
-    pub(crate) fn within(mut self, bytes: u64) -> QueueSize {
+    fn within(mut self, bytes: u64) -> QueueSize {
         while self.bytes() > bytes && self.paths > FEWEST_PATHS {
             self.paths = (self.paths / 2).max(FEWEST_PATHS);
         }

@@ -97,15 +97,15 @@ impl Kernels {
 }
 
 impl DeviceScene {
-    /// Copies a scene and the structure over it to a device, where these kernels render it in blocks of so many threads, if there
-    /// is room for them and for bands of `band_bytes`. `moving` is the number of instances where they move.
+    /// Copies a scene and the structure over it to a device, where these kernels render it in blocks of so many threads, by so
+    /// many paths at a time ([`CudaOptions::paths`]), if there is room for them and for bands of `band_bytes`. `moving` is the number of instances where they move.
     ///
     /// # Errors
     ///
     /// [`BackendError::OutOfMemory`] with the numbers where there is not.
     pub(crate) fn upload(
         device: &Device,
-        (names, block_size): (KernelNames, u32),
+        (names, block_size, paths): (KernelNames, u32, Option<u32>),
         view: &SceneView,
         structure: &Structure,
         moving: usize,
@@ -119,8 +119,8 @@ impl DeviceScene {
         let mut needs = Needs { scene: parameters.bytes(), film: band_bytes * BANDS, stacks, queues: 0 };
         let mut queue = None;
         if let Kernels::Paths(_) = &kernels {
-            let size = QueueSize::new(view.settings, band_bytes);
-            let size = size.within(free.saturating_sub(needs.all()) / BANDS);
+            let room = free.saturating_sub(needs.all()) / BANDS;
+            let size = QueueSize::new(view.settings, band_bytes, paths, room);
             needs.queues = size.bytes() * BANDS;
             queue = Some(size);
         }

@@ -158,6 +158,17 @@ fn every_block_size() {
     }
 }
 
+/// Of a pool's paths, each in its own way: fewer than a picture's samples, as many, and more.
+#[test]
+fn every_number_of_paths() {
+    let mut scene = common::scene("glass", None).unwrap();
+    (scene.settings.size, scene.settings.integrator) = ([93, 53], Integrator::Path);
+    scene.settings.samples = 8;
+    for paths in [1 << 12, 5000, 1 << 15, 1 << 18, 1 << 21] {
+        assert_identical_by(&scene, CudaOptions { paths: Some(paths), ..CudaOptions::default() });
+    }
+}
+
 /// Rough grounds by paths, bare and under layers.
 #[test]
 fn rough_grounds() {

@@ -1,9 +1,12 @@
 //! Flags about the device. None of them changes a pixel.
 
+use super::needs::{Need, check};
 use super::values::{named, whole};
+use crate::failure::Failure;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use eosphor::{Accel, Builder, Quality, SahCosts, Scheduler, SimdLevel, Traversal};
+use eosphor::settings::Integrator;
+use eosphor::{Accel, Builder, Quality, RenderSettings, SahCosts, Scheduler, SimdLevel, Traversal};
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
@@ -40,6 +43,10 @@ pub(crate) struct DeviceFlags {
     /// Threads per block on GPUs: a multiple of 32, 32 to 512 [default: 128]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
+    /// Paths that a GPU has under way at a time, 4096 to 16777216 (needs --integrator path) [default: up to 8388608, in at most an
+    /// eighth of the free memory]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1 << 12..=1 << 24), allow_hyphen_values = true)]
+    pub(crate) gpu_paths: Option<u32>,
     /// How the threads of a warp traverse a bvh on GPUs. single: independently; vote: together, through every node that any
     /// of them needs; auto: vote for rays that start in one point and have similar directions, else single; reconverge:
     /// independently, but they wait for each other at every node and leaf; wide: as reconverge, through eight-child nodes
@@ -51,6 +58,16 @@ pub(crate) struct DeviceFlags {
 }
 
 impl DeviceFlags {
+    /// Fails where one of these does nothing in pictures of these settings.
+    pub(crate) fn check_settings(&self, settings: &RenderSettings) -> Result<(), Failure> {
+        check(&[Need {
+            flag: "--gpu-paths",
+            is_given: self.gpu_paths.is_some(),
+            is_met: settings.integrator == Integrator::Path,
+            needs: "--integrator path",
+        }])
+    }
+
     /// Where to render.
     pub(crate) fn backend(&self) -> &BackendChoice {
         self.backend.as_ref().unwrap_or(&BackendChoice::Auto)

@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
 }
 
 /// Flags about devices that only commands which render take; others refuse them with a reason, and do not list them.
-const FLAGS_OF_PICTURES: [&str; 3] = ["tile", "scheduler", "block_size"];
+const FLAGS_OF_PICTURES: [&str; 4] = ["tile", "scheduler", "block_size", "gpu_paths"];
 
 impl Arguments {
     /// All commands with their flags, as help and completions list them.
@@ -180,6 +180,7 @@ impl InfoFlags {
         check(&[
             need("--tile", device.tile.is_some(), false, render),
             need("--block-size", device.block_size.is_some(), false, render),
+            need("--gpu-paths", device.gpu_paths.is_some(), false, render),
             need("--scheduler", device.scheduler.is_some(), false, render),
             need("--gpu-traversal", device.gpu_traversal != Traversal::default(), false, render),
             need("--simd", device.simd.0.is_some(), is_table, "rays to be traced (--accel all or builders)"),

@@ -251,6 +251,7 @@ impl ReportFlags {
     ) -> Result<(), Failure> {
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
         let one_way = "a render without --stats, which goes the way of one ray";
+        let one_by_one = "a render without --stats, which follows one path after the other";
         let traversal = device.gpu_traversal != Traversal::default();
         let is_cuda = matches!(device.backend(), BackendChoice::Cuda(_));
         check(&[
@@ -263,6 +264,7 @@ impl ReportFlags {
             need("--json", self.json, !to_stdout, "standard output for itself, not -o -"),
             need("--stats", self.stats, show.is_none(), "a picture of the scene, not --show"),
             need("--gpu-traversal", traversal, !self.stats, one_way),
+            need("--gpu-paths", device.gpu_paths.is_some(), !self.stats, one_by_one),
         ])
     }
 

@@ -208,6 +208,12 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
         (&["--max-distance", "4"], "--max-distance would do nothing here: it needs --lighting distance"),
         (&["--accel", "grid", "--builder", "sweep"], "--builder would do nothing here: it needs --accel bvh"),
         (&["--block-size", "544"], "32 to 512"),
+        (&["--gpu-paths", "4095"], "4096 to 16777216"),
+        (&["--gpu-paths", "4096"], "--gpu-paths would do nothing here: it needs --integrator path"),
+        (
+            &["--integrator", "path", "--backend", "cpu", "--gpu-paths", "4096"],
+            "--gpu-paths would do nothing here: it needs a GPU",
+        ),
         (&["--gpu-traversal", "vote", "--accel", "grid"], "one through grid"),
         (&["--backend", "cpu", "--block-size", "64"], "--block-size would do nothing here: it needs a GPU"),
         (

@@ -135,6 +135,7 @@ fn flags_about_devices_are_never_ignored() {
     for flags in [
         &["--tile", "8"][..],
         &["--block-size", "64"],
+        &["--gpu-paths", "4096"],
         &["--gpu-traversal", "vote"],
         &["--scheduler", "scalar"],
         &["--simd", "baseline"],
@@ -160,6 +161,7 @@ fn flags_about_devices_are_never_ignored() {
     let rays = ["bench", "rays", "builtin:cornell", "--size", "8x8", "--repeats", "1"];
     for flags in [
         &["--block-size", "64"][..],
+        &["--gpu-paths", "4096"],
         &["--gpu-traversal", "vote"],
         &["--tile", "8"],
         &["--scheduler", "scalar"],

@@ -46,6 +46,7 @@ impl Asked {
                 "accel" => options.accel = value.parse()?,
                 "builder" => options.hierarchy.builder = Some(value.parse()?),
                 "block-size" => options.block_size = value.parse()?,
+                "gpu-paths" => options.paths = Some(value.parse()?),
                 "gpu-traversal" => {
                     let found = Traversal::ALL.into_iter().find(|t| t.name() == value);
                     options.traversal = found.ok_or_else(|| format!("there is no traversal {value}"))?;
