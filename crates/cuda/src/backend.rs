@@ -13,7 +13,7 @@ use eosphor_core::sums::ExactSum;
 use eosphor_render::{
     Accel, Backend, BackendError, Film, Hierarchy, HierarchyOptions, HierarchyStatistics, PreparedScene,
     Progress, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, ShapedScenes, build_hierarchy,
-    check_rows, check_samples, check_scene,
+    check_rows, check_samples, check_scene, options_by_work,
 };
 use eosphor_scene::SceneData;
 use std::ops::Range;
@@ -73,7 +73,12 @@ impl Backend for CudaBackend {
 
     fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
         check_scene(&scene)?;
-        let hierarchy = Arc::new(build_hierarchy(self.accel, &self.options, &scene)?);
+        // What is counted is the way of one ray through the tree that CPUs have.
+        let options = match self.accel == Accel::Bvh && !self.count_work {
+            true => options_by_work(self.options, &scene, SAMPLES_WORTH_CUTTING),
+            false => self.options,
+        };
+        let hierarchy = Arc::new(build_hierarchy(self.accel, &options, &scene)?);
         let moving = if scene.instances_move { scene.instances.len() } else { 0 };
         let structure = match self.count_work {
             true => Structure::for_counting(&hierarchy),
@@ -112,6 +117,10 @@ fn largest_band(width: u32, rows: u32) -> usize {
     }
     bytes::<Vec3>(width, rows).max(bytes::<ExactSum>(width, rows))
 }
+
+/// For so many samples of path tracing a triangle, cutting triangles pays, though it is the CPU that does it: an H100 takes an eighth
+/// less time for sponza under a sky (437 and 385 ms with 16 samples at 1920 x 1080), and 16 cores take 25 ms more to build.
+const SAMPLES_WORTH_CUTTING: u64 = 256;
 
 /// How many times the threads that a device runs at a time its share of some rows should have, so that the end of it costs
 /// little.

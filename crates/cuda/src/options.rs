@@ -14,7 +14,8 @@ pub struct CudaOptions {
     pub devices: Vec<usize>,
     /// The hierarchy: any but [`Accel::Bvh8`], which is made for the SIMD instructions of CPUs.
     pub accel: Accel,
-    /// How it is built.
+    /// How it is built. Where no builder is named, path tracing with many samples a triangle cuts triangles
+    /// ([`eosphor_render::Builder::Spatial`]).
     pub hierarchy: HierarchyOptions,
     /// Threads of a block: a multiple of 32 up to 512.
     pub block_size: u32,

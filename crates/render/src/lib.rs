@@ -30,6 +30,6 @@ pub use film::Film;
 pub use picked_rows::{PickedRows, PreparedRows};
 pub use ray_sets::RaySets;
 pub use sample_sums::SampleSums;
-pub use scene_hierarchy::{build_hierarchy, check_scene, geometry_of};
+pub use scene_hierarchy::{build_hierarchy, check_scene, geometry_of, options_by_work};
 pub use shaped_scenes::{ShapedScene, ShapedScenes};
 pub use statistics::{QueryTimes, RayStatistics};

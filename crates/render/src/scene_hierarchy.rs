@@ -1,7 +1,8 @@
 //! Hierarchies over scenes.
 
 use crate::BackendError;
-use eosphor_accel::{Accel, GeometryError, Hierarchy, HierarchyOptions, SceneGeometry};
+use eosphor_accel::{Accel, Builder, GeometryError, Hierarchy, HierarchyOptions, SceneGeometry};
+use eosphor_core::settings::Integrator;
 use eosphor_scene::SceneData;
 
 /// A scene as builders read it.
@@ -24,6 +25,20 @@ pub fn build_hierarchy(
 ) -> Result<Hierarchy, BackendError> {
     let geometry = geometry_of(scene).map_err(|error| does_not_hold_together(&error))?;
     Ok(Hierarchy::build(accel, options, &geometry))
+}
+
+/// The options, with a builder by how much is to be traced where none is asked for: from so many samples of path tracing a triangle
+/// on, triangles are cut ([`Builder::Spatial`]).
+pub fn options_by_work(
+    options: HierarchyOptions,
+    scene: &SceneData,
+    samples_worth_cutting: u64,
+) -> HierarchyOptions {
+    let settings = &scene.settings;
+    let samples = u64::from(settings.width) * u64::from(settings.height) * u64::from(settings.samples);
+    let is_worth = settings.integrator == Integrator::Path
+        && samples / samples_worth_cutting.max(1) >= scene.triangles.len() as u64;
+    HierarchyOptions { builder: options.builder.or(is_worth.then_some(Builder::Spatial)), ..options }
 }
 
 /// What every backend asks before it builds: devices follow the scene's numbers without looking.

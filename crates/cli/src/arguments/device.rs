@@ -22,7 +22,8 @@ pub(crate) struct DeviceFlags {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=4096), allow_hyphen_values = true)]
     pub(crate) tile: Option<u32>,
     /// How to build a bvh or bvh8: morton, median, sweep, binned, hybrid or spatial; low, medium and high quality are morton,
-    /// binned and spatial [default: binned; spatial for path tracing of 8 samples a triangle or more with bvh8 on CPUs]
+    /// binned and spatial [default: binned; spatial for path tracing of 8 samples a triangle or more with bvh8 on CPUs, of 256
+    /// with bvh on GPUs]
     #[arg(long, value_name = "NAME", value_parser = builder())]
     pub(crate) builder: Option<Builder>,
     /// Maximum number of primitives in a leaf: 1 to 255 with --accel bvh; 1 to 4294967295 with an octree, which keeps a larger

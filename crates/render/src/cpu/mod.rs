@@ -23,14 +23,13 @@ use super::{
 };
 use crate::backend::check_region;
 use crate::{
-    Accel, Builder, Film, Hierarchy, HierarchyOptions, HierarchyStatistics, RayStatistics, Region,
-    SampleSums, ShapedScene, ShapedScenes,
+    Accel, Film, Hierarchy, HierarchyOptions, HierarchyStatistics, RayStatistics, Region, SampleSums,
+    ShapedScene, ShapedScenes,
 };
-use crate::{build_hierarchy, check_scene};
+use crate::{build_hierarchy, check_scene, options_by_work};
 use batched::Workspace;
 use dispatch::TileJob;
 use eosphor_core::integrator::pixel_color;
-use eosphor_core::settings::Integrator;
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
 use eosphor_scene::{FrameState, Places, SceneData};
@@ -116,14 +115,8 @@ impl CpuBackend {
 /// microseconds).
 const SAMPLES_WORTH_CUTTING: u64 = 8;
 
-/// The options, with a builder by how much is to be traced where none is asked for.
 fn by_work(options: HierarchyOptions, accel: Accel, scene: &SceneData) -> HierarchyOptions {
-    let settings = &scene.settings;
-    let samples = u64::from(settings.width) * u64::from(settings.height) * u64::from(settings.samples);
-    let is_worth = accel == Accel::Bvh8
-        && settings.integrator == Integrator::Path
-        && samples / SAMPLES_WORTH_CUTTING >= scene.triangles.len() as u64;
-    HierarchyOptions { builder: options.builder.or(is_worth.then_some(Builder::Spatial)), ..options }
+    if accel == Accel::Bvh8 { options_by_work(options, scene, SAMPLES_WORTH_CUTTING) } else { options }
 }
 
 impl Backend for CpuBackend {
