@@ -118,8 +118,8 @@ fn largest_band(width: u32, rows: u32) -> usize {
     bytes::<Vec3>(width, rows).max(bytes::<ExactSum>(width, rows))
 }
 
-/// For so many samples of path tracing a triangle, cutting triangles pays, though it is the CPU that does it: an H100 takes an eighth
-/// less time for sponza under a sky (437 and 385 ms with 16 samples at 1920 x 1080), and 16 cores take 25 ms more to build.
+/// For so many samples of path tracing a triangle, cutting triangles pays, though it is the CPU that does it: an H100 takes an
+/// eighth less time for sponza under a sky (437 and 385 ms with 16 samples at 1920 x 1080), and 16 cores take 25 ms more to build.
 const SAMPLES_WORTH_CUTTING: u64 = 256;
 
 /// How many times the threads that a device runs at a time its share of some rows should have, so that the end of it costs

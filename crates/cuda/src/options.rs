@@ -21,8 +21,8 @@ pub struct CudaOptions {
     pub block_size: u32,
     /// The way through a bounding volume hierarchy.
     pub traversal: Traversal,
-    /// Paths that path tracing has under way at a time: 4,096 to 16,777,216. Where memory is short, there are fewer. `None`: as
-    /// many as make a picture faster, in at most an eighth of the memory that is free.
+    /// Paths that path tracing has under way at a time: 4,096 to 16,777,216. Where memory is short, there are fewer. `None`: a
+    /// million, and up to eight million, which are faster, in an eighth of the memory that is free.
     pub paths: Option<u32>,
     /// Count what queries do and time it, by kernels that are made for that and take some times as long. They go through a
     /// bounding volume hierarchy as one ray does on a CPU, so that counts are the same there. Needed where

@@ -17,12 +17,13 @@ const PATH_BYTES: u64 = (ROWS * size_of::<Row>() + size_of::<u32>()) as u64;
 /// How many paths of a round may be asked for.
 pub(crate) const PATHS: RangeInclusive<u32> = 1 << 12..=1 << 24;
 
-/// How many there are at most where none are asked for. Each kernel of a round ends with some of the device idle, so large rounds are
-/// faster; larger ones than this are not (docs/gpu-speed.md).
+/// How many there are at most where none are asked for. Each kernel of a round ends with some of the device idle, so large rounds
+/// are faster; larger ones than this are not (docs/gpu-speed.md).
 const USUAL_PATHS: u32 = 1 << 23;
 
-/// Then they take at most an eighth of the memory that there is.
-const USUAL_PART: u64 = 8;
+/// From so many on, they take at most an eighth of the memory that there is: twice as many are a tenth faster, no more.
+const MANY_PATHS: u32 = 1 << 20;
+const PART_OF_MANY: u64 = 8;
 
 /// The fewest: what a device of several thousand lanes needs to have something to do.
 const FEWEST_PATHS: u32 = 1 << 14;
@@ -51,10 +52,16 @@ impl QueueSize {
         let size = QueueSize { paths: 0, pixels: 0, has_passes: false };
         let size = size.for_bands(band_bytes as usize, settings.samples, settings.max_depth);
         let samples = size.pixels as u64 * u64::from(settings.samples);
-        let most = asked.unwrap_or(USUAL_PATHS);
-        let paths = samples.max(FEWEST_PATHS.into()).min(most.into()) as u32 / 32 * 32;
-        let bytes = if asked.is_none() { bytes / USUAL_PART } else { bytes };
-        QueueSize { paths, ..size }.within(bytes)
+        let up_to = |most: u32| {
+            let paths = samples.max(FEWEST_PATHS.into()).min(most.into()) as u32 / 32 * 32;
+            QueueSize { paths, ..size }
+        };
+        if let Some(asked) = asked {
+            return up_to(asked).within(bytes);
+        }
+        let few = up_to(MANY_PATHS).within(bytes);
+        let many = up_to(USUAL_PATHS).within(bytes / PART_OF_MANY);
+        if many.paths > few.paths { many } else { few }
     }
 
     /// With as many paths, for bands whose pixels take at most so many bytes and so many samples.
@@ -184,4 +191,40 @@ pub(crate) struct QueueAddresses {
     pub(crate) control: *mut PathControl,
     pub(crate) sums: *mut ExactSum,
     pub(crate) before: *mut ExactSum,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor_scene::{LoadOptions, SceneData, load};
+
+    fn settings(samples: u32) -> Settings {
+        let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
+        Settings { samples, max_depth: 8, ..SceneData::flatten(&scene).unwrap().0.settings }
+    }
+
+    #[test]
+    fn queues_have_room_for_what_is_of_use_and_fits() {
+        // A million pixels.
+        let band = size_of::<ExactSum>() as u64 * 1_000_000;
+        let paths = |samples, asked, bytes| QueueSize::new(&settings(samples), band, asked, bytes).paths;
+        assert_eq!(paths(64, None, 40 << 30), 1 << 23);
+        assert_eq!(paths(1, None, 40 << 30), 1_000_000);
+        assert_eq!(paths(64, Some(4096), 40 << 30), 4096);
+        assert_eq!(paths(64, Some(1 << 24), 40 << 30), 1 << 24);
+        assert_eq!(paths(1, Some(1 << 24), 40 << 30), 1_000_000);
+        // Cards of 24, 8 and 2 GB: a queue has half of what is free.
+        assert_eq!(paths(64, None, 11 << 30), 1 << 22);
+        assert_eq!(paths(64, None, 3 << 30), 1 << 20);
+        assert_eq!(paths(64, None, 700 << 20), 1 << 20);
+        assert_eq!(paths(64, None, 200 << 20), 1 << 19);
+        assert_eq!(paths(64, Some(1 << 23), 3 << 30), 1 << 23);
+        assert_eq!(paths(64, Some(1 << 24), 3 << 30), 1 << 23);
+        assert_eq!(paths(64, None, 0), FEWEST_PATHS);
+        for bytes in [200 << 20, 700 << 20, 3 << 30, 11 << 30, 40 << 30] {
+            for asked in [None, Some(1 << 24)] {
+                assert!(QueueSize::new(&settings(64), band, asked, bytes).bytes() <= bytes);
+            }
+        }
+    }
 }

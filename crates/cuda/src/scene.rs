@@ -97,8 +97,9 @@ impl Kernels {
 }
 
 impl DeviceScene {
-    /// Copies a scene and the structure over it to a device, where these kernels render it in blocks of so many threads, by so
-    /// many paths at a time ([`CudaOptions::paths`]), if there is room for them and for bands of `band_bytes`. `moving` is the number of instances where they move.
+    /// Copies a scene and the structure over it to a device, where these kernels render it in blocks of so many threads, by so many
+    /// paths at a time ([`CudaOptions::paths`]), if there is room for them and for bands of `band_bytes`. `moving` is the
+    /// number of instances where they move.
     ///
     /// # Errors
     ///

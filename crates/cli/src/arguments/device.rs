@@ -44,8 +44,8 @@ pub(crate) struct DeviceFlags {
     /// Threads per block on GPUs: a multiple of 32, 32 to 512 [default: 128]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
-    /// Paths that a GPU has under way at a time, 4096 to 16777216 (needs --integrator path) [default: up to 8388608, in at most an
-    /// eighth of the free memory]
+    /// Paths that a GPU has under way at a time, 4096 to 16777216 (needs --integrator path); fewer where memory is short [default:
+    /// 1048576, and up to 8388608 in an eighth of the free memory]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1 << 12..=1 << 24), allow_hyphen_values = true)]
     pub(crate) gpu_paths: Option<u32>,
     /// How the threads of a warp traverse a bvh on GPUs. single: independently; vote: together, through every node that any
