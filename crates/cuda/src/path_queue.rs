@@ -21,7 +21,8 @@ pub(crate) const PATHS: RangeInclusive<u32> = 1 << 12..=1 << 24;
 /// are faster; larger ones than this are not (docs/gpu-speed.md).
 const USUAL_PATHS: u32 = 1 << 23;
 
-/// From so many on, they take at most an eighth of the memory that there is: twice as many are a tenth faster, no more.
+/// With more than so many, a queue takes at most an eighth of the memory that there is for it: eight times as many paths are only a
+/// seventh faster.
 const MANY_PATHS: u32 = 1 << 20;
 const PART_OF_MANY: u64 = 8;
 
