@@ -131,6 +131,37 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    unsafe fn fours(from: [*const f32; 4]) -> X8 {
+        // SAFETY: instruction set: this is used below it. They can be read, as promised to this function.
+        X8(unsafe {
+            let a = _mm256_castps128_ps256(_mm_loadu_ps(from[0]));
+            _mm256_insertf128_ps::<1>(a, _mm_loadu_ps(from[1]))
+        })
+    }
+
+    #[inline(always)]
+    unsafe fn four_times(from: [*const f32; 4]) -> X8 {
+        // SAFETY: instruction set: this is used below it. They can be read, as promised to this function.
+        X8(unsafe {
+            let a = _mm256_castps128_ps256(_mm_broadcast_ss(&*from[0]));
+            _mm256_insertf128_ps::<1>(a, _mm_broadcast_ss(&*from[1]))
+        })
+    }
+
+    #[inline(always)]
+    fn lane_of_fours<const LANE: usize>(a: X8) -> X8 {
+        // SAFETY: instruction set: this is used below it.
+        X8(unsafe {
+            match LANE {
+                0 => _mm256_permute_ps::<0x00>(a.0),
+                1 => _mm256_permute_ps::<0x55>(a.0),
+                2 => _mm256_permute_ps::<0xaa>(a.0),
+                _ => _mm256_permute_ps::<0xff>(a.0),
+            }
+        })
+    }
+
+    #[inline(always)]
     fn larger8(a: X8, b: X8) -> X8 {
         // SAFETY: instruction set: this is used below it.
         X8(unsafe {

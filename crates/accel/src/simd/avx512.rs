@@ -28,6 +28,41 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    unsafe fn fours(from: [*const f32; 4]) -> X16 {
+        // SAFETY: instruction set: this is used below it. They can be read, as promised to this function.
+        X16(unsafe {
+            let a = _mm512_castps128_ps512(_mm_loadu_ps(from[0]));
+            let a = _mm512_insertf32x4::<1>(a, _mm_loadu_ps(from[1]));
+            let a = _mm512_insertf32x4::<2>(a, _mm_loadu_ps(from[2]));
+            _mm512_insertf32x4::<3>(a, _mm_loadu_ps(from[3]))
+        })
+    }
+
+    #[inline(always)]
+    unsafe fn four_times(from: [*const f32; 4]) -> X16 {
+        // SAFETY: instruction set: this is used below it. They can be read, as promised to this function.
+        X16(unsafe {
+            let a = _mm512_set1_ps(*from[0]);
+            let a = _mm512_mask_broadcastss_ps(a, 0x00f0, _mm_load_ss(from[1]));
+            let a = _mm512_mask_broadcastss_ps(a, 0x0f00, _mm_load_ss(from[2]));
+            _mm512_mask_broadcastss_ps(a, 0xf000, _mm_load_ss(from[3]))
+        })
+    }
+
+    #[inline(always)]
+    fn lane_of_fours<const LANE: usize>(a: X16) -> X16 {
+        // SAFETY: instruction set: this is used below it.
+        X16(unsafe {
+            match LANE {
+                0 => _mm512_permute_ps::<0x00>(a.0),
+                1 => _mm512_permute_ps::<0x55>(a.0),
+                2 => _mm512_permute_ps::<0xaa>(a.0),
+                _ => _mm512_permute_ps::<0xff>(a.0),
+            }
+        })
+    }
+
+    #[inline(always)]
     fn larger8(a: X8, b: X8) -> X8 {
         Avx2::larger8(a, b)
     }

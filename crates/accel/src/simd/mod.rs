@@ -58,6 +58,18 @@ pub(crate) trait Simd: Copy {
     fn smaller8(a: Self::F8, b: Self::F8) -> Self::F8;
     /// Bits of the lanes where `a` is no more than `b`, likewise.
     fn not_above8(a: Self::F8, b: Self::F8) -> u32;
+    /// Four floats from each of these places: of as many as a part has room for, the first ones.
+    ///
+    /// # Safety
+    /// They can be read.
+    unsafe fn fours(from: [*const f32; 4]) -> Self::Part;
+    /// The number at each of these places, four times: of as many as a part has room for, the first ones.
+    ///
+    /// # Safety
+    /// They can be read.
+    unsafe fn four_times(from: [*const f32; 4]) -> Self::Part;
+    /// Of each four lanes this one, in all four.
+    fn lane_of_fours<const LANE: usize>(a: Self::Part) -> Self::Part;
     /// Items of `a` by the lanes of `order`, three bits each from the lowest.
     fn permute8(a: Self::F8, order: Order8<Self>) -> Self::F8;
     /// From three bits a lane.

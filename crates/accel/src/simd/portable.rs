@@ -22,6 +22,35 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    unsafe fn fours(from: [*const f32; 4]) -> Lanes<16> {
+        let mut out = [0.0; 16];
+        for (k, o) in out.iter_mut().enumerate() {
+            // SAFETY: four floats can be read from each, as promised to this function.
+            *o = unsafe { from[k / 4].add(k % 4).read() };
+        }
+        Lanes(out)
+    }
+
+    #[inline(always)]
+    unsafe fn four_times(from: [*const f32; 4]) -> Lanes<16> {
+        let mut out = [0.0; 16];
+        for (k, o) in out.iter_mut().enumerate() {
+            // SAFETY: they can be read, as promised to this function.
+            *o = unsafe { from[k / 4].read() };
+        }
+        Lanes(out)
+    }
+
+    #[inline(always)]
+    fn lane_of_fours<const LANE: usize>(a: Lanes<16>) -> Lanes<16> {
+        let mut out = [0.0; 16];
+        for (k, o) in out.iter_mut().enumerate() {
+            *o = a.0[k / 4 * 4 + LANE];
+        }
+        Lanes(out)
+    }
+
+    #[inline(always)]
     fn larger8(a: Lanes<8>, b: Lanes<8>) -> Lanes<8> {
         a.max(b)
     }

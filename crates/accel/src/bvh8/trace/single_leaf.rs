@@ -301,17 +301,17 @@ struct Plain<F> {
 }
 
 /// What the first step says of the triangles of a block, and for which of them that is enough.
-struct Clear {
-    bits: u32,
-    t: [f32; 4],
-    error: [f32; 4],
-    u: [f32; 4],
-    v: [f32; 4],
+pub(super) struct Clear {
+    pub(super) bits: u32,
+    pub(super) t: [f32; 4],
+    pub(super) error: [f32; 4],
+    pub(super) u: [f32; 4],
+    pub(super) v: [f32; 4],
 }
 
 impl Clear {
     /// Nothing.
-    const NONE: Clear = Clear { bits: 0, t: [0.0; 4], error: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
+    pub(super) const NONE: Clear = Clear { bits: 0, t: [0.0; 4], error: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
 }
 
 /// Candidates of a closest hit for a ray that is looked at from elsewhere. Most are certain from there, and which of them are
@@ -365,14 +365,14 @@ impl Kernel for CompareMoved<'_> {
 }
 
 /// Candidates that are not clear, or close to others: a function of its own, since it is rare and large.
-struct Compare<'a, const QUERY: Query> {
-    leaves: PrimitiveLeaves<'a>,
-    number: u32,
-    lanes: u32,
-    hits: &'a Clear,
+pub(super) struct Compare<'a, const QUERY: Query> {
+    pub(super) leaves: PrimitiveLeaves<'a>,
+    pub(super) number: u32,
+    pub(super) lanes: u32,
+    pub(super) hits: &'a Clear,
     /// Those that are met from behind.
-    backs: u32,
-    found: &'a mut Found,
+    pub(super) backs: u32,
+    pub(super) found: &'a mut Found,
 }
 
 impl<const QUERY: Query> Kernel for Compare<'_, QUERY> {

@@ -71,6 +71,17 @@ pub(super) struct SingleRay<'a> {
     pub(super) lost: f32,
 }
 
+/// A copy, in one piece: the compiler would make it of two that overlap, which a CPU has to wait for.
+#[inline(always)]
+fn copied<S: Simd>(ray: &Ray) -> Ray {
+    let mut copy = std::mem::MaybeUninit::<Ray>::uninit();
+    // SAFETY: lanes: a ray is eight floats.
+    unsafe {
+        S::F8::load((&raw const *ray).cast()).store(copy.as_mut_ptr().cast());
+        copy.assume_init()
+    }
+}
+
 impl<'a> SingleRay<'a> {
     /// Whether [`SingleRay::of_world`] is for this ray, to which its own numbers do no harm, which does not start farther
     /// away than this, and which begins at its origin or beyond and ends later.
@@ -131,7 +142,7 @@ impl<'a> SingleRay<'a> {
             scale,
             // (Not of the inverse, for which the first node would have to wait.)
             octant: safe.lt(S::F4::splat(0.0)).bits() & 7,
-            world: *world,
+            world: copied::<S>(world),
             map: None,
             from: None,
             t_max: world.t_max,
