@@ -6,26 +6,26 @@
 //! anything else than it would be alone.
 
 mod blocks;
+mod scattered;
 
-use super::batch::Batch;
 use super::found::{ANY, Found, Query};
 use super::single;
 use super::single_leaf::{PrimitiveLeaves, prefetch};
 use super::single_ray::SingleRay;
+use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY, SPHERE};
 use crate::simd::{Float, Mask, Simd, each};
 use eosphor_core::ray::RayFilter;
-use std::mem::MaybeUninit;
 
 /// Rays in flight. (With 16 and 64 a stream is 5 percent slower; 48 is as good.)
 const SLOTS: usize = 32;
-/// Children that may wait for a ray, and eight more, since whole vectors are written. A ray with more is traced alone. (Where
-/// assertions look for faults, some are.)
+/// Children that may wait for a ray, and eight more, since whole vectors are written. (Where assertions look for faults, some rays
+/// have more.)
 const ROOM: usize = if cfg!(debug_assertions) { 16 } else { 64 };
 /// Places below those, so that eight can be read at a time.
 const BELOW: usize = 8;
 
-/// A ray in flight.
+/// A ray in flight: one of the world that is usual ([`SingleRay::is_usual`]).
 #[repr(C, align(64))]
 struct Slot<'a> {
     ray: SingleRay<'a>,
@@ -34,8 +34,10 @@ struct Slot<'a> {
     at: Child,
     /// Of children on the stack. Where the ray is at a node that has just been tested, the place of the next one.
     waiting: u32,
-    /// Its number in the batch, or [`NOBODY`].
+    /// Its number in a batch, or [`NOBODY`].
     number: u32,
+    /// More children wait than there is room for: the search is not over.
+    is_full: bool,
     /// Where the ray enters the children that wait.
     nears: [f32; BELOW + ROOM],
     children: [Child; ROOM],
@@ -101,91 +103,105 @@ impl Lists {
     }
 }
 
-impl<const QUERY: Query> Batch<'_, QUERY> {
-    /// Rays `first .. end`.
+impl<'a> Slot<'a> {
+    /// Begins a search from a child on, with what has been found. The ray is there already.
+    #[inline(always)]
+    fn begin(&mut self, at: Child, filter: &'a RayFilter, found: Found) {
+        self.found = found;
+        self.filter = filter;
+        self.at = at;
+        self.is_full = false;
+        self.waiting = 1;
+        // What is never beyond anything.
+        self.nears[BELOW] = f32::NEG_INFINITY;
+        self.children[0] = EMPTY;
+    }
+}
+
+/// Slots, and what they do next.
+struct Stream<'a, 's, const QUERY: Query> {
+    bvh: &'a Bvh8View<'a>,
+    /// From which on slots are counted, in bytes.
+    slots: *mut Slot<'s>,
+    lists: Lists,
+}
+
+impl<'a, 's, const QUERY: Query> Stream<'a, 's, QUERY> {
+    #[inline(always)]
+    fn new(bvh: &'a Bvh8View<'a>, slots: *mut Slot<'s>) -> Stream<'a, 's, QUERY> {
+        Stream { bvh, slots, lists: Lists { slots: [[0; SLOTS]; 4], counts: 0 } }
+    }
+
+    /// Takes a slot that has begun.
     ///
     /// # Safety
-    /// Instruction set: the CPU has it. Whole batch: `end` is no more than the rays.
+    /// Stack room: there are fewer than [`SLOTS`] in the lists, and the slot is not.
     #[inline(always)]
-    pub(super) unsafe fn stream<S: Simd>(&mut self, first: usize, end: usize) {
-        let mut slots = MaybeUninit::<[Slot; SLOTS]>::uninit();
-        let slots = slots.as_mut_ptr().cast::<Slot>();
-        let mut lists = Lists { slots: [[0; SLOTS]; 4], counts: 0 };
-        let mut next = first;
-        // SAFETY: instruction set and whole batch: promised to this function. Written places: slots without a ray are in no list
-        // but that of finished ones, and their numbers are written here. Stack room: a slot is put into one list where it is
-        // taken from one, and into the list that is gone through no more than have been taken from there.
+    unsafe fn put(&mut self, slot: u32) {
+        // SAFETY: stack room: promised to this function.
         unsafe {
-            for k in 0..SLOTS {
-                (&raw mut (*slots.add(k)).number).write(NOBODY);
-                lists.put((k * size_of::<Slot>()) as u32, FINISHED);
-            }
-            loop {
-                let count = lists.take(FINISHED);
-                let mut k = 0;
-                while k < count {
-                    let number = lists.get(FINISHED, k);
-                    let slot = &mut *slots.byte_add(number as usize);
-                    self.finish::<S>(slot);
-                    while next < end {
-                        let ray = next;
-                        next += 1;
-                        if self.start::<S>(slot, ray as u32) {
-                            lists.put(number, what(slot.at));
-                            break;
-                        }
-                        self.one_by_one::<S>(ray, ray + 1);
-                    }
-                    k += 1;
-                }
-                if lists.counts == 0 {
-                    return;
-                }
-                self.visit_nodes::<S>(slots, &mut lists);
-                self.visit_leaves::<S>(slots, &mut lists);
-            }
+            let at = (*self.slot(slot)).at;
+            self.lists.put(slot, what(at));
+        }
+    }
+
+    #[inline(always)]
+    fn slot(&self, slot: u32) -> *mut Slot<'s> {
+        self.slots.wrapping_byte_add(slot as usize)
+    }
+
+    /// A step of all rays. Those whose search is over are in the list of finished ones.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it. Closed view: so are the slots.
+    #[inline(always)]
+    unsafe fn step<S: Simd>(&mut self) {
+        // SAFETY: promised to this function. Stack room: a slot is put into one list where it is taken from one, and into the list
+        // that is gone through no more than have been taken from there.
+        unsafe {
+            self.visit_nodes::<S>();
+            self.visit_leaves::<S>();
         }
     }
 
     /// A step of all rays at nodes.
     ///
     /// # Safety
-    /// Instruction set: the CPU has it. Whole batch: so are the rays. Closed view: so are the slots.
+    /// As for [`Stream::step`].
     #[inline(always)]
-    unsafe fn visit_nodes<S: Simd>(&mut self, slots: *mut Slot, lists: &mut Lists) {
-        let count = lists.take(NODE);
+    unsafe fn visit_nodes<S: Simd>(&mut self) {
+        let count = self.lists.take(NODE);
         // SAFETY: promised to this function.
         unsafe {
             let mut k = 0;
             while k < count {
-                self.enter::<S>(&mut *slots.byte_add(lists.get(NODE, k) as usize));
+                self.enter::<S>(&mut *self.slot(self.lists.get(NODE, k)));
                 k += 1;
             }
             // In a second pass: what has just been written to a stack by eight cannot be read at once (1.07 times as fast).
             k = 0;
             while k < count {
-                let number = lists.get(NODE, k);
-                let slot = &mut *slots.byte_add(number as usize);
+                let number = self.lists.get(NODE, k);
+                let slot = &mut *self.slot(number);
                 let top = slot.waiting as usize;
                 if top > ROOM - 8 {
-                    self.one_by_one::<S>(slot.number as usize, slot.number as usize + 1);
-                    slot.number = NOBODY;
-                    lists.put(number, FINISHED);
+                    slot.is_full = true;
+                    self.lists.put(number, FINISHED);
                 } else {
                     slot.at = *slot.children.get_unchecked(top);
                     prefetch::<S, 4>(self.bvh, self.bvh.nodes.as_ptr().cast(), slot.at);
                     let is_stale = QUERY != ANY && *slot.nears.get_unchecked(BELOW + top) > slot.found.end;
-                    lists.put(number, if is_stale { STALE } else { what(slot.at) });
+                    self.lists.put(number, if is_stale { STALE } else { what(slot.at) });
                 }
                 k += 1;
             }
-            let count = lists.take(STALE);
+            let count = self.lists.take(STALE);
             k = 0;
             while QUERY != ANY && k < count {
-                let number = lists.get(STALE, k);
-                let slot = &mut *slots.byte_add(number as usize);
+                let number = self.lists.get(STALE, k);
+                let slot = &mut *self.slot(number);
                 self.pop::<S>(slot);
-                lists.put(number, what(slot.at));
+                self.lists.put(number, what(slot.at));
                 k += 1;
             }
         }
@@ -194,24 +210,24 @@ impl<const QUERY: Query> Batch<'_, QUERY> {
     /// Tests the leaves that rays are at. Where too few of them are left to fill a register, they wait for others.
     ///
     /// # Safety
-    /// As for [`Batch::visit_nodes`].
+    /// As for [`Stream::step`].
     #[inline(always)]
-    unsafe fn visit_leaves<S: Simd>(&mut self, slots: *mut Slot, lists: &mut Lists) {
-        let count = lists.take(TRIANGLES);
+    unsafe fn visit_leaves<S: Simd>(&mut self) {
+        let count = self.lists.take(TRIANGLES);
         // Of a register that is not full the rest is the first of them again.
         let (mut group, mut members) = ([0; 4], 0);
         // SAFETY: promised to this function.
         unsafe {
             let mut k = 0;
             while k < count {
-                let number = lists.get(TRIANGLES, k);
+                let number = self.lists.get(TRIANGLES, k);
                 k += 1;
-                let slot = &mut *slots.byte_add(number as usize);
+                let slot = &mut *self.slot(number);
                 if slot.at & SPHERE != 0 {
                     let (bvh, filter) = (self.bvh, slot.filter);
                     let mut leaves = PrimitiveLeaves { bvh, ray: &slot.ray, instance: 0, filter };
                     let is_over = leaves.visit::<S, QUERY>(slot.at, &mut slot.found);
-                    self.leave::<S>(slot, number, is_over, lists);
+                    self.leave::<S>(slot, number, is_over);
                     continue;
                 }
                 if members == 0 {
@@ -220,17 +236,17 @@ impl<const QUERY: Query> Batch<'_, QUERY> {
                 group[members & 3] = number;
                 members += 1;
                 if members == S::PART / 4 {
-                    self.test_blocks::<S>(slots, &group, members, lists);
+                    self.test_blocks::<S>(&group, members);
                     members = 0;
                 }
             }
-            if lists.count(NODE) == 0 && members > 0 {
-                self.test_blocks::<S>(slots, &group, members, lists);
+            if self.lists.count(NODE) == 0 && members > 0 {
+                self.test_blocks::<S>(&group, members);
                 return;
             }
             k = 0;
             while k < members {
-                lists.put(group[k], TRIANGLES);
+                self.lists.put(group[k], TRIANGLES);
                 k += 1;
             }
         }
@@ -241,72 +257,14 @@ impl<const QUERY: Query> Batch<'_, QUERY> {
     /// # Safety
     /// Stack room: a child waits, and the slot is in no list.
     #[inline(always)]
-    unsafe fn leave<S: Simd>(&self, slot: &mut Slot, number: u32, is_over: bool, lists: &mut Lists) {
+    unsafe fn leave<S: Simd>(&mut self, slot: &mut Slot, number: u32, is_over: bool) {
         // SAFETY: stack room: promised to this function.
         unsafe {
             if QUERY == ANY && is_over {
-                lists.put(number, FINISHED);
+                self.lists.put(number, FINISHED);
             } else {
                 self.pop::<S>(slot);
-                lists.put(number, what(slot.at));
-            }
-        }
-    }
-
-    /// Puts a ray into a slot; `false` where it is none for streams.
-    ///
-    /// # Safety
-    /// Instruction set: the CPU has it. Whole batch: the number is below the count of rays.
-    #[inline(always)]
-    unsafe fn start<'s, S: Simd>(&self, slot: &mut Slot<'s>, number: u32) -> bool
-    where
-        Self: 's,
-    {
-        // SAFETY: whole batch: promised to this function.
-        let ray = unsafe { self.rays.get_unchecked(number as usize) };
-        if !SingleRay::is_usual(ray, self.bvh.near) {
-            return false;
-        }
-        slot.ray = SingleRay::of_world::<S>(ray, self.bvh.world);
-        slot.found = Found::nothing(ray.t_max);
-        slot.filter = self.filters.of(number as usize);
-        slot.number = number;
-        slot.at = self.bvh.world_root;
-        slot.waiting = 1;
-        slot.nears[BELOW] = f32::NEG_INFINITY;
-        slot.children[0] = EMPTY;
-        true
-    }
-
-    /// Writes what the ray of a slot has found.
-    ///
-    /// # Safety
-    /// As for [`Batch::start`].
-    #[inline(always)]
-    unsafe fn finish<S: Simd>(&mut self, slot: &mut Slot) {
-        if slot.number == NOBODY {
-            return;
-        }
-        let number = slot.number as usize;
-        slot.number = NOBODY;
-        let found = &mut slot.found;
-        // SAFETY: instruction set and whole batch: promised to this function.
-        unsafe {
-            if self.bvh.instance_root != EMPTY && !(QUERY == ANY && found.any) {
-                let ray = self.rays.get_unchecked(number);
-                single::trace_instances::<S, _, QUERY>(
-                    self.bvh,
-                    self.bvh.instance_root,
-                    ray,
-                    slot.filter,
-                    eosphor_core::hierarchy::IgnoreWork,
-                    found,
-                );
-            }
-            if QUERY == ANY {
-                *self.hidden.get_unchecked_mut(number) = found.any;
-            } else {
-                *self.hits.get_unchecked_mut(number) = found.best;
+                self.lists.put(number, what(slot.at));
             }
         }
     }

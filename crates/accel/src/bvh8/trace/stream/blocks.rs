@@ -1,10 +1,9 @@
 //! Blocks that rays of a stream are at, as many at a time as fit into a register: a triangle a lane, of four rays or two.
 
-use super::super::batch::Batch;
 use super::super::found::{ANY, Found, Query};
 use super::super::lanes::{Determinant, EdgesV, PlanesV, StepPlanes, StepRays, distance};
 use super::super::single_leaf::{Clear, Compare, PrimitiveLeaves};
-use super::{Lists, Slot};
+use super::{Slot, Stream};
 use crate::bvh8::{PLACE, TriangleBlock};
 use crate::simd::{Float, Mask, Simd, cross, dot, each, subtract};
 use eosphor_core::ray::{Hit, PrimitiveId, UNKNOWN_REST};
@@ -101,24 +100,18 @@ fn values_of(values: &[f32; 16], k: usize) -> [f32; 4] {
     [values[k], values[k + 1], values[k + 2], values[k + 3]]
 }
 
-impl<const QUERY: Query> Batch<'_, QUERY> {
+impl<'s, const QUERY: Query> Stream<'_, 's, QUERY> {
     /// Tests the blocks that some slots are at, and goes on to what waits for them. The numbers after the first
     /// `count` are any of slots that are at blocks.
     ///
     /// # Safety
     /// Instruction set: the CPU has it. Closed view: the slots are at blocks of triangles, and in no list.
     #[inline(always)]
-    pub(super) unsafe fn test_blocks<S: Simd>(
-        &self,
-        slots: *mut Slot,
-        numbers: &[u32; 4],
-        count: usize,
-        lists: &mut Lists,
-    ) {
+    pub(super) unsafe fn test_blocks<S: Simd>(&mut self, numbers: &[u32; 4], count: usize) {
         // SAFETY: instruction set and closed view: promised to this function.
         unsafe {
             let blocks = self.bvh.blocks.as_ptr();
-            let slots = each_of!(numbers, |number| slots.byte_add(number as usize));
+            let slots = each_of!(numbers, |number| self.slot(number));
             let group =
                 Group { slots, blocks: each_of!(slots, |slot| blocks.add(((*slot).at & PLACE) as usize)) };
             let mut values = Values::NONE;
@@ -168,7 +161,7 @@ impl<const QUERY: Query> Batch<'_, QUERY> {
                             S::run(Compare::<QUERY> { leaves, number, lanes, hits: &hits, backs, found });
                     }
                 }
-                self.leave::<S>(slot, numbers[k], is_over, lists);
+                self.leave::<S>(slot, numbers[k], is_over);
                 k += 1;
             }
         }
