@@ -130,6 +130,29 @@ impl Simd for Avx2 {
         if number == 0 { mask.0 } else { mask.1 }
     }
 
+    type Rows = X8Order;
+
+    #[inline(always)]
+    fn rows(bits: u32) -> X8Order {
+        // SAFETY: instruction set: this is used below it.
+        X8Order(unsafe {
+            let fours = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
+            _mm256_permutevar8x32_epi32(compress_order(bits), fours)
+        })
+    }
+
+    #[inline(always)]
+    fn pick(a: X8, rows: X8Order) -> X8 {
+        // SAFETY: instruction set: this is used below it.
+        X8(unsafe { _mm256_permutevar8x32_ps(a.0, rows.0) })
+    }
+
+    #[inline(always)]
+    fn repeat(a: &[f32; 4]) -> X8 {
+        // SAFETY: instruction set: this is used below it. There are four floats.
+        X8(unsafe { _mm256_broadcast_ps(&*a.as_ptr().cast()) })
+    }
+
     #[inline(always)]
     unsafe fn fours(from: [*const f32; 4]) -> X8 {
         // SAFETY: instruction set: this is used below it. They can be read, as promised to this function.

@@ -27,6 +27,30 @@ impl Simd for Avx512 {
         mask
     }
 
+    type Rows = X16Rows;
+
+    #[inline(always)]
+    fn rows(bits: u32) -> X16Rows {
+        // SAFETY: instruction set: this is used below it.
+        X16Rows(unsafe {
+            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            let fours = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+            _mm512_permutexvar_epi32(fours, _mm512_maskz_compress_epi32(bits as u16, lanes))
+        })
+    }
+
+    #[inline(always)]
+    fn pick(a: X16, rows: X16Rows) -> X16 {
+        // SAFETY: instruction set: this is used below it.
+        X16(unsafe { _mm512_permutexvar_ps(rows.0, a.0) })
+    }
+
+    #[inline(always)]
+    fn repeat(a: &[f32; 4]) -> X16 {
+        // SAFETY: instruction set: this is used below it. There are four floats.
+        X16(unsafe { _mm512_broadcast_f32x4(_mm_loadu_ps(a.as_ptr())) })
+    }
+
     #[inline(always)]
     unsafe fn fours(from: [*const f32; 4]) -> X16 {
         // SAFETY: instruction set: this is used below it. They can be read, as promised to this function.
@@ -197,6 +221,10 @@ impl Simd for Avx512 {
         }
     }
 }
+
+/// Lanes, each four times.
+#[derive(Clone, Copy)]
+pub(crate) struct X16Rows(__m512i);
 
 /// 16 floats.
 #[derive(Clone, Copy)]

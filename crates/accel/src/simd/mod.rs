@@ -58,6 +58,14 @@ pub(crate) trait Simd: Copy {
     fn smaller8(a: Self::F8, b: Self::F8) -> Self::F8;
     /// Bits of the lanes where `a` is no more than `b`, likewise.
     fn not_above8(a: Self::F8, b: Self::F8) -> u32;
+    /// Lanes of a part, each four times: as many as there is room for.
+    type Rows: Copy;
+    /// The first of the lanes whose bits are set. After the last of them comes any lane.
+    fn rows(bits: u32) -> Self::Rows;
+    /// Items of `a` by these lanes.
+    fn pick(a: Self::Part, rows: Self::Rows) -> Self::Part;
+    /// The same four floats over and over.
+    fn repeat(a: &[f32; 4]) -> Self::Part;
     /// Four floats from each of these places: of as many as a part has room for, the first ones.
     ///
     /// # Safety

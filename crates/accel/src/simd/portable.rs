@@ -21,6 +21,36 @@ impl Simd for Portable {
         mask
     }
 
+    type Rows = [usize; 4];
+
+    #[inline(always)]
+    fn rows(bits: u32) -> [usize; 4] {
+        let (mut left, mut rows) = (bits, [0; 4]);
+        for row in &mut rows {
+            *row = left.trailing_zeros() as usize & 15;
+            left &= left.wrapping_sub(1);
+        }
+        rows
+    }
+
+    #[inline(always)]
+    fn pick(a: Lanes<16>, rows: [usize; 4]) -> Lanes<16> {
+        let mut out = [0.0; 16];
+        for (k, o) in out.iter_mut().enumerate() {
+            *o = a.0[rows[k / 4]];
+        }
+        Lanes(out)
+    }
+
+    #[inline(always)]
+    fn repeat(a: &[f32; 4]) -> Lanes<16> {
+        let mut out = [0.0; 16];
+        for (k, o) in out.iter_mut().enumerate() {
+            *o = a[k % 4];
+        }
+        Lanes(out)
+    }
+
     #[inline(always)]
     unsafe fn fours(from: [*const f32; 4]) -> Lanes<16> {
         let mut out = [0.0; 16];

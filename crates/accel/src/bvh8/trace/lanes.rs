@@ -1,7 +1,7 @@
 //! The first step of the triangle test of `eosphor_core::intersect`, operation by operation, for lanes of rays.
 
 use crate::bvh8::TriangleBlock;
-use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each};
+use crate::simd::{Float, Kernel, Mask, Simd, Vec3V, cross, dot, each, subtract};
 use eosphor_core::intersect::{
     EDGE_REACH, EDGE_SLACK, EXTENT_SLACK, LARGEST_NUMBER, ORIGIN_SLACK, SHORT, SHORTEST_DIRECTION,
     SMALLEST_DIRECTION, T_ERROR, T_SLACK, T_UNDERFLOW, UNDERFLOW_SLACK, USUAL_LENGTH, USUAL_REACH, UV_ERROR,
@@ -228,6 +228,67 @@ pub(super) struct StepTriangles<F> {
     /// First vertex minus the origin.
     pub(super) from_origin: Vec3V<F>,
     pub(super) plane: StepPlanes<F>,
+}
+
+/// Triangles of blocks as they are there, a triangle a lane.
+pub(super) struct BlockV<F> {
+    pub(super) v0: Vec3V<F>,
+    pub(super) v1: Vec3V<F>,
+    pub(super) v2: Vec3V<F>,
+    pub(super) lengths: F,
+    pub(super) product: F,
+}
+
+/// What the first step says of a ray and a triangle a lane.
+pub(super) struct Look<F: Float> {
+    pub(super) determinant: Determinant<F>,
+    pub(super) edges: EdgesV<F>,
+    pub(super) planes: PlanesV<F>,
+    pub(super) slack: F,
+}
+
+impl<F: Float> Look<F> {
+    /// Of rays with these origins and this reach.
+    #[inline(always)]
+    pub(super) fn new(rays: &StepRays<F>, origin: &Vec3V<F>, reach: F, block: &BlockV<F>) -> Look<F> {
+        let (e1, e2) = (subtract(&block.v1, &block.v0), subtract(&block.v2, &block.v0));
+        let from_origin = subtract(&block.v0, origin);
+        let normal = cross(&e1, &e2);
+        let determinant = Determinant::new(&normal, &rays.direction);
+        let edges = EdgesV::new(&from_origin, &e1, &e2, &rays.direction, &determinant);
+        let lengths = block.lengths;
+        let distance = distance(&from_origin, reach, lengths);
+        let plane = StepPlanes {
+            product: block.product,
+            lengths,
+            distance,
+            distance_with_lengths: distance.add(lengths.abs()),
+            numerator: dot(&normal, &from_origin),
+        };
+        let slack = plane.slack(rays.edge_slack);
+        Look { determinant, edges, planes: plane.meet(rays.length, &determinant, slack), slack }
+    }
+
+    /// Bits of the lanes that may be a hit no later than this end.
+    #[inline(always)]
+    pub(super) fn may_meet(&self, rays: &StepRays<F>, end: F) -> u32 {
+        let beyond = self.planes.is_beyond(rays.t_min, end);
+        // (What it is not, since NaN is no reason to leave out a triangle.)
+        !self.edges.least.lt(self.slack.negate()).or(beyond).bits()
+    }
+
+    /// Bits of the lanes that are a hit for certain.
+    #[inline(always)]
+    pub(super) fn is_certain(&self, rays: &StepRays<F>) -> u32 {
+        let between = rays.t_min.lt(self.planes.low).and(self.planes.high.le(rays.t_max));
+        self.slack.le(self.edges.least).and(self.planes.is_steep).and(between).bits()
+    }
+
+    /// Bits of the lanes that are met from behind.
+    #[inline(always)]
+    pub(super) fn backs(&self) -> u32 {
+        self.determinant.sign.same_bits(F::splat(0.0)).bits()
+    }
 }
 
 /// What the first step needs of their planes.

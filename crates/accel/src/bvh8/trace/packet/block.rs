@@ -1,6 +1,7 @@
 //! Four triangles against the rays of packets.
 
 use super::decide::Decide;
+use super::few::{FEW, hide};
 use super::interval::Interval;
 use super::look::{Look, Shared, lane3};
 use super::{Best, LocalPacket, MaskOf, Packet, PartMask, Query16, TO_LOW};
@@ -29,23 +30,43 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
     /// # Safety
     /// Instruction set: the CPU has it. Closed view: the block is there. One origin: the interval is that of these rays.
     #[inline(always)]
-    pub(super) unsafe fn test_block<const QUERY: Query, const ONE_ORIGIN: bool>(
+    pub(super) unsafe fn test_block<const QUERY: Query, const ONE_ORIGIN: bool, const IS_LARGE: bool>(
         self,
         number: u32,
         interval: &Interval<S, N>,
     ) -> bool {
-        let Leaf { packets, queries, legs, live, active, ends } = self;
+        let Leaf { packets, queries, legs, mut live, mut active, ends } = self;
         // SAFETY: closed view: leaves name blocks.
         let block = unsafe { queries[0].bvh.blocks.get_unchecked(number as usize) };
-        let shared = Shared::new::<S, ONE_ORIGIN, N>(block, interval);
         let mut changed = false;
+        let mut left = [MaskOf::<S>::from_bits(0); N];
+        if QUERY == ANY && IS_LARGE {
+            let mut k = 0;
+            while k < N {
+                left[k] = active[k];
+                let rays = active[k].bits();
+                if live >> k & 1 == 1 && rays.count_ones() <= FEW {
+                    let (hidden, unclear) = hide::<S>(&queries[k], &legs[k], block, rays, &ends[k]);
+                    ends[k].replace(MaskOf::<S>::from_bits(hidden), S::F16::splat(f32::NEG_INFINITY));
+                    changed |= hidden != 0;
+                    left[k] = MaskOf::<S>::from_bits(unclear);
+                    live &= !(u32::from(unclear == 0) << k);
+                }
+                k += 1;
+            }
+            if live == 0 {
+                return changed;
+            }
+            active = &left;
+        }
+        let shared = Shared::new::<S, ONE_ORIGIN, N>(block, interval);
         // Unused lanes come last.
         let used = block.count::<S>();
         let mut looks = [const { MaybeUninit::<Look<S>>::uninit() }; 4];
         let mut lanes = [MaskOf::<S>::from_bits(0); 4];
         let mut k = 0;
         while k < N {
-            if N == 1 || live >> k & 1 == 1 {
+            if (N == 1 && !IS_LARGE) || live >> k & 1 == 1 {
                 let leg = &legs[k];
                 // First at all triangles: a CPU that guesses wrong what one of them says would have to wait for each.
                 let mut left = 0u32;

@@ -8,6 +8,7 @@
 mod alone;
 mod block;
 mod decide;
+mod few;
 mod filters;
 mod instance;
 mod interval;
@@ -17,7 +18,7 @@ mod walk;
 
 pub(super) use filters::LaneFilters;
 
-use super::found::{NEXT, Query};
+use super::found::{ANY, NEXT, Query};
 use super::lanes::{LocalV, RaysV, StepRays};
 use crate::bvh8::view::Bvh8View;
 use crate::bvh8::{Child, EMPTY};
@@ -29,7 +30,7 @@ use eosphor_core::intersect::T_ROUNDING;
 use eosphor_core::ray::{RayFilter, UNKNOWN_REST};
 use std::mem::MaybeUninit;
 pub(super) use walk::Room;
-use walk::Walk;
+use walk::{Walk, WalkLarge};
 
 /// The best hit is no earlier than its `t` less this times what it may be later. The upper bound lies 4 · 2^-24 of `t` beyond
 /// it at least, and is rounded by 2^-24 of that; 2^-24 is also the most that a precise `t` was rounded by.
@@ -302,6 +303,7 @@ unsafe fn walk_octants<'a, S: Simd, const QUERY: Query, const INSTANCES: bool, c
             groups[member] = MaskOf::<S>::from_bits(group);
             member += 1;
         }
+        let is_large = QUERY == ANY && !INSTANCES && queries[0].bvh.blocks.len() > few::LARGE;
         let walk = Walk::<S, QUERY, INSTANCES, N> {
             packets: &mut *packets,
             queries,
@@ -313,6 +315,12 @@ unsafe fn walk_octants<'a, S: Simd, const QUERY: Query, const INSTANCES: bool, c
             room: &mut *room,
         };
         // SAFETY: instruction set: promised to this function. Closed view: so is the root.
-        unsafe { S::run(walk) };
+        unsafe {
+            if is_large {
+                S::run(WalkLarge(walk));
+            } else {
+                S::run(walk);
+            }
+        }
     }
 }

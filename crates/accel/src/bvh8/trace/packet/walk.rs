@@ -4,7 +4,7 @@ use super::alone::SingleRays;
 use super::block::Leaf;
 use super::interval::Interval;
 use super::{LocalPacket, MaskOf, Packet, Query16};
-use crate::bvh8::trace::found::{Query, STACK};
+use crate::bvh8::trace::found::{ANY, Query, STACK};
 use crate::bvh8::trace::single::{near_and_far_planes, planes};
 use crate::bvh8::{Child, LEAF, Node8, PLACE, SPHERE, TriangleBlock};
 use crate::simd::{Float, Kernel, Mask, Simd, each};
@@ -62,9 +62,42 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
 {
     type Output = ();
 
-    /// Visits the leaves that a group of rays enters, roughly from near to far.
     #[inline(always)]
     unsafe fn run<X: Simd>(self) {
+        // SAFETY: instruction set: promised to this function.
+        unsafe { self.visit::<false>() };
+    }
+}
+
+/// The same through a tree that is large ([`LARGE`](super::few::LARGE)).
+pub(super) struct WalkLarge<'a, 'b, S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize>(
+    pub(super) Walk<'a, 'b, S, QUERY, INSTANCES, N>,
+);
+
+impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
+    for WalkLarge<'_, '_, S, QUERY, INSTANCES, N>
+{
+    type Output = ();
+
+    #[inline(always)]
+    unsafe fn run<X: Simd>(self) {
+        // (Never called of others, which then need not be compiled.)
+        if QUERY == ANY && !INSTANCES {
+            // SAFETY: instruction set: promised to this function.
+            unsafe { self.0.visit::<true>() };
+        }
+    }
+}
+
+impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize>
+    Walk<'_, '_, S, QUERY, INSTANCES, N>
+{
+    /// Visits the leaves that a group of rays enters, roughly from near to far.
+    ///
+    /// # Safety
+    /// Instruction set: the CPU has it.
+    #[inline(always)]
+    unsafe fn visit<const IS_LARGE: bool>(self) {
         // One by one: the compiler would load several at once from where they were just stored one by one, for which the CPU has
         // to wait until the stores are over.
         // SAFETY: written places: the fields are live, and not used again.
@@ -187,9 +220,9 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize> Kernel
                 // SAFETY: closed view: leaves name blocks. One origin: the interval says what these rays are.
                 ends_changed |= unsafe {
                     if interval.is_one_origin {
-                        leaf.test_block::<QUERY, true>(place, &interval)
+                        leaf.test_block::<QUERY, true, IS_LARGE>(place, &interval)
                     } else {
-                        leaf.test_block::<QUERY, false>(place, &interval)
+                        leaf.test_block::<QUERY, false, IS_LARGE>(place, &interval)
                     }
                 };
             } else {

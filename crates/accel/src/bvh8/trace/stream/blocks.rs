@@ -1,11 +1,11 @@
 //! Blocks that rays of a stream are at, as many at a time as fit into a register: a triangle a lane, of four rays or two.
 
 use super::super::found::{ANY, Found, Query};
-use super::super::lanes::{Determinant, EdgesV, PlanesV, StepPlanes, StepRays, distance};
+use super::super::lanes::{BlockV, Look, StepRays};
 use super::super::single_leaf::{Clear, Compare, PrimitiveLeaves};
 use super::{Slot, Stream};
 use crate::bvh8::{PLACE, TriangleBlock};
-use crate::simd::{Float, Mask, Simd, cross, dot, each, subtract};
+use crate::simd::{Float, Mask, Simd, each};
 use eosphor_core::ray::{Hit, PrimitiveId, UNKNOWN_REST};
 use std::mem::offset_of;
 
@@ -175,57 +175,37 @@ impl<'s, const QUERY: Query> Stream<'_, 's, QUERY> {
     unsafe fn look<S: Simd>(&self, group: &Group, values: &mut Values) -> Looks {
         // SAFETY: instruction set and closed view: promised to this function.
         unsafe {
-            let v0 = each!(k => of_blocks!(group, offset_of!(TriangleBlock, v0) + 16 * k));
-            let e1 = each!(k => of_blocks!(group, offset_of!(TriangleBlock, v1) + 16 * k).sub(v0[k]));
-            let e2 = each!(k => of_blocks!(group, offset_of!(TriangleBlock, v2) + 16 * k).sub(v0[k]));
-            let origin = of_rays!(group, fours, ray.origin);
-            let direction = of_rays!(group, fours, ray.direction);
-            let (t_min, length) = (S::lane_of_fours::<3>(origin), S::lane_of_fours::<3>(direction));
-            let [origin, direction] = [
-                [S::lane_of_fours::<0>(origin), S::lane_of_fours::<1>(origin), S::lane_of_fours::<2>(origin)],
-                [
-                    S::lane_of_fours::<0>(direction),
-                    S::lane_of_fours::<1>(direction),
-                    S::lane_of_fours::<2>(direction),
-                ],
-            ];
-            let from_origin = subtract(&v0, &origin);
-            let normal = cross(&e1, &e2);
-            let determinant = Determinant::new(&normal, &direction);
-            let edges = EdgesV::new(&from_origin, &e1, &e2, &direction, &determinant);
+            let block = BlockV {
+                v0: each!(k => of_blocks!(group, offset_of!(TriangleBlock, v0) + 16 * k)),
+                v1: each!(k => of_blocks!(group, offset_of!(TriangleBlock, v1) + 16 * k)),
+                v2: each!(k => of_blocks!(group, offset_of!(TriangleBlock, v2) + 16 * k)),
+                lengths: of_blocks!(group, offset_of!(TriangleBlock, lengths)),
+                product: of_blocks!(group, offset_of!(TriangleBlock, product)),
+            };
+            let (o, d) = (of_rays!(group, fours, ray.origin), of_rays!(group, fours, ray.direction));
+            let origin = [S::lane_of_fours::<0>(o), S::lane_of_fours::<1>(o), S::lane_of_fours::<2>(o)];
             let rays = StepRays {
-                direction,
-                t_min,
+                direction: [S::lane_of_fours::<0>(d), S::lane_of_fours::<1>(d), S::lane_of_fours::<2>(d)],
+                t_min: S::lane_of_fours::<3>(o),
                 t_max: of_rays!(group, four_times, ray.t_max),
-                length,
+                length: S::lane_of_fours::<3>(d),
                 edge_slack: of_rays!(group, four_times, ray.edge_slack),
                 scale: of_rays!(group, four_times, ray.scale),
             };
-            let lengths = of_blocks!(group, offset_of!(TriangleBlock, lengths));
-            let distance = distance(&from_origin, of_rays!(group, four_times, ray.reach), lengths);
-            let plane = StepPlanes {
-                product: of_blocks!(group, offset_of!(TriangleBlock, product)),
-                lengths,
-                distance,
-                distance_with_lengths: distance.add(lengths.abs()),
-                numerator: dot(&normal, &from_origin),
-            };
-            let slack = plane.slack(rays.edge_slack);
-            let planes: PlanesV<S::Part> = plane.meet(rays.length, &determinant, slack);
-            let beyond = planes.is_beyond(rays.t_min, of_rays!(group, four_times, found.end));
+            let look = Look::new(&rays, &origin, of_rays!(group, four_times, ray.reach), &block);
             let mut looks = Looks {
-                may_meet: !edges.least.lt(slack.negate()).or(beyond).bits(),
+                may_meet: look.may_meet(&rays, of_rays!(group, four_times, found.end)),
                 certain: 0,
                 clear: 0,
                 nearer: 0,
-                backs: determinant.sign.same_bits(S::Part::splat(0.0)).bits(),
+                backs: look.backs(),
             };
             if QUERY == ANY {
-                let between = rays.t_min.lt(planes.low).and(planes.high.le(rays.t_max));
-                looks.certain = slack.le(edges.least).and(planes.is_steep).and(between).bits();
+                looks.certain = look.is_certain(&rays);
                 return looks;
             }
-            let clear = planes.is_clear(&rays, &edges, slack, determinant.size);
+            let Look { determinant, edges, planes, slack } = &look;
+            let clear = planes.is_clear(&rays, edges, *slack, determinant.size);
             let before = of_rays!(group, four_times, found.before);
             looks.clear = clear.bits();
             looks.nearer = clear.and(planes.high.lt(before)).bits();
