@@ -210,6 +210,15 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn lane8(a: X8, lane: usize) -> f32 {
+        // SAFETY: instruction set: this is used below it.
+        unsafe {
+            let lane = _mm256_castsi128_si256(_mm_cvtsi32_si128(lane as i32));
+            _mm256_cvtss_f32(_mm256_permutevar8x32_ps(a.0, lane))
+        }
+    }
+
+    #[inline(always)]
     fn permute8(a: X8, order: X8Order) -> X8 {
         // SAFETY: instruction set: this is used below it.
         X8(unsafe { _mm256_permutevar8x32_ps(a.0, order.0) })

@@ -102,6 +102,11 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn lane8(a: X8, lane: usize) -> f32 {
+        Avx2::lane8(a, lane)
+    }
+
+    #[inline(always)]
     fn permute8(a: X8, order: X8Order) -> X8 {
         Avx2::permute8(a, order)
     }

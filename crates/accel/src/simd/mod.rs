@@ -78,6 +78,8 @@ pub(crate) trait Simd: Copy {
     unsafe fn four_times(from: [*const f32; 4]) -> Self::Part;
     /// Of each four lanes this one, in all four.
     fn lane_of_fours<const LANE: usize>(a: Self::Part) -> Self::Part;
+    /// The number in a lane, below 8: sooner than from memory, where it would have to be written at once.
+    fn lane8(a: Self::F8, lane: usize) -> f32;
     /// Items of `a` by the lanes of `order`, three bits each from the lowest.
     fn permute8(a: Self::F8, order: Order8<Self>) -> Self::F8;
     /// From three bits a lane.

@@ -96,6 +96,11 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn lane8(a: Lanes<8>, lane: usize) -> f32 {
+        a.0[lane & 7]
+    }
+
+    #[inline(always)]
     fn permute8(a: Lanes<8>, order: u32) -> Lanes<8> {
         let mut out = [0.0; 8];
         for (k, o) in out.iter_mut().enumerate() {

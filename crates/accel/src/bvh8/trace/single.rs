@@ -347,8 +347,7 @@ pub(super) unsafe fn walk<S: Simd, const QUERY: Query, const FORWARD: bool>(
                     // Two, the usual case: the nearer one first.
                     let (a, b) =
                         (entered.trailing_zeros() as usize & 7, others.trailing_zeros() as usize & 7);
-                    let distances = near.to_array();
-                    let (near_a, near_b) = (distances[a], distances[b]);
+                    let (near_a, near_b) = (S::lane8(near, a), S::lane8(near, b));
                     let (child_a, child_b) = (node.children[a], node.children[b]);
                     let a_first = near_a <= near_b;
                     let waiting = if a_first { child_b } else { child_a };
