@@ -350,49 +350,84 @@ unsafe fn store_hits<S: Simd>(packet: &Packet<S>, rows: &[*mut f32; 16]) {
     }
 }
 
-/// Rays from one point, towards a light: packets that walk together.
-pub(super) struct FromOnePoint<'a, const N: usize> {
+/// Rays from one point, towards a light: N packets that walk together.
+pub(super) struct FromOnePoint<'a, const W: usize, const N: usize> {
     pub(super) bvh: &'a Bvh8View<'a>,
-    pub(super) batches: &'a [ShadowBatch<16>; N],
+    pub(super) batch: &'a ShadowBatch<W>,
     pub(super) filter: &'a RayFilter,
-    /// Bits of the lanes that are asked for.
-    pub(super) active: [u32; N],
+    /// The lanes that are asked for.
+    pub(super) active: &'a [bool; W],
 }
 
-impl<const N: usize> Kernel for FromOnePoint<'_, N> {
-    /// Bits of the lanes that something hides.
-    type Output = [u32; N];
+/// Bits of sixteen lanes, or as many as there are.
+#[inline(always)]
+fn bits_of(lanes: &[bool]) -> u32 {
+    let mut bits = 0;
+    let mut lane = 0;
+    while lane < lanes.len() && lane < 16 {
+        bits |= u32::from(lanes[lane]) << lane;
+        lane += 1;
+    }
+    bits
+}
 
+impl<const W: usize, const N: usize> Kernel for FromOnePoint<'_, W, N> {
+    /// The lanes that something hides; those that are not asked for are hidden.
+    type Output = [bool; W];
+
+    // (All of it here, where loops over lanes are compiled for the instruction set.)
     #[inline(always)]
-    unsafe fn run<S: Simd>(self) -> [u32; N] {
-        let filters = [self.filter; 16];
-        let lanes = LaneFilters::<S>::shared(self.filter);
-        let first = rays_from_one_point::<S>(&self.batches[0]);
+    unsafe fn run<S: Simd>(self) -> [bool; W] {
+        let FromOnePoint { bvh, batch, filter, active } = self;
+        let (mut hidden, mut bits, mut count) = ([true; W], [0; N], 0);
+        let mut k = 0;
+        while k < N && 16 * k < W {
+            bits[k] = bits_of(&active[16 * k..]);
+            count += bits[k].count_ones();
+            k += 1;
+        }
+        // Two rays are faster alone.
+        if count <= 2 || !cfg!(feature = "packets") {
+            for lane in 0..W {
+                if active[lane] {
+                    let ray = batch.ray(lane);
+                    let mut found = Found::nothing(ray.t_max);
+                    // SAFETY: instruction set: a kernel is run below its own.
+                    unsafe { single::trace::<S, _, ANY>(bvh, &ray, filter, IgnoreWork, &mut found) };
+                    hidden[lane] = found.any;
+                }
+            }
+            return hidden;
+        }
+        let filters = [filter; 16];
+        let lanes = LaneFilters::<S>::shared(filter);
+        let first = rays_from_one_point::<S, W>(batch, 0);
         let mut rays = [first; N];
         let mut packets = [const { MaybeUninit::<Packet<S>>::uninit() }; N];
-        let mut k = 0;
+        k = 0;
         while k < N {
             if k > 0 {
-                rays[k] = rays_from_one_point::<S>(&self.batches[k]);
+                rays[k] = rays_from_one_point::<S, W>(batch, 16 * k);
             }
             packets[k].write(Packet::new(rays[k].t_max));
             k += 1;
         }
         let mut room = MaybeUninit::uninit();
-        let query =
-            Query16 { bvh: self.bvh, lane_filters: Some(&lanes), filters: &filters, alone: ALONE_COHERENT };
+        let query = Query16 { bvh, lane_filters: Some(&lanes), filters: &filters, alone: ALONE_COHERENT };
         // SAFETY: written places: all packets are. Instruction set: a kernel is run below its own.
         unsafe {
             let packets = &mut *(&raw mut packets).cast::<[Packet<S>; N]>();
-            trace::<S, ANY, N>(packets, &rays, self.active, &[query; N], &mut room);
-            let mut hidden = self.active;
+            trace::<S, ANY, N>(packets, &rays, bits, &[query; N], &mut room);
             k = 0;
             while k < N {
-                hidden[k] &= packets[k].end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
+                bits[k] = !bits[k] | packets[k].end.same_bits(S::F16::splat(f32::NEG_INFINITY)).bits();
                 k += 1;
             }
-            hidden
         }
+        for lane in 0..W {
+            hidden[lane] = bits[lane / 16] >> (lane % 16) & 1 == 1;
+        }
+        hidden
     }
 }
 

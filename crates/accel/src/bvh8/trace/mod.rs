@@ -155,36 +155,17 @@ impl Tracer for Bvh8Tracer<'_> {
         if W > 16 && (W > 64 || self.level != SimdLevel::Avx512) {
             return self.occluded_by_sixteens(batch, filter, active);
         }
-        let mut hidden = [true; W];
-        let mut bits = [0u32; 4];
-        for lane in 0..W {
-            bits[lane / 16] |= (active[lane] as u32) << (lane % 16);
-        }
-        let asked = bits.iter().map(|bits| bits.count_ones()).sum::<u32>();
-        // Two rays are faster alone.
-        if asked <= 2 || !cfg!(feature = "packets") {
-            for lane in 0..W {
-                if active[lane] {
-                    hidden[lane] = self.occluded(&batch.ray(lane), filter);
-                }
-            }
-            return hidden;
-        }
         let bvh = &self.bvh;
-        let found = if W <= 16 {
-            let kernel = FromOnePoint { bvh, batches: &[batch.sixteen(0)], filter, active: [bits[0]] };
-            // SAFETY: instruction set: tracers are made for levels that the CPU has.
-            let [found] = unsafe { run_at(self.level, kernel) };
-            [found, 0, 0, 0]
-        } else {
-            let batches = &[0, 16, 32, 48].map(|first| batch.sixteen(first));
-            // SAFETY: instruction set: tracers are made for levels that the CPU has.
-            unsafe { run_at(self.level, FromOnePoint { bvh, batches, filter, active: bits }) }
-        };
-        for lane in 0..W {
-            hidden[lane] = !active[lane] || found[lane / 16] >> (lane % 16) & 1 == 1;
+        // SAFETY: instruction set: tracers are made for levels that the CPU has.
+        unsafe {
+            if W <= 16 {
+                run_at(self.level, FromOnePoint::<W, 1> { bvh, batch, filter, active })
+            } else if W <= 48 {
+                run_at(self.level, FromOnePoint::<W, 3> { bvh, batch, filter, active })
+            } else {
+                run_at(self.level, FromOnePoint::<W, 4> { bvh, batch, filter, active })
+            }
         }
-        hidden
     }
 }
 

@@ -151,16 +151,25 @@ pub(super) unsafe fn load_rays<S: Simd>(rays: &[*const f32; 16]) -> RaysV<S::F16
     RaysV { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max }
 }
 
-/// Rays that start at one point.
+/// Sixteen rays that start at one point, from lane `first` on; those past the last are the first ray of all.
 #[inline(always)]
-pub(super) fn rays_from_one_point<S: Simd>(batch: &ShadowBatch<16>) -> RaysV<S::F16> {
-    // SAFETY: lanes: there are sixteen floats of each.
-    unsafe {
-        let direction =
-            [S::F16::load(batch.x.as_ptr()), S::F16::load(batch.y.as_ptr()), S::F16::load(batch.z.as_ptr())];
-        let t_max = S::F16::load(batch.t_max.as_ptr());
-        RaysV { origin: splat3(batch.origin), direction, t_min: S::F16::splat(0.0), t_max }
+pub(super) fn rays_from_one_point<S: Simd, const W: usize>(
+    batch: &ShadowBatch<W>,
+    first: usize,
+) -> RaysV<S::F16> {
+    if first + 16 <= W {
+        // SAFETY: lanes: there are sixteen floats of each.
+        return unsafe {
+            let direction = [
+                S::F16::load(batch.x.as_ptr().add(first)),
+                S::F16::load(batch.y.as_ptr().add(first)),
+                S::F16::load(batch.z.as_ptr().add(first)),
+            ];
+            let t_max = S::F16::load(batch.t_max.as_ptr().add(first));
+            RaysV { origin: splat3(batch.origin), direction, t_min: S::F16::splat(0.0), t_max }
+        };
     }
+    rays_from_one_point::<S, 16>(&batch.sixteen(first), 0)
 }
 
 impl<S: Simd> Packet<S> {
