@@ -5,7 +5,8 @@
     reason = "all alike: the instruction set is there (see super), and who calls a function that takes a pointer sees to it"
 )]
 
-use super::avx2::{Avx2, X4, X8, X8Order, store_pair};
+use super::avx2::{Avx2, X4, X8, X8Order};
+use super::transpose::store_pair;
 use super::{Float, Kernel, Mask, Simd};
 use std::arch::x86_64::*;
 

@@ -12,6 +12,8 @@ mod avx512;
 #[cfg(all(target_arch = "x86_64", any(feature = "avx2", feature = "avx512")))]
 mod compress;
 mod portable;
+#[cfg(all(target_arch = "x86_64", any(feature = "avx2", feature = "avx512")))]
+mod transpose;
 
 #[cfg(all(target_arch = "x86_64", feature = "avx2"))]
 pub(crate) use avx2::Avx2;
