@@ -41,10 +41,11 @@ struct Slot<'a> {
     /// Where the ray enters the children that wait.
     nears: [f32; BELOW + ROOM],
     children: [Child; ROOM],
-    _odd: [u64; 8],
+    /// So that it is an odd number of cache lines.
+    _line: [u64; 8],
 }
 
-/// An odd number of cache lines: so slots lie in different sets of the cache.
+/// Slots then lie in different sets of the cache.
 const _: () = assert!(size_of::<Slot>() / 64 % 2 == 1);
 
 /// In place of the number of a ray.

@@ -4,7 +4,7 @@ use super::super::batch::Batch;
 use super::super::found::{ANY, Found, Query};
 use super::super::single;
 use super::super::single_ray::SingleRay;
-use super::{FINISHED, NOBODY, SLOTS, Slot, Stream};
+use super::{BELOW, FINISHED, NOBODY, SLOTS, Slot, Stream};
 use crate::bvh8::EMPTY;
 use crate::simd::Simd;
 use eosphor_core::hierarchy::IgnoreWork;
@@ -22,11 +22,13 @@ impl<const QUERY: Query> Batch<'_, QUERY> {
         let mut stream = Stream::<QUERY>::new(self.bvh, slots);
         let mut next = first;
         // SAFETY: instruction set and whole batch: promised to this function. Written places: slots without a ray are in no list
-        // but that of finished ones, and their numbers are written here. Stack room: there are as many slots as lists have places
-        // for.
+        // but that of finished ones; their numbers, and what is read below their stacks, are written here. Stack room: there are
+        // as many slots as lists have places for.
         unsafe {
             for k in 0..SLOTS {
                 (&raw mut (*slots.add(k)).number).write(NOBODY);
+                // What is read below the lowest child that waits.
+                (&raw mut (*slots.add(k)).nears).cast::<[f32; BELOW]>().write([f32::NEG_INFINITY; BELOW]);
                 stream.lists.put((k * size_of::<Slot>()) as u32, FINISHED);
             }
             loop {
