@@ -217,8 +217,13 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
         room: &mut Room<S, N>,
     ) {
         let mut active = [0; N];
-        let query =
-            Query16 { bvh: self.bvh, lane_filters: shared.lanes.as_ref(), filters: &shared.filters, alone };
+        let query = Query16 {
+            bvh: self.bvh,
+            shared_filter: shared.filter,
+            lane_filters: shared.lanes.as_ref(),
+            filters: &shared.filters,
+            alone,
+        };
         let mut queries = [query; N];
         let mut lanes = [const { MaybeUninit::uninit() }; N];
         let mut k = 0;
@@ -315,6 +320,8 @@ fn made<S: Simd>(room: &mut Option<Box<Room<S, TOGETHER>>>) -> &mut Room<S, TOGE
 /// The filter of all rays, sixteen times.
 struct Shared<'a, S: Simd> {
     /// `None` where it leaves out nothing.
+    filter: Option<&'a RayFilter>,
+    /// Where it leaves out backs.
     lanes: Option<LaneFilters<S>>,
     filters: [&'a RayFilter; 16],
 }
@@ -324,8 +331,8 @@ impl<'a, S: Simd> Shared<'a, S> {
     #[inline(always)]
     fn new(filters: Filters<'a>) -> Shared<'a, S> {
         let filter = if let Filters::Shared(filter) = filters { filter } else { &RayFilter::ALL };
-        let lanes = (*filter != RayFilter::ALL).then(|| LaneFilters::shared(filter));
-        Shared { lanes, filters: [filter; 16] }
+        let lanes = filter.cull_back_faces.then(|| LaneFilters::shared(filter));
+        Shared { filter: (*filter != RayFilter::ALL).then_some(filter), lanes, filters: [filter; 16] }
     }
 }
 
@@ -400,7 +407,7 @@ impl<const W: usize, const N: usize> Kernel for FromOnePoint<'_, W, N> {
             return hidden;
         }
         let filters = [filter; 16];
-        let lanes = LaneFilters::<S>::shared(filter);
+        let lanes = if filter.cull_back_faces { Some(LaneFilters::<S>::shared(filter)) } else { None };
         let first = rays_from_one_point::<S, W>(batch, 0);
         let mut rays = [first; N];
         let mut packets = [const { MaybeUninit::<Packet<S>>::uninit() }; N];
@@ -413,7 +420,14 @@ impl<const W: usize, const N: usize> Kernel for FromOnePoint<'_, W, N> {
             k += 1;
         }
         let mut room = MaybeUninit::uninit();
-        let query = Query16 { bvh, lane_filters: Some(&lanes), filters: &filters, alone: ALONE_COHERENT };
+        let lane_filters = lanes.as_ref();
+        let query = Query16 {
+            bvh,
+            shared_filter: Some(filter),
+            lane_filters,
+            filters: &filters,
+            alone: ALONE_COHERENT,
+        };
         // SAFETY: written places: all packets are. Instruction set: a kernel is run below its own.
         unsafe {
             let packets = &mut *(&raw mut packets).cast::<[Packet<S>; N]>();

@@ -38,6 +38,7 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
         let Leaf { packets, queries, legs, mut live, mut active, ends } = self;
         // SAFETY: closed view: leaves name blocks.
         let block = unsafe { queries[0].bvh.blocks.get_unchecked(number as usize) };
+        let skipped = queries[0].skipped(block, legs[0].instance);
         let mut changed = false;
         let mut left = [MaskOf::<S>::from_bits(0); N];
         if QUERY == ANY && IS_LARGE {
@@ -46,7 +47,7 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
                 left[k] = active[k];
                 let rays = active[k].bits();
                 if live >> k & 1 == 1 && rays.count_ones() <= FEW {
-                    let (hidden, unclear) = hide::<S>(&queries[k], &legs[k], block, rays, &ends[k]);
+                    let (hidden, unclear) = hide::<S>(&queries[k], &legs[k], block, skipped, rays, &ends[k]);
                     ends[k].replace(MaskOf::<S>::from_bits(hidden), S::F16::splat(f32::NEG_INFINITY));
                     changed |= hidden != 0;
                     left[k] = MaskOf::<S>::from_bits(unclear);
@@ -72,6 +73,10 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
                 let mut left = 0u32;
                 let mut lane = 0;
                 while lane < used {
+                    if skipped >> lane & 1 == 1 {
+                        lane += 1;
+                        continue;
+                    }
                     // SAFETY: one origin: the interval was made for these rays, with as many moments as packets.
                     let look = unsafe {
                         let moment = &*interval.moments.as_ptr().cast::<MaybeUninit<_>>().add(k);
@@ -98,6 +103,22 @@ impl<S: Simd, const N: usize> Leaf<'_, '_, S, N> {
             k += 1;
         }
         changed
+    }
+}
+
+impl<S: Simd> Query16<'_, S> {
+    /// Bits of the triangles of a block of this instance that all rays leave out.
+    #[inline(always)]
+    fn skipped(&self, block: &TriangleBlock, instance: u32) -> u32 {
+        let Some(filter) = self.shared_filter else { return 0 };
+        // SAFETY: lanes: four numbers of 32 bits are four floats.
+        let primitives = unsafe { S::F4::load(block.primitive.as_ptr().cast()) };
+        let (start, target) = (filter.start, filter.target);
+        // (No closure: it would be compiled for any CPU.)
+        let is_start = primitives.same_bits(S::F4::splat(f32::from_bits(start.primitive))).bits();
+        let is_target = primitives.same_bits(S::F4::splat(f32::from_bits(target.primitive))).bits();
+        is_start & u32::from(start.instance == instance).wrapping_neg()
+            | is_target & u32::from(target.instance == instance).wrapping_neg()
     }
 }
 

@@ -14,12 +14,14 @@ pub(super) const FEW: u32 = 8;
 /// times as fast; with 1,000 they would be 5 percent slower. Where assertions look for faults, some small ones are large.)
 pub(super) const LARGE: usize = if cfg!(debug_assertions) { 40 } else { 150_000 };
 
-/// Bits of the rays that a block hides for certain, and of the others that it may hide, of these.
+/// Bits of the rays that a block hides for certain, and of the others that it may hide, of these. Triangles that are `skipped` hide
+/// none.
 #[inline(always)]
 pub(super) fn hide<S: Simd>(
     query: &Query16<S>,
     leg: &LocalPacket<S>,
     block: &TriangleBlock,
+    skipped: u32,
     rays: u32,
     end: &S::F16,
 ) -> (u32, u32) {
@@ -58,12 +60,12 @@ pub(super) fn hide<S: Simd>(
             while row < S::PART / 4 && left != 0 {
                 let lane = first + left.trailing_zeros() as usize;
                 left &= left - 1;
-                let mut hits = certain >> (4 * row) & 0xf;
+                let mut hits = certain >> (4 * row) & 0xf & !skipped;
                 if query.lane_filters.is_some() {
                     hits = seen::<S>(query, leg.instance, block, lane, hits, backs >> (4 * row) & 0xf);
                 }
                 hidden |= u32::from(hits != 0) << lane;
-                unclear |= u32::from((hits == 0) & (may_meet >> (4 * row) & 0xf != 0)) << lane;
+                unclear |= u32::from((hits == 0) & (may_meet >> (4 * row) & 0xf & !skipped != 0)) << lane;
                 row += 1;
             }
         }

@@ -96,7 +96,9 @@ impl<S: Simd> Best<S> {
 #[derive(Clone, Copy)]
 pub(super) struct Query16<'a, S: Simd> {
     pub(super) bvh: &'a Bvh8View<'a>,
-    /// What the rays leave out, in lanes and one by one; `None` where they leave out nothing.
+    /// What all rays leave out, where that is the same.
+    pub(super) shared_filter: Option<&'a RayFilter>,
+    /// What the rays leave out, in lanes and one by one; `None` where they leave out nothing but triangles of the shared filter.
     pub(super) lane_filters: Option<&'a LaneFilters<S>>,
     pub(super) filters: &'a [&'a RayFilter; 16],
     /// Where at most so many rays are left in a subtree, they go on alone.
