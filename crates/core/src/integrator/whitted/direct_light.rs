@@ -70,9 +70,9 @@ pub fn direct_light<T: Tracer, const W: usize>(
             let Some(light) = view.lights.get(number as usize) else { break };
             let filter = shadow_filter(light, point.id);
             let got = if W > 1 && samples > 1 {
-                gather::<T, W>(view, tracer, light, &receiver, &filter, shadow_rays)
+                gather::<T, W>(view, tracer, (light, samples), &receiver, &filter, shadow_rays)
             } else {
-                gather::<T, 1>(view, tracer, light, &receiver, &filter, shadow_rays)
+                gather::<T, 1>(view, tracer, (light, samples), &receiver, &filter, shadow_rays)
             };
             sum += shade_direct(
                 light.le(),
@@ -168,19 +168,18 @@ pub fn shade_direct(
     }
 }
 
-/// All samples of a light at one point, `W` at a time, and the last ones by 16 or 4 lanes: some of the others would be idle.
-/// Weights are added sample by sample, so `W` does not change the sums.
+/// The first `count` samples of a light at one point, `W` at a time, and the last ones by 16 or 4 lanes: some of the others would be
+/// idle. Weights are added sample by sample, so `W` does not change the sums.
 #[inline(always)]
 pub fn gather<T: Tracer, const W: usize>(
     view: &SceneView,
     tracer: &T,
-    light: &Light,
+    (light, count): (&Light, u32),
     receiver: &Receiver,
     filter: &RayFilter,
     shadow_rays: &mut u64,
 ) -> LightSums {
     let mut gatherer = Gatherer { view, tracer, light, receiver, filter, sum: Sum::default() };
-    let count = light.samples();
     let mut start = 0;
     while start < count {
         let left = count - start;

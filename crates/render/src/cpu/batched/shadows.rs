@@ -15,12 +15,17 @@ use eosphor_core::view::SceneView;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A light with at least this many samples fills packets from each point by itself; of others, one sample of all points
+/// Rays from one point to samples of a light: so many fill a packet of sixteen. Of those that do not, one sample of all points
 /// is traced together.
-const MIN_SAMPLES_FOR_OWN_PACKETS: u32 = 12;
+const MIN_SAMPLES_OF_A_PACKET: u32 = 12;
 
-/// Samples of such a light that are traced together: of the 50 of PG1, no lane but two of the last four is idle.
+/// Samples of a light that are traced together from one point: three packets, as PG1's 50 have.
 const SAMPLES_TOGETHER: usize = 48;
+
+/// Of this many samples of a light, how many first ones each point's own packets take.
+fn samples_of_own_packets(samples: u32) -> u32 {
+    if samples % 16 < MIN_SAMPLES_OF_A_PACKET { samples - samples % 16 } else { samples }
+}
 
 /// Lamps of one point that are drawn together.
 const DRAWS_TOGETHER: u32 = 16;
@@ -45,6 +50,14 @@ struct Offered {
     got: [LightSums; LANES],
     /// The lanes that the light reaches unless something is in the way.
     active: [bool; LANES],
+}
+
+impl Offered {
+    const NOTHING: Offered = Offered {
+        lanes: LightLanes::NONE,
+        got: [LightSums { diffuse: Vec3::ZERO, specular: Vec3::ZERO }; LANES],
+        active: [false; LANES],
+    };
 }
 
 /// Shadow rays of a batch.
@@ -168,10 +181,17 @@ impl Shadows {
         for (number, light) in view.lights[..alone as usize].iter().enumerate() {
             for side in 0..sides {
                 let lamp = Lamp { light, number: number as u32, side };
-                if light.samples() >= MIN_SAMPLES_FOR_OWN_PACKETS {
-                    self.point_by_point(view, tracer, &lamp, points, shadow_rays, cancel)?;
-                } else {
-                    self.sample_by_sample(view, tracer, &lamp, points, shadow_rays);
+                self.offered.clear();
+                self.offered.resize(points.blocks.len(), Offered::NOTHING);
+                let samples = light.samples();
+                let own = samples_of_own_packets(samples);
+                if own > 0 {
+                    self.point_by_point(view, tracer, (&lamp, own), points, shadow_rays, cancel)?;
+                }
+                self.sample_by_sample(view, tracer, (&lamp, own..samples), points, shadow_rays);
+                for number in 0..points.blocks.len() {
+                    let count = points.points_in(number);
+                    lamp.add_to(view, &mut points.blocks[number], count, &self.offered[number].got);
                 }
             }
             if cancel.load(Ordering::Relaxed) {
@@ -329,19 +349,14 @@ impl Shadows {
         &mut self,
         view: &SceneView,
         tracer: &T,
-        lamp: &Lamp,
-        points: &mut LitPoints,
+        (lamp, samples): (&Lamp, Range<u32>),
+        points: &LitPoints,
         shadow_rays: &mut u64,
     ) {
-        let samples = lamp.light.samples();
-        for sample in 0..samples {
+        for sample in samples {
             self.ask(view, lamp, points, sample);
             self.trace(view, tracer, Coherence::Coherent, shadow_rays);
             self.take(view, tracer);
-        }
-        for number in 0..points.blocks.len() {
-            let count = points.points_in(number);
-            lamp.add_to(view, &mut points.blocks[number], count, &self.offered[number].got);
         }
     }
 
@@ -350,19 +365,9 @@ impl Shadows {
     fn ask(&mut self, view: &SceneView, lamp: &Lamp, points: &LitPoints, sample: u32) {
         self.rays.clear();
         self.filters.clear();
-        if sample == 0 {
-            self.offered.clear();
-        }
         for (number, block) in points.blocks.iter().enumerate() {
             let side = lamp.receivers(view, block, sample);
             let lanes = LightLanes::<LANES>::new(view.settings, lamp.light, &side);
-            if sample == 0 {
-                self.offered.push(Offered {
-                    lanes,
-                    got: [LightSums::default(); LANES],
-                    active: [false; LANES],
-                });
-            }
             let offered = &mut self.offered[number];
             offered.lanes = lanes;
             for lane in 0..LANES {
@@ -400,14 +405,14 @@ impl Shadows {
         }
     }
 
-    /// All samples of one point after the other.
+    /// Their first samples, one point after the other.
     #[inline(always)]
     fn point_by_point<T: BatchTracer>(
         &mut self,
         view: &SceneView,
         tracer: &T,
-        lamp: &Lamp,
-        points: &mut LitPoints,
+        (lamp, samples): (&Lamp, u32),
+        points: &LitPoints,
         shadow_rays: &mut u64,
         cancel: &AtomicBool,
     ) -> Option<()> {
@@ -415,21 +420,20 @@ impl Shadows {
             let count = points.points_in(number);
             let block = &points.blocks[number];
             let side = lamp.receivers(view, block, 0);
-            let mut got = [LightSums::default(); LANES];
+            let got = &mut self.offered[number].got;
             for lane in 0..count {
                 if lamp.shines_on(view, block, lane) {
                     let (receiver, filter) = (side.receiver(lane), shadow_filter(lamp.light, block.id[lane]));
                     got[lane] = gather::<T, SAMPLES_TOGETHER>(
                         view,
                         tracer,
-                        lamp.light,
+                        (lamp.light, samples),
                         &receiver,
                         &filter,
                         shadow_rays,
                     );
                 }
             }
-            lamp.add_to(view, &mut points.blocks[number], count, &got);
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
