@@ -128,9 +128,9 @@ pub struct BuildOptions {
     /// Leaves may lie this deep, at most `MAX_BVH_DEPTH` (what is deeper is split in halves there). Below that bound
     /// leaves at this depth hold whatever is left.
     pub max_depth: u32,
-    /// Whether [`Builder::Morton`] and [`Builder::Binned`] cut the few triangles that are large beside the whole geometry
-    /// (walls and floors, at most one in 16) before they build the 8-wide hierarchy: rays inside buildings visit a sixth
-    /// fewer nodes.
+    /// Whether [`Builder::Morton`] and [`Builder::Binned`] cut the few triangles that are large beside the whole geometry, and lie
+    /// askew (at most one in 16), before they build the 8-wide hierarchy: shadow rays in a colonnade are 1.1 to 1.3 times as fast.
+    /// Usual for [`Builder::Binned`]; [`Builder::Morton`] has a faster way without.
     pub cut_large_triangles: bool,
 }
 
@@ -143,7 +143,7 @@ impl BuildOptions {
             max_leaf_primitives: 4,
             traversal_cost: 1.0,
             max_depth: eosphor_core::hierarchy::MAX_BVH_DEPTH as u32,
-            cut_large_triangles: false,
+            cut_large_triangles: builder == Builder::Binned,
         };
         match builder {
             Builder::Hybrid => {

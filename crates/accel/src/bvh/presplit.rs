@@ -12,13 +12,15 @@ use eosphor_core::math::Vec3;
 use std::ops::Range;
 
 /// Boxes with more than this share of the area of the whole are cut.
-pub(super) const LARGE: f32 = 0.01;
+pub(super) const LARGE: f32 = 0.004;
 
 /// For so many triangles cutting may add one reference.
 const BUDGET: usize = 16;
 
-/// A triangle is not cut where its box is hardly larger than boxes of its parts can be together.
-const WASTE: f32 = 1.2;
+/// A triangle is not cut where its box is hardly larger than boxes of its parts can be together, nor where it lies in the plane of
+/// two axes (2.0): a wall whose box is flat ends rays high up in the tree. (With such walls in parts, a colonnade's rays are up to
+/// 1.3 times as fast, and those of a conference room 0.8 times.)
+const WASTE: f32 = 2.1;
 
 /// Most parts of a triangle.
 const MOST_PARTS: usize = 64;

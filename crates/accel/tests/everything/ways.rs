@@ -88,11 +88,13 @@ fn binary_options() -> Vec<(String, BuildOptions)> {
 
 fn eight_wide_options() -> Vec<(String, BuildOptions)> {
     let usual = Builder::ALL.map(|b| (b.to_string(), BuildOptions::of(b)));
-    let cut = [Builder::Morton, Builder::Binned].map(|b| {
-        let options = BuildOptions { cut_large_triangles: true, ..BuildOptions::of(b) };
-        (format!("{b}, large triangles cut"), options)
+    let other = [Builder::Morton, Builder::Binned].map(|b| {
+        let usual = BuildOptions::of(b);
+        let cut = !usual.cut_large_triangles;
+        let name = format!("{b}, large triangles {}", if cut { "cut" } else { "whole" });
+        (name, BuildOptions { cut_large_triangles: cut, ..usual })
     });
-    usual.into_iter().chain(cut).collect()
+    usual.into_iter().chain(other).collect()
 }
 
 impl Structures {

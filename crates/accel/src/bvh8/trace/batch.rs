@@ -223,6 +223,7 @@ impl<'a, const QUERY: Query> Batch<'a, QUERY> {
             lane_filters: shared.lanes.as_ref(),
             filters: &shared.filters,
             alone,
+            leaves_by_bounds: false,
         };
         let mut queries = [query; N];
         let mut lanes = [const { MaybeUninit::uninit() }; N];
@@ -427,6 +428,7 @@ impl<const W: usize, const N: usize> Kernel for FromOnePoint<'_, W, N> {
             lane_filters,
             filters: &filters,
             alone: ALONE_COHERENT,
+            leaves_by_bounds: bvh.blocks.len() <= FEW_BLOCKS,
         };
         // SAFETY: written places: all packets are. Instruction set: a kernel is run below its own.
         unsafe {
@@ -450,6 +452,10 @@ const TOGETHER: usize = 4;
 
 /// Rays that are sorted together.
 const CHUNK: usize = 4096;
+
+/// In so small a hierarchy most of the rays that walk together from one point enter the same leaves. (800 blocks: a picture took
+/// 0.97 times as long. 25,000 blocks: 1.12 times.)
+const FEW_BLOCKS: usize = 2000;
 
 /// In packets of coherent rays, at most so many go on alone in a subtree.
 const ALONE_COHERENT: u32 = 0;

@@ -103,6 +103,8 @@ pub(super) struct Query16<'a, S: Simd> {
     pub(super) filters: &'a [&'a RayFilter; 16],
     /// Where at most so many rays are left in a subtree, they go on alone.
     pub(super) alone: u32,
+    /// Whether the bounds of all rays are enough to tell whether they enter a leaf.
+    pub(super) leaves_by_bounds: bool,
 }
 
 /// The rays in the space of one instance.

@@ -112,6 +112,7 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize>
         let (root, groups, octant) = (self.root, self.groups, self.octant);
         let bvh = queries[0].bvh;
         let nodes = if INSTANCES { bvh.instance_nodes } else { bvh.nodes };
+        let leaves_by_bounds = queries[0].leaves_by_bounds;
         let boxes_extent = if INSTANCES { bvh.instance_bounds.extent() } else { legs[0].extent };
         let interval = Interval::<S, N>::new(legs, boxes_extent, &groups, octant);
         // Not even at infinity.
@@ -181,6 +182,16 @@ impl<S: Simd, const QUERY: Query, const INSTANCES: bool, const N: usize>
                         let place = entered.trailing_zeros();
                         entered &= entered - 1;
                         let slot = (order >> (3 * place) & 7) as usize;
+                        if QUERY == ANY && !INSTANCES && leaves_by_bounds {
+                            let child = *node.children.get_unchecked(slot);
+                            if child & (LEAF | SPHERE) == LEAF {
+                                nears.add(count).write(near);
+                                prefetch::<S>(nodes, bvh.blocks, child);
+                                stack.add(count).write(Waiting::from(child) | Waiting::from(live) << 32);
+                                count += 1;
+                                continue;
+                            }
+                        }
                         let box_planes = node.planes.as_ptr().cast::<f32>().add(slot).cast::<u8>();
                         let low = each!(k => S::F16::splat(*box_planes.add(near_planes[k]).cast::<f32>()));
                         let high = each!(k => S::F16::splat(*box_planes.add(far_planes[k]).cast::<f32>()));
