@@ -1,9 +1,12 @@
 //! Points of triangles that several rays found, computed together.
 
 use super::hit_point::HitPoint;
-use super::surface::{Normals, between_corners, scaled_edges};
+use super::surface::{Normals, SurfacePoint, between_corners, material_of_triangle, scaled_edges};
+use super::{EvaluatedMaterial, MaterialValues};
+use crate::material::NONE;
 use crate::math::{Vec3, Vec3Lanes};
 use crate::ray::{Hit, PrimitiveId, Ray};
+use crate::view::{SceneView, item};
 
 /// What rays found: triangles of the world whose normals no texture changes.
 #[derive(Clone, Copy, Debug)]
@@ -36,10 +39,20 @@ pub struct PointLanes<const W: usize> {
 }
 
 impl<const W: usize> PointLanes<W> {
+    /// Of nothing.
+    pub const NONE: PointLanes<W> = PointLanes {
+        position: Vec3Lanes::ZERO,
+        geometric_normal: Vec3Lanes::ZERO,
+        normal: Vec3Lanes::ZERO,
+        to_viewer: Vec3Lanes::ZERO,
+        front: [false; W],
+        offset: [0.0; W],
+    };
+
     /// Of what `found(lane)` says.
     #[inline(always)]
     pub fn new<'a>(found: impl Fn(usize) -> FoundTriangle<'a>) -> PointLanes<W> {
-        let zero = Vec3Lanes::ZERO;
+        let zero = Vec3Lanes::<W>::ZERO;
         let (mut origin, mut direction, mut smooth, mut outward) = (zero, zero, zero, zero);
         let (mut corners, mut normals) = ([zero; 3], [zero; 3]);
         let [mut t, mut t_rest, mut u, mut v] = [[0.0; W]; 4];
@@ -54,14 +67,7 @@ impl<const W: usize> PointLanes<W> {
             let hit = of_lane.hit;
             (t[lane], t_rest[lane], u[lane], v[lane]) = (hit.t, hit.t_rest, hit.u, hit.v);
         }
-        let mut points = PointLanes {
-            position: zero,
-            geometric_normal: zero,
-            normal: zero,
-            to_viewer: zero,
-            front: [false; W],
-            offset: [0.0; W],
-        };
+        let mut points = PointLanes::NONE;
         let mut error = [0.0; W];
         let corners_of = |lane| [corners[0].get(lane), corners[1].get(lane), corners[2].get(lane)];
         for lane in 0..W {
@@ -97,5 +103,68 @@ impl<const W: usize> PointLanes<W> {
         let normal = self.geometric_normal.get(lane);
         let side = if direction.dot(normal) >= 0.0 { self.offset[lane] } else { -self.offset[lane] };
         self.position.get(lane).plus_scaled(normal, side)
+    }
+}
+
+/// A triangle of the world whose normals no texture changes.
+#[derive(Clone, Copy, Debug)]
+pub struct WorldTriangle {
+    /// Its number in the scene.
+    number: u32,
+    /// Number of its material.
+    material: u32,
+}
+
+impl WorldTriangle {
+    /// What a hit (not a miss) found, if it is one.
+    #[inline(always)]
+    pub fn of(view: &SceneView, hit: &Hit) -> Option<WorldTriangle> {
+        let instance = item(view.instances, 0);
+        let geometry = item(view.geometries, instance.geometry);
+        if (hit.id.instance != 0) | (hit.id.primitive >= geometry.triangle_count) {
+            return None;
+        }
+        let number = geometry.first_triangle + hit.id.primitive;
+        let own = item(view.triangle_shading, number).material;
+        let material = if instance.material == NONE { own } else { instance.material };
+        if item(view.materials, material).normal_texture != NONE {
+            return None;
+        }
+        Some(WorldTriangle { number, material })
+    }
+
+    /// For [`PointLanes::new`].
+    #[inline(always)]
+    pub fn found<'a>(&self, view: &'a SceneView, ray: &Ray, hit: &'a Hit) -> FoundTriangle<'a> {
+        let normals = &item(view.triangle_shading, self.number).normals;
+        FoundTriangle { ray: *ray, hit, corners: item(view.triangles, self.number), normals }
+    }
+}
+
+impl SurfacePoint<EvaluatedMaterial> {
+    /// What [`SurfacePoint::new`] gives, from the lane of points in which a triangle's is.
+    #[inline(always)]
+    pub fn of_lane<const W: usize>(
+        view: &SceneView,
+        points: &PointLanes<W>,
+        lane: usize,
+        triangle: &WorldTriangle,
+        hit: &Hit,
+    ) -> SurfacePoint {
+        let material = item(view.materials, triangle.material);
+        let material_values: EvaluatedMaterial = material_of_triangle(view, triangle.number, material, hit);
+        let front = points.front[lane];
+        SurfacePoint {
+            position: points.position.get(lane),
+            geometric_normal: points.geometric_normal.get(lane),
+            normal: points.normal.get(lane),
+            to_viewer: points.to_viewer.get(lane),
+            front,
+            material_values,
+            material: triangle.material,
+            coverage: if front | !material.single_sided { material_values.opacity() } else { 0.0 },
+            id: hit.id,
+            offset: points.offset[lane],
+        }
     }
 }
