@@ -83,6 +83,12 @@ impl HitPoint {
         point_on_sphere(ray, instance, sphere, hit)
     }
 
+    /// Of a sphere of the world: the bits of [`HitPoint::on_sphere`], as part of its caller.
+    #[inline(always)]
+    pub(super) fn on_world_sphere(ray: &Ray, sphere: &Sphere, hit: &Hit) -> (HitPoint, Vec3) {
+        sphere_point(ray, None, sphere, hit)
+    }
+
     /// How far off the surface, along this unit normal, new rays start.
     #[inline(always)]
     pub(super) fn offset(&self, normal: Vec3) -> f32 {
@@ -120,15 +126,21 @@ fn triangle_point(ray: &Ray, instance: Option<&Instance>, corners: &[Vec3; 3], h
 out_of_line! {
     /// [`HitPoint::on_sphere`].
     fn point_on_sphere(ray: &Ray, instance: &Instance, sphere: &Sphere, hit: &Hit) -> (HitPoint, Vec3) {
-    let instance = placed(instance, hit);
+        sphere_point(ray, placed(instance, hit), sphere, hit)
+    }
+}
+
+/// Free of branches where there is no instance.
+#[inline(always)]
+fn sphere_point(ray: &Ray, instance: Option<&Instance>, sphere: &Sphere, hit: &Hit) -> (HitPoint, Vec3) {
     let local = PreciseRay::of(ray, map_of(instance));
     let world = PreciseRay::of(ray, None);
     let t = hit.t64();
-    let mut rest = 0.0;
-    if let Some([first, second]) = local.meet_sphere(sphere) {
-        let (a, b) = (first - t, second - t);
-        rest = if a.abs() <= b.abs() { a } else { b };
-    }
+    let [first, second] = local.sphere_roots(sphere);
+    let (a, b) = (first - t, second - t);
+    let rest = if a.abs() <= b.abs() { a } else { b };
+    // NaN is no way.
+    let rest = if rest.is_nan() { 0.0 } else { rest };
     let position = along64(along64(world.origin, world.direction, t), world.direction, rest);
     let near = along64(along64(local.origin, local.direction, t), local.direction, rest);
     let center = double(sphere.center);
@@ -137,7 +149,6 @@ out_of_line! {
     let outward = single([outward[0] * scale, outward[1] * scale, outward[2] * scale]);
     let error = PRECISE * magnitude(ray, instance, sum64(center) + sphere.radius as f64);
     (HitPoint { position: single(position), error }, outward)
-}
 }
 
 #[inline(always)]

@@ -16,5 +16,5 @@ pub use material_texels::MaterialTexels;
 pub use material_values::MaterialValues;
 pub use normal_map::normal_map;
 pub use path_material::{LEAST_IOR, PathMaterial};
-pub use point_lanes::{FoundTriangle, PointLanes, WorldTriangle};
+pub use point_lanes::{FoundSphere, FoundTriangle, PointLanes, WorldPrimitive};
 pub use surface::{SurfacePoint, left_by_body};

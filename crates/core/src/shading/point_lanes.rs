@@ -1,9 +1,12 @@
-//! Points of triangles that several rays found, computed together.
+//! Points that several rays found, computed together.
 
 use super::hit_point::HitPoint;
-use super::surface::{Normals, SurfacePoint, between_corners, material_of_triangle, scaled_edges};
+use super::surface::{
+    Normals, SurfacePoint, between_corners, material_of_sphere, material_of_triangle, scaled_edges,
+};
 use super::{EvaluatedMaterial, MaterialValues};
-use crate::material::NONE;
+use crate::geometry::Sphere;
+use crate::material::{Material, NONE};
 use crate::math::{Vec3, Vec3Lanes};
 use crate::ray::{Hit, PrimitiveId, Ray};
 use crate::view::{SceneView, item};
@@ -19,6 +22,17 @@ pub struct FoundTriangle<'a> {
     pub corners: &'a [Vec3; 3],
     /// Its shading normals there.
     pub normals: &'a [Vec3; 3],
+}
+
+/// What rays found: spheres of the world whose normals no texture changes.
+#[derive(Clone, Copy, Debug)]
+pub struct FoundSphere<'a> {
+    /// The ray.
+    pub ray: Ray,
+    /// Where it met the sphere.
+    pub hit: &'a Hit,
+    /// The sphere.
+    pub sphere: &'a Sphere,
 }
 
 /// What [`SurfacePoint`](super::SurfacePoint) says of a point, but for its material, in each of several lanes: the same bits.
@@ -49,7 +63,7 @@ impl<const W: usize> PointLanes<W> {
         offset: [0.0; W],
     };
 
-    /// Of what `found(lane)` says.
+    /// Of triangles, by what `found(lane)` says.
     #[inline(always)]
     pub fn new<'a>(found: impl Fn(usize) -> FoundTriangle<'a>) -> PointLanes<W> {
         let zero = Vec3Lanes::<W>::ZERO;
@@ -85,18 +99,60 @@ impl<const W: usize> PointLanes<W> {
             let normals = [normals[0].get(lane), normals[1].get(lane), normals[2].get(lane)];
             smooth.set(lane, between_corners(&normals, u[lane], v[lane]));
         }
+        points.face(&direction, &outward, &smooth, &error);
+        points
+    }
+
+    /// The same of spheres of the world, also by `found(lane)`.
+    #[inline(always)]
+    pub fn of_spheres<'a>(found: impl Fn(usize) -> FoundSphere<'a>) -> PointLanes<W> {
+        let zero = Vec3Lanes::<W>::ZERO;
+        let (mut origin, mut direction, mut center, mut outward) = (zero, zero, zero, zero);
+        let [mut t, mut t_rest, mut radius, mut error] = [[0.0; W]; 4];
+        for lane in 0..W {
+            let of_lane = found(lane);
+            origin.set(lane, of_lane.ray.origin);
+            direction.set(lane, of_lane.ray.direction);
+            center.set(lane, of_lane.sphere.center);
+            radius[lane] = of_lane.sphere.radius;
+            (t[lane], t_rest[lane]) = (of_lane.hit.t, of_lane.hit.t_rest);
+        }
+        let mut points = PointLanes::NONE;
+        for lane in 0..W {
+            let ray =
+                Ray { origin: origin.get(lane), direction: direction.get(lane), t_min: 0.0, t_max: 0.0 };
+            let hit = Hit { t: t[lane], t_rest: t_rest[lane], u: 0.0, v: 0.0, id: PrimitiveId::NONE };
+            let sphere = Sphere { center: center.get(lane), radius: radius[lane] };
+            let (point, way) = HitPoint::on_world_sphere(&ray, &sphere, &hit);
+            points.position.set(lane, point.position);
+            outward.set(lane, way);
+            error[lane] = point.error;
+        }
+        points.face(&direction, &outward, &outward, &error);
+        points
+    }
+
+    /// What follows from where rays come from, and from normals of any length: that of the surface and that for shading.
+    #[inline(always)]
+    fn face(
+        &mut self,
+        direction: &Vec3Lanes<W>,
+        outward: &Vec3Lanes<W>,
+        smooth: &Vec3Lanes<W>,
+        error: &[f32; W],
+    ) {
         for lane in 0..W {
             let to_viewer = -direction.get(lane);
             let normals = Normals::new(to_viewer, outward.get(lane), smooth.get(lane));
-            points.to_viewer.set(lane, to_viewer);
-            points.geometric_normal.set(lane, normals.geometric);
-            points.normal.set(lane, normals.shading);
-            points.front[lane] = normals.front;
-            let point = HitPoint { position: points.position.get(lane), error: error[lane] };
-            points.offset[lane] = point.offset(normals.outward);
+            self.to_viewer.set(lane, to_viewer);
+            self.geometric_normal.set(lane, normals.geometric);
+            self.normal.set(lane, normals.shading);
+            self.front[lane] = normals.front;
+            let point = HitPoint { position: self.position.get(lane), error: error[lane] };
+            self.offset[lane] = point.offset(normals.outward);
         }
-        points
     }
+
     /// Where a ray of a lane starts that leaves to the side that `direction` points to.
     #[inline(always)]
     pub fn offset_origin(&self, lane: usize, direction: Vec3) -> Vec3 {
@@ -106,53 +162,77 @@ impl<const W: usize> PointLanes<W> {
     }
 }
 
-/// A triangle of the world whose normals no texture changes.
+/// A primitive of the world whose normals no texture changes.
 #[derive(Clone, Copy, Debug)]
-pub struct WorldTriangle {
-    /// Its number in the scene.
+pub struct WorldPrimitive {
+    /// Its number in the scene, of triangles or of spheres.
     number: u32,
     /// Number of its material.
     material: u32,
+    /// It is no triangle.
+    pub is_sphere: bool,
 }
 
-impl WorldTriangle {
+impl WorldPrimitive {
     /// What a hit (not a miss) found, if it is one.
     #[inline(always)]
-    pub fn of(view: &SceneView, hit: &Hit) -> Option<WorldTriangle> {
-        let instance = item(view.instances, 0);
-        let geometry = item(view.geometries, instance.geometry);
-        if (hit.id.instance != 0) | (hit.id.primitive >= geometry.triangle_count) {
+    pub fn of(view: &SceneView, hit: &Hit) -> Option<WorldPrimitive> {
+        if hit.id.instance != 0 {
             return None;
         }
-        let number = geometry.first_triangle + hit.id.primitive;
-        let own = item(view.triangle_shading, number).material;
+        let instance = item(view.instances, 0);
+        let geometry = item(view.geometries, instance.geometry);
+        let is_sphere = hit.id.primitive >= geometry.triangle_count;
+        let (number, own);
+        if is_sphere {
+            number = geometry.first_sphere + (hit.id.primitive - geometry.triangle_count);
+            own = *item(view.sphere_materials, number);
+        } else {
+            number = geometry.first_triangle + hit.id.primitive;
+            own = item(view.triangle_shading, number).material;
+        }
         let material = if instance.material == NONE { own } else { instance.material };
         if item(view.materials, material).normal_texture != NONE {
             return None;
         }
-        Some(WorldTriangle { number, material })
+        Some(WorldPrimitive { number, material, is_sphere })
     }
 
     /// For [`PointLanes::new`].
     #[inline(always)]
-    pub fn found<'a>(&self, view: &'a SceneView, ray: &Ray, hit: &'a Hit) -> FoundTriangle<'a> {
+    pub fn triangle<'a>(&self, view: &'a SceneView, ray: &Ray, hit: &'a Hit) -> FoundTriangle<'a> {
         let normals = &item(view.triangle_shading, self.number).normals;
         FoundTriangle { ray: *ray, hit, corners: item(view.triangles, self.number), normals }
+    }
+
+    /// For [`PointLanes::of_spheres`].
+    #[inline(always)]
+    pub fn sphere<'a>(&self, view: &'a SceneView, ray: &Ray, hit: &'a Hit) -> FoundSphere<'a> {
+        FoundSphere { ray: *ray, hit, sphere: item(view.spheres, self.number) }
+    }
+
+    #[inline(always)]
+    fn material_values(&self, view: &SceneView, material: &Material, hit: &Hit) -> EvaluatedMaterial {
+        if self.is_sphere {
+            material_of_sphere(view, material)
+        } else {
+            material_of_triangle(view, self.number, material, hit)
+        }
     }
 }
 
 impl SurfacePoint<EvaluatedMaterial> {
-    /// What [`SurfacePoint::new`] gives, from the lane of points in which a triangle's is.
+    /// What [`SurfacePoint::new`] gives, from the lane of points in which a primitive's is.
     #[inline(always)]
     pub fn of_lane<const W: usize>(
         view: &SceneView,
         points: &PointLanes<W>,
         lane: usize,
-        triangle: &WorldTriangle,
+        found: &WorldPrimitive,
         hit: &Hit,
     ) -> SurfacePoint {
-        let material = item(view.materials, triangle.material);
-        let material_values: EvaluatedMaterial = material_of_triangle(view, triangle.number, material, hit);
+        let material = item(view.materials, found.material);
+        let material_values = found.material_values(view, material, hit);
         let front = points.front[lane];
         SurfacePoint {
             position: points.position.get(lane),
@@ -161,7 +241,7 @@ impl SurfacePoint<EvaluatedMaterial> {
             to_viewer: points.to_viewer.get(lane),
             front,
             material_values,
-            material: triangle.material,
+            material: found.material,
             coverage: if front | !material.single_sided { material_values.opacity() } else { 0.0 },
             id: hit.id,
             offset: points.offset[lane],

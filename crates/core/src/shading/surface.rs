@@ -177,6 +177,12 @@ pub(super) fn material_of_triangle<M: MaterialValues>(
     M::new(material, &MaterialTexels::new(&view.textures(), material, &local.uvs), &local.color)
 }
 
+/// What a material is on spheres, if it changes no normals.
+#[inline(always)]
+pub(super) fn material_of_sphere<M: MaterialValues>(view: &SceneView, material: &Material) -> M {
+    M::new(material, &MaterialTexels::new(&view.textures(), material, &[[0.0; 2]; 2]), &Rgba::WHITE)
+}
+
 /// A vector between those of the corners.
 #[inline(always)]
 pub(super) fn between_corners([n0, n1, n2]: &[Vec3; 3], u: f32, v: f32) -> Vec3 {

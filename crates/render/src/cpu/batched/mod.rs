@@ -20,6 +20,7 @@ mod camera;
 mod lit;
 mod paths;
 mod pending;
+mod points;
 mod shadows;
 
 use super::dispatch::TileJob;
@@ -31,21 +32,18 @@ use eosphor_core::integrator::whitted::{LampLobe, depth_limit, local_radiance};
 use eosphor_core::integrator::{RayCounts, weight_at};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
-use eosphor_core::shading::{PointLanes, SurfacePoint, WorldTriangle};
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
 use lit::{LANES, LitPoints};
 use paths::PathBatch;
 pub(super) use paths::trace_paths;
 use pending::Pending;
+use points::Points;
 use shadows::Shadows;
 use std::sync::atomic::Ordering;
 
 /// Rays traced at a time, at most.
 const BATCH: usize = 1024;
-
-/// Fewer points are computed one by one.
-const FEW_POINTS: usize = 4;
 
 const NO_RAY: Ray = Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 };
 
@@ -169,54 +167,6 @@ impl Workspace {
                 }
             }
             self.pending.push(view, &point, &Path { ray, ..*path }, hit.t, max_depth);
-        }
-    }
-}
-
-/// The points of some hits, as far as they can be computed together.
-struct Points {
-    triangles: [Option<WorldTriangle>; LANES],
-    /// Where there are triangles.
-    lanes: PointLanes<LANES>,
-}
-
-impl Points {
-    const NONE: Points = Points { triangles: [None; LANES], lanes: PointLanes::NONE };
-
-    /// Of the first hits, as many as there are lanes.
-    #[inline(always)]
-    fn find(&mut self, view: &SceneView, rays: &[Ray], hits: &[Hit]) {
-        let (mut count, mut some) = (0, 0);
-        self.triangles = [None; LANES];
-        for (lane, hit) in hits.iter().take(LANES).enumerate() {
-            if !hit.is_miss() {
-                self.triangles[lane] = WorldTriangle::of(view, hit);
-            }
-            if self.triangles[lane].is_some() {
-                (count, some) = (count + 1, lane);
-            }
-        }
-        if count < FEW_POINTS {
-            self.triangles = [None; LANES];
-            return;
-        }
-        let Some(other) = self.triangles[some] else { return };
-        // In idle lanes whatever it is. (First into an array, since a large closure would be compiled for any CPU.)
-        let mut found = [other.found(view, &rays[some], &hits[some]); LANES];
-        for lane in 0..LANES {
-            if let Some(triangle) = &self.triangles[lane] {
-                found[lane] = triangle.found(view, &rays[lane], &hits[lane]);
-            }
-        }
-        self.lanes = PointLanes::new(|lane| found[lane]);
-    }
-
-    /// That of a hit.
-    #[inline(always)]
-    fn get(&self, view: &SceneView, lane: usize, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        match &self.triangles[lane] {
-            Some(triangle) => SurfacePoint::of_lane(view, &self.lanes, lane, triangle, hit),
-            None => SurfacePoint::new(view, ray, hit),
         }
     }
 }
