@@ -18,6 +18,18 @@ pub struct MaterialTexels {
 }
 
 impl MaterialTexels {
+    /// Of a material without textures.
+    pub(super) const WHITE: MaterialTexels = MaterialTexels {
+        diffuse: Rgba::WHITE,
+        specular: Rgba::WHITE,
+        emission: Rgba::WHITE,
+        metallic: 1.0,
+        roughness: 1.0,
+        transmission: 1.0,
+        opacity: 1.0,
+        normal: Vec3::ONE,
+    };
+
     /// Samples all textures of a material at `uvs`, the point's two sets of texture coordinates. Properties without a texture
     /// get white.
     #[inline(always)]

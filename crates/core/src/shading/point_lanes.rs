@@ -4,11 +4,12 @@ use super::hit_point::HitPoint;
 use super::surface::{
     Normals, SurfacePoint, between_corners, material_of_sphere, material_of_triangle, scaled_edges,
 };
-use super::{EvaluatedMaterial, MaterialValues};
+use super::{EvaluatedMaterial, MaterialTexels, MaterialValues};
 use crate::geometry::Sphere;
 use crate::material::{Material, NONE};
 use crate::math::{Vec3, Vec3Lanes};
 use crate::ray::{Hit, PrimitiveId, Ray};
+use crate::texture::Rgba;
 use crate::view::{SceneView, item};
 
 /// What rays found: triangles of the world whose normals no texture changes.
@@ -213,7 +214,11 @@ impl WorldPrimitive {
 
     #[inline(always)]
     fn material_values(&self, view: &SceneView, material: &Material, hit: &Hit) -> EvaluatedMaterial {
-        if self.is_sphere {
+        let is_bare = self.is_sphere || item(view.triangle_shading, self.number).extra == NONE;
+        if !material.is_textured & is_bare {
+            // As below, where all texels and colours are white.
+            EvaluatedMaterial::new(material, &MaterialTexels::WHITE, &Rgba::WHITE)
+        } else if self.is_sphere {
             material_of_sphere(view, material)
         } else {
             material_of_triangle(view, self.number, material, hit)
