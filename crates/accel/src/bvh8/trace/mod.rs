@@ -20,6 +20,7 @@ mod filtered;
 mod found;
 mod lanes;
 mod masked;
+mod one_point;
 mod packet;
 mod single;
 mod single_leaf;
@@ -35,10 +36,11 @@ use super::view::Bvh8View;
 use crate::packed::check_instances;
 use crate::simd::{Kernel, Simd, run_at};
 use crate::{BatchTracer, Coherence, Filters, SimdLevel};
-use batch::{Batch, FromOnePoint};
+use batch::Batch;
 use eosphor_core::hierarchy::{IgnoreWork, ShadowBatch, Tracer, Work};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use found::{ANY, CLOSEST, Found, NEXT, Query};
+use one_point::FromOnePoint;
 
 /// Traces rays through a [`Bvh8`], one at a time ([`Tracer`]) and many ([`BatchTracer`]). Made by [`Bvh8::tracer`].
 #[derive(Clone, Copy, Debug)]

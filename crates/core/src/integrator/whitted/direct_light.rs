@@ -168,8 +168,8 @@ pub fn shade_direct(
     }
 }
 
-/// The first `count` samples of a light at one point, `W` at a time, and the last ones by 16 or 4 lanes: some of the others would be
-/// idle. Weights are added sample by sample, so `W` does not change the sums.
+/// The first `count` samples of a light at one point, `W` at a time, and the last ones by 16 or 4 lanes: some of the others would
+/// be idle. Weights are added sample by sample, so `W` does not change the sums.
 #[inline(always)]
 pub fn gather<T: Tracer, const W: usize>(
     view: &SceneView,
