@@ -8,8 +8,9 @@
 //! Environment: `HITS_DIR` writes `SCENE_QUERY.eosphor-VARIANT-BUILD.hits` in the form of the `.ref` files; `SIMD` is one of
 //! the levels, `VARIANTS` (`1ray`, `batch`, `coherent`, `incoherent`; `where` with a closure that accepts all, `half` with one
 //! that refuses every other triangle, `halfnext` likewise by `next_hit`; `steps` counts), `BUILDS` and `QUERIES` choose from
-//! what is measured (comma-separated; `medium-cut` is medium that cuts large triangles, `medium-whole` does not), `THREADS`
-//! lists thread counts, `BATCH` is how many rays go into a call (as many as there are).
+//! what is measured (comma-separated; `medium-cut` is medium that cuts large triangles, `-whole` one that does not, `-moved` and
+//! `-left` say whether large nodes are put elsewhere), `THREADS` lists thread counts, `BATCH` is how many rays go into a call (as
+//! many as there are).
 
 use eosphor_accel::{
     BatchTracer, BuildOptions, Builder, Bvh8, Bvh8Tracer, Coherence, CountWork, Filters, Hit, PrimitiveId,
@@ -308,16 +309,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         let data = Data::read(folder, scene)?;
         let world = Scene::new(&data.triangles, &[])?;
         for build in choices("BUILDS", "medium") {
-            let (name, cuts) = match build.split_once('-') {
-                Some((name, "cut")) => (name, Some(true)),
-                Some((name, "whole")) => (name, Some(false)),
-                _ => (build.as_str(), None),
-            };
+            let (name, change) = build.split_once('-').unwrap_or((&build, ""));
             let mut options = match name.parse::<Quality>() {
                 Ok(quality) => quality.options(),
                 Err(_) => BuildOptions::of(name.parse::<Builder>()?),
             };
-            options.cut_large_triangles = cuts.unwrap_or(options.cut_large_triangles);
+            match change {
+                "" => {}
+                "cut" => options.cut_large_triangles = true,
+                "whole" => options.cut_large_triangles = false,
+                "moved" => options.reinsertion = true,
+                "left" => options.reinsertion = false,
+                _ => return Err(format!("no build '{build}'").into()),
+            }
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
             let mut best: Option<(f64, f64, Bvh8)> = None;
             for _ in 0..repeats.min(if data.triangles.len() > 500_000 { 2 } else { 5 }) {

@@ -12,6 +12,7 @@ mod pack;
 mod policy;
 mod presplit;
 mod reference;
+mod reinsertion;
 mod refit;
 mod shape;
 mod spatial;
@@ -38,6 +39,7 @@ use eosphor_core::hierarchy::{BvhNode, BvhTracer, BvhView, InstanceTreeView, Wor
 use eosphor_core::intersect::sphere_bounds;
 use policy::Policy;
 use reference::Reference;
+use reinsertion::Effort;
 use std::time::Instant;
 
 /// Trees over every geometry and one over the instances, in the arrays that devices read.
@@ -295,7 +297,8 @@ pub(crate) fn geometry_tree(
         policy.has_parts = presplit::cut_large(&mut references, &mut extent, &ranges, triangles);
     }
     if options.builder == Builder::Spatial && !references.is_empty() {
-        return spatial::build(references, &extent, &policy, triangles).join();
+        let tree = spatial::build(references, &extent, &policy, triangles).join();
+        return reinsert(tree, options, &policy);
     }
     build_tree(references, &extent, options, &policy)
 }
@@ -330,5 +333,14 @@ fn build_tree(
         }
     };
     drop(references);
-    piece.join()
+    reinsert(piece.join(), options, policy)
+}
+
+/// Puts large nodes where they cost least, if the options say so.
+fn reinsert(tree: Tree, options: &BuildOptions, policy: &Policy) -> Tree {
+    let effort = match options.builder {
+        Builder::Spatial => Effort { share: 4, most: 65_536 },
+        _ => Effort { share: 16, most: 4096 },
+    };
+    if options.reinsertion { tree.reinserted(effort, policy.max_depth) } else { tree }
 }

@@ -31,7 +31,8 @@ pub(super) struct Policy {
     /// The binary logarithm of the same.
     block_shift: u32,
     pub(super) traversal_cost: f32,
-    max_depth: usize,
+    /// Leaves lie no deeper.
+    pub(super) max_depth: usize,
     stop_at_max_depth: bool,
 }
 

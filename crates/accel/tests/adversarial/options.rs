@@ -38,6 +38,7 @@ fn limits_of_zero_and_without_end() {
                     traversal_cost: real,
                     max_depth: whole,
                     cut_large_triangles: whole & 1 == 1,
+                    reinsertion: real.is_nan() || whole & 1 == 1,
                 },
                 octree: OctreeOptions {
                     max_leaf_primitives: whole,

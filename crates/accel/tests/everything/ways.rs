@@ -83,7 +83,12 @@ fn binary_options() -> Vec<(String, BuildOptions)> {
         let options = BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::of(builder) };
         (format!("{builder} with leaves of {max_leaf_primitives}"), options)
     });
-    usual.into_iter().chain(others).collect()
+    let moved = [Builder::Median, Builder::Binned].map(|b| {
+        let reinsertion = !BuildOptions::of(b).reinsertion;
+        let name = format!("{b}, large nodes {}", if reinsertion { "moved" } else { "left" });
+        (name, BuildOptions { reinsertion, ..BuildOptions::of(b) })
+    });
+    usual.into_iter().chain(others).chain(moved).collect()
 }
 
 fn eight_wide_options() -> Vec<(String, BuildOptions)> {

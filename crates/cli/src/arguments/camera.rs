@@ -60,11 +60,17 @@ impl CameraFlags {
         self.check(scene)?;
         let mut camera = match scene.camera {
             Some(camera) => camera,
+            None if self.is_whole() => Camera::default(),
             None => scene.framed_camera()?,
         };
         self.change(&mut camera, scene)?;
         scene.camera = Some(camera);
         scene.check_view().map_err(Failure::usage)
+    }
+
+    /// Whether nothing is left that framing the scene would say.
+    fn is_whole(&self) -> bool {
+        self.eye.is_some() && (self.look_at.is_some() || self.direction.is_some()) && self.fov.is_some()
     }
 
     fn is_given(&self) -> bool {

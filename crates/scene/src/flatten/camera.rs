@@ -27,10 +27,7 @@ pub(super) fn build(
     let camera = match scene.camera_at(scene.frame) {
         Some(camera) => from_model(&camera, width, height)?,
         None => {
-            let width_at_1 = half_width(&ModelCamera::default(), width, height);
-            let height_at_1 = width_at_1 * (f64::from(height) / f64::from(width));
-            let half = HalfSides { width: width_at_1, height: height_at_1 };
-            let framing = framed(scene, flat, half)?;
+            let framing = framed(scene, flat)?;
             if !world.is_empty() {
                 let position = scene.point_in_file(framing.camera.position);
                 let Framing { camera, view, left_out, frames } = framing;
@@ -44,11 +41,16 @@ pub(super) fn build(
 }
 
 /// The camera of all frames, which is chosen by the first one. `flat` is the scene's geometry in its own frame.
-fn framed(scene: &Scene, flat: &Flat, half: HalfSides) -> Result<Framing, SceneError> {
+pub(super) fn framed(scene: &Scene, flat: &Flat) -> Result<Framing, SceneError> {
+    let [width, height] = scene.settings.size;
+    let width_at_1 = half_width(&ModelCamera::default(), width, height);
+    let height_at_1 = width_at_1 * (f64::from(height) / f64::from(width));
+    let half = HalfSides { width: width_at_1, height: height_at_1 };
     let first = (scene.frame > 0).then(|| geometry::build(scene, 0)).transpose()?;
     let flat = first.as_ref().unwrap_or(flat);
     let surfaces = flat.surfaces();
-    Ok(framing::frame(&surfaces, &Motion::new(scene, &surfaces, flat.first_deforming()), half))
+    let motion = Motion::new(scene, &surfaces, flat.first_deforming());
+    Ok(framing::frame(&surfaces, &motion, half))
 }
 
 impl Scene {

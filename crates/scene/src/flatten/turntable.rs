@@ -1,7 +1,7 @@
 //! The camera of a scene without one, as a value, and cameras that go around a scene.
 
 use super::framing::{Motion, Surfaces};
-use super::{Note, SceneData};
+use super::{SceneData, camera, geometry, places};
 use crate::error::SceneError;
 use crate::model::{Animation, Camera, CameraMotion, Scene};
 use eosphor_core::geometry::Bounds;
@@ -15,12 +15,15 @@ impl Scene {
     ///
     /// As of [`SceneData::flatten`].
     pub fn framed_camera(&self) -> Result<Camera, SceneError> {
-        let (_, notes) = SceneData::flatten(self)?;
-        let camera = |note: Note| match note {
-            Note::FramedCamera { camera, .. } => Some(camera),
-            _ => None,
-        };
-        Ok(notes.into_iter().find_map(camera).unwrap_or_default())
+        self.validate()?;
+        if self.camera_at(self.frame).is_some() {
+            return Ok(Camera::default());
+        }
+        let flat = geometry::build(self, self.frame)?;
+        if places::world_bounds(&flat.bounds, &flat.instances).is_empty() {
+            return Ok(Camera::default());
+        }
+        Ok(camera::framed(self, &flat)?.camera)
     }
 
     /// Makes a turntable of a scene: in so many frames the camera goes once around the point that it looks at, or, where it
