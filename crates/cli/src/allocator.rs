@@ -1,4 +1,5 @@
-//! Memory that runs out ends the program with a line that says so, not with an abort and a backtrace.
+//! Memory that runs out ends the program with a line that says so, not with an abort and a backtrace; and large arrays lie in
+//! large pages.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
@@ -21,9 +22,36 @@ fn out_of_memory(bytes: usize) -> ! {
     std::process::exit(1)
 }
 
+/// Arrays from this size on lie in large pages: on Linux, a fifteenth of the time of a picture of 331,000 triangles was the
+/// kernel's, giving out pages of 4 KiB.
+const LARGE: usize = 4 << 20;
+
 fn checked(pointer: *mut u8, bytes: usize) -> *mut u8 {
-    if pointer.is_null() { out_of_memory(bytes) } else { pointer }
+    if pointer.is_null() {
+        out_of_memory(bytes);
+    }
+    if bytes >= LARGE {
+        advise_large_pages(pointer, bytes);
+    }
+    pointer
 }
+
+/// Asks for the whole 2 MiB pages of an array as such.
+#[cfg(target_os = "linux")]
+#[cold]
+fn advise_large_pages(pointer: *mut u8, bytes: usize) {
+    const PAGE: usize = 2 << 20;
+    let start = (pointer as usize).next_multiple_of(PAGE);
+    let end = (pointer as usize + bytes) / PAGE * PAGE;
+    if start < end {
+        // SAFETY: the range lies in this allocation; the advice changes how memory is backed, not what it holds. It may be refused,
+        // and then pages are small.
+        unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn advise_large_pages(_: *mut u8, _: usize) {}
 
 // SAFETY: every call is passed to the system's allocator with the same arguments; memory that it does not give ends the process.
 unsafe impl GlobalAlloc for Allocator {

@@ -145,6 +145,17 @@ pub struct Material {
 }
 
 impl Material {
+    /// Whether its surfaces let no light through anywhere, for coloured shadows.
+    #[inline(always)]
+    pub fn stops_all_light(&self) -> bool {
+        let is_there = (self.alpha == AlphaUse::Ignore) & !self.single_sided;
+        let passes = match self.model {
+            SurfaceModel::MetallicRoughness => self.transmission,
+            _ => self.shadow_filter,
+        };
+        is_there & (passes.max_component() <= 0.0)
+    }
+
     /// Whether what is made of it is a light to path tracing: it shines, and nothing passes it straight. Other emitters are found
     /// by rays that meet them.
     #[inline(always)]

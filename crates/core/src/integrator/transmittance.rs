@@ -1,8 +1,9 @@
 //! What gets through the surfaces between a point and a light: coloured shadows.
 
 use crate::hierarchy::Tracer;
+use crate::material::NONE;
 use crate::math::{Vec3, fma};
-use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
+use crate::ray::{Hit, PrimitiveId, Ray, RayFilter, UNKNOWN_REST};
 use crate::shading::{EvaluatedMaterial, MaterialValues, SurfacePoint};
 use crate::sums::MAX_RADIANCE;
 use crate::view::{SceneView, item};
@@ -11,6 +12,45 @@ use crate::view::{SceneView, item};
 #[inline(always)]
 pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &RayFilter) -> Vec3 {
     through_crossings::<T, ShadowFilter>(view, tracer, ray, filter)
+}
+
+/// [`transmittance`] of a ray whose closest hit is known. Most that hides light lets none of it through, whatever its textures
+/// say: then no point need be computed.
+#[inline(always)]
+pub fn transmittance_beyond<T: Tracer>(
+    view: &SceneView,
+    tracer: &T,
+    ray: &Ray,
+    filter: &RayFilter,
+    closest: &Hit,
+) -> Vec3 {
+    if closest.is_miss() {
+        return Vec3::ONE;
+    }
+    if item(view.materials, material_of(view, closest.id)).stops_all_light() {
+        return Vec3::ZERO;
+    }
+    if closest.t_rest == UNKNOWN_REST {
+        return transmittance(view, tracer, ray, filter);
+    }
+    let mut crossings = Crossings::NONE;
+    crossings.cross::<ShadowFilter>(view, ray, closest);
+    crossings.go_on::<T, ShadowFilter>(view, tracer, ray, filter)
+}
+
+/// The number of the material of what was hit.
+#[inline(always)]
+fn material_of(view: &SceneView, id: PrimitiveId) -> u32 {
+    let instance = item(view.instances, id.instance);
+    if instance.material != NONE {
+        return instance.material;
+    }
+    let geometry = item(view.geometries, instance.geometry);
+    if id.primitive < geometry.triangle_count {
+        item(view.triangle_shading, geometry.first_triangle + id.primitive).material
+    } else {
+        *item(view.sphere_materials, geometry.first_sphere + (id.primitive - geometry.triangle_count))
+    }
 }
 
 /// What surfaces do with light that crosses them.
@@ -43,25 +83,60 @@ pub(super) fn through_crossings<T: Tracer, C: Crossing>(
     ray: &Ray,
     filter: &RayFilter,
 ) -> Vec3 {
-    let mut through = Vec3::ONE;
-    let mut after = Hit::miss(f32::NEG_INFINITY);
-    let mut after_front = false;
-    loop {
-        let hit = tracer.next_hit(ray, filter, &after);
-        if hit.is_miss() {
-            return through;
+    Crossings::NONE.go_on::<T, C>(view, tracer, ray, filter)
+}
+
+/// The surfaces that a ray has crossed.
+struct Crossings {
+    /// What got through all of them.
+    through: Vec3,
+    /// The last hit, and whether it was of a front.
+    after: Hit,
+    after_front: bool,
+}
+
+impl Crossings {
+    const NONE: Crossings = Crossings {
+        through: Vec3::ONE,
+        after: Hit { t: f32::NEG_INFINITY, t_rest: 0.0, u: 0.0, v: 0.0, id: PrimitiveId::NONE },
+        after_front: false,
+    };
+
+    /// Crosses all that follow.
+    #[inline(always)]
+    fn go_on<T: Tracer, C: Crossing>(
+        mut self,
+        view: &SceneView,
+        tracer: &T,
+        ray: &Ray,
+        filter: &RayFilter,
+    ) -> Vec3 {
+        loop {
+            if self.through.max_component() <= 0.0 {
+                return Vec3::ZERO;
+            }
+            let hit = tracer.next_hit(ray, filter, &self.after);
+            if hit.is_miss() {
+                return self.through;
+            }
+            self.cross::<C>(view, ray, &hit);
         }
-        let point = SurfacePoint::<C::Material>::new(view, ray, &hit);
+    }
+
+    /// Crosses the next one.
+    #[inline(always)]
+    fn cross<C: Crossing>(&mut self, view: &SceneView, ray: &Ray, hit: &Hit) {
+        let Crossings { after, after_front, .. } = *self;
+        let point = SurfacePoint::<C::Material>::new(view, ray, hit);
         let again = !after.is_miss()
-            && is_close(&after, &hit, &point)
+            && is_close(&after, hit, &point)
             && point.front == after_front
             && meet_at_corner(view, after.id, hit.id);
         // What a body takes between its front and its back; a ray that starts inside one begins at its start.
         let before = if after.is_miss() || !after_front { 0.0 } else { after.t };
-        after = hit;
-        after_front = point.front;
+        (self.after, self.after_front) = (*hit, point.front);
         if again {
-            continue;
+            return;
         }
         // Where a ray does not see a surface, that casts no shadow to where the ray starts.
         let mut surface = C::share(&point);
@@ -69,10 +144,7 @@ pub(super) fn through_crossings<T: Tracer, C: Crossing>(
             surface *= point.left_by_body(view, hit.t - before);
         }
         // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
-        through = (through * surface).min(Vec3::splat(MAX_RADIANCE));
-        if through.max_component() <= 0.0 {
-            return Vec3::ZERO;
-        }
+        self.through = (self.through * surface).min(Vec3::splat(MAX_RADIANCE));
     }
 }
 

@@ -13,7 +13,7 @@ mod radiance;
 mod receiver;
 
 pub use arrival::{branches_at, depth_limit, ray_behind};
-pub use children::{branch_count, child_ray};
+pub use children::{Children, GlossyLanes, branch_count, child_ray};
 pub use direct_light::{LightSums, direct_light, gather};
 pub use direct_light::{highlight, is_lit_from_behind, light_key, point_key, shade_direct, shadow_filter};
 pub use lamp_draw::{are_lamps_drawn, draw_lamp, drawn_lamp, lights_alone};

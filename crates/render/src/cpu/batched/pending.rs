@@ -2,9 +2,15 @@
 
 use super::Path;
 use eosphor_core::integrator::PathRay;
-use eosphor_core::integrator::whitted::{branches_at, child_ray, ray_behind};
+use eosphor_core::integrator::whitted::{Children, branches_at, ray_behind};
 use eosphor_core::shading::SurfacePoint;
 use eosphor_core::view::SceneView;
+
+/// Rays of a glossy reflection that are computed together.
+const TOGETHER: usize = 8;
+
+/// Fewer are computed one by one.
+const FEW: u32 = 3;
 
 /// A point and what is next of its rays.
 #[derive(Clone, Copy, Debug)]
@@ -57,18 +63,50 @@ impl Pending {
     pub(super) fn take(&mut self, view: &SceneView, limit: usize, paths: &mut Vec<Path>) {
         while paths.len() < limit {
             let Some(top) = self.points.last_mut() else { return };
+            if top.next < top.branches {
+                top.take_branches(view, limit, paths);
+                continue;
+            }
             let Path { ref ray, x, y, sample } = top.path;
-            let next = if top.next < top.branches {
-                let branch = top.next;
-                top.next += 1;
-                let shown = PathRay { weight: ray.weight * top.point.coverage, ..*ray };
-                child_ray(view, &top.point, &shown, (x, y, sample), branch)
-            } else {
-                let behind = ray_behind(view, &top.point, ray, top.t);
-                self.points.pop();
-                behind
+            let behind = ray_behind(view, &top.point, ray, top.t);
+            self.points.pop();
+            if let Some(ray) = behind {
+                paths.push(Path { ray, x, y, sample });
+            }
+        }
+    }
+}
+
+impl Branching {
+    /// Takes branches until there are none or `limit` rays.
+    #[inline(always)]
+    fn take_branches(&mut self, view: &SceneView, limit: usize, paths: &mut Vec<Path>) {
+        let Path { ref ray, x, y, sample } = self.path;
+        let shown = PathRay { weight: ray.weight * self.point.coverage, ..*ray };
+        let children = Children::new(view, &self.point, &shown, (x, y, sample));
+        let glossy = children.glossy_rays();
+        let glossy = if glossy >= FEW { glossy } else { 0 };
+        if self.next < glossy {
+            let Some(weight) = children.glossy_weight() else {
+                self.next = glossy;
+                return;
             };
-            if let Some(ray) = next {
+            while self.next < glossy && paths.len() < limit {
+                let lanes = children.glossy::<TOGETHER>(self.next);
+                let room = (glossy - self.next).min((limit - paths.len()) as u32);
+                for lane in 0..TOGETHER.min(room as usize) {
+                    if let Some(ray) = children.glossy_ray(&lanes, lane, self.next, weight) {
+                        paths.push(Path { ray, x, y, sample });
+                    }
+                    self.next += 1;
+                }
+            }
+            return;
+        }
+        while self.next < self.branches && paths.len() < limit {
+            let branch = self.next;
+            self.next += 1;
+            if let Some(ray) = children.ray(branch) {
                 paths.push(Path { ray, x, y, sample });
             }
         }

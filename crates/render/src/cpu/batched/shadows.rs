@@ -2,14 +2,14 @@
 
 use super::lit::{Block, LANES, LitPoints, Side};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
-use eosphor_core::integrator::transmittance;
+use eosphor_core::integrator::transmittance_beyond;
 use eosphor_core::integrator::whitted::{
     LightLanes, LightSums, choose_lamps, choose_lamps_from, drawn_lamp, gather, highlight,
     is_lit_from_behind, light_key, lights_alone, shade_direct, shadow_filter, ways_to_lamps,
 };
 use eosphor_core::light::{ChosenLight, Light, TopWays, TreeTop, TriangleLampLanes};
 use eosphor_core::math::Vec3;
-use eosphor_core::ray::{Ray, RayFilter};
+use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
 use eosphor_core::view::SceneView;
 use std::ops::Range;
@@ -66,6 +66,8 @@ pub(super) struct Shadows {
     rays: Vec<Ray>,
     filters: Vec<RayFilter>,
     hidden: Vec<bool>,
+    /// Of those that something hides, where shadows have colours: the rays, and what they meet first.
+    behind: (Vec<Ray>, Vec<RayFilter>, Vec<Hit>),
     offered: Vec<Offered>,
     /// Lamps that are drawn, for each block, side and draw.
     chosen: Vec<[Option<ChosenLight>; LANES]>,
@@ -284,7 +286,7 @@ impl Shadows {
         }
     }
 
-    /// Traces the rays.
+    /// Traces the rays. Where shadows have colours, also what hides light first.
     #[inline(always)]
     fn trace<T: BatchTracer>(
         &mut self,
@@ -297,6 +299,17 @@ impl Shadows {
             *shadow_rays += self.rays.len() as u64;
             self.hidden.resize(self.rays.len(), false);
             tracer.occluded_rays(&self.rays, Filters::Each(&self.filters), coherence, &mut self.hidden);
+        }
+        if view.settings.shadow_mode == ShadowMode::Coloured {
+            let (rays, filters, hits) = &mut self.behind;
+            rays.clear();
+            filters.clear();
+            for (at, _) in self.hidden.iter().enumerate().filter(|(_, hidden)| **hidden) {
+                rays.push(self.rays[at]);
+                filters.push(self.filters[at]);
+            }
+            hits.resize(rays.len(), Hit::miss(f32::INFINITY));
+            tracer.closest_hits(rays, Filters::Each(filters), coherence, hits);
         }
     }
 
@@ -385,7 +398,7 @@ impl Shadows {
     #[inline(always)]
     fn take<T: BatchTracer>(&mut self, view: &SceneView, tracer: &T) {
         let mode = view.settings.shadow_mode;
-        let mut ray = 0;
+        let (mut ray, mut hits) = (0, self.behind.2.iter());
         for offered in &mut self.offered {
             for lane in 0..LANES {
                 if !offered.active[lane] {
@@ -395,8 +408,8 @@ impl Shadows {
                 ray += 1;
                 let through = if mode == ShadowMode::None || !self.hidden[asked] {
                     Vec3::ONE
-                } else if mode == ShadowMode::Coloured {
-                    transmittance(view, tracer, &self.rays[asked], &self.filters[asked])
+                } else if let Some(hit) = hits.next().filter(|_| mode == ShadowMode::Coloured) {
+                    transmittance_beyond(view, tracer, &self.rays[asked], &self.filters[asked], hit)
                 } else {
                     continue;
                 };
