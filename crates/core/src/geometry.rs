@@ -5,6 +5,18 @@
 //! spheres. Instance 0 is the world itself.
 
 use crate::math::{Affine, Vec3, vec3};
+use crate::out_of_line::on_cpus;
+
+on_cpus! {
+    /// Unit normals at the corners of a triangle that a map has placed, from those in its own space; `flat` where one has no length.
+    pub fn placed_normals(object_from_world: &Affine, normals: &[Vec3; 3], flat: Vec3) -> [Vec3; 3] {
+        let mut placed = *normals;
+        for normal in &mut placed {
+            *normal = object_from_world.transposed_direction(*normal).normalize_or(flat);
+        }
+        placed
+    }
+}
 
 /// Planes of boxes lie further out by this (8 · 2^-24) times their own distance from 0: over the rounding errors that they
 /// bring into the test, 2 · 2^-24 ([`Bounds::with_slack`]).

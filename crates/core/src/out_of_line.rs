@@ -13,12 +13,21 @@ pub(crate) fn has_fma() -> bool {
 
 /// Defines a function that is never inlined into its callers.
 macro_rules! out_of_line {
+    ($($function:tt)*) => {
+        $crate::out_of_line::on_cpus! {
+            #[cfg_attr(target_arch = "nvptx64", unsafe(no_mangle))]
+            $($function)*
+        }
+    };
+}
+
+/// The same of a function that no device calls: one that prepares what devices read.
+macro_rules! on_cpus {
     (
-        $(#[$doc:meta])*
+        $(#[$attribute:meta])*
         $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty $body:block
     ) => {
-        $(#[$doc])*
-        #[cfg_attr(target_arch = "nvptx64", unsafe(no_mangle))]
+        $(#[$attribute])*
         #[inline(never)]
         $visibility fn $name($($argument: $type),*) -> $result {
             #[inline(always)]
@@ -47,4 +56,4 @@ macro_rules! out_of_line {
     };
 }
 
-pub(crate) use out_of_line;
+pub(crate) use {on_cpus, out_of_line};

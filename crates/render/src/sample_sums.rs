@@ -2,6 +2,7 @@
 
 use crate::Film;
 use eosphor_core::sums::ExactSum;
+use std::mem::ManuallyDrop;
 
 /// Exact sums of some samples of each pixel of some rows, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,7 +18,7 @@ pub struct SampleSums {
 impl SampleSums {
     /// Sums of no samples, for this width and height in pixels.
     pub fn new(width: u32, height: u32) -> SampleSums {
-        SampleSums { width, height, sums: vec![ExactSum::default(); width as usize * height as usize] }
+        SampleSums { width, height, sums: no_sums(width as usize * height as usize) }
     }
 
     /// Adds those of other samples of the same pixels.
@@ -36,4 +37,12 @@ impl SampleSums {
         film.pixels.iter_mut().zip(&self.sums).for_each(|(pixel, sum)| *pixel = sum.mean(samples));
         film
     }
+}
+
+/// So many sums of nothing, in memory that is zero when the system gives it: nothing is written until something is added.
+fn no_sums(count: usize) -> Vec<ExactSum> {
+    let mut zeros = ManuallyDrop::new(vec![[0u64; 3]; count]);
+    // SAFETY: same layout: `ExactSum` is `repr(C)` and holds such an array alone; pointer, length and capacity are those of a vector
+    // that is not used any more.
+    unsafe { Vec::from_raw_parts(zeros.as_mut_ptr().cast(), count, zeros.capacity()) }
 }

@@ -8,7 +8,7 @@ use super::precise::{PreciseHit, PreciseRay};
 use super::{LocalRay, SphereHit};
 use crate::geometry::Bounds;
 use crate::math::{Affine, Vec3, sqrt};
-use crate::out_of_line::out_of_line;
+use crate::out_of_line::{on_cpus, out_of_line};
 use crate::ray::{Ray, UNKNOWN_REST};
 
 /// Triangles whose edges meet at an angle with a sine below this have no area that single precision can tell.
@@ -78,18 +78,22 @@ impl PackedTriangle {
     }
 }
 
-/// How far to rotate the vertices so that the edge between second and third is the longest: vertex `(k + i) % 3` comes
-/// to place `i`. The third edge function is a difference of the other two and has their errors; next to the longest
-/// edge they are smallest, so that slivers are clear more often.
-pub fn longest_edge_last(vertices: &[Vec3; 3]) -> usize {
-    let squared = |a: usize, b: usize| (vertices[a] - vertices[b]).length_squared();
-    let (opposite0, opposite1, opposite2) = (squared(1, 2), squared(2, 0), squared(0, 1));
-    if opposite0 >= opposite1 && opposite0 >= opposite2 {
-        0
-    } else if opposite1 >= opposite2 {
-        1
-    } else {
-        2
+on_cpus! {
+    /// How far to rotate the vertices so that the edge between second and third is the longest: vertex `(k + i) % 3` comes
+    /// to place `i`. The third edge function is a difference of the other two and has their errors; next to the longest
+    /// edge they are smallest, so that slivers are clear more often.
+    pub fn longest_edge_last(vertices: &[Vec3; 3]) -> usize {
+        let [a, b, c] = *vertices;
+        let opposite0 = (b - c).length_squared();
+        let opposite1 = (c - a).length_squared();
+        let opposite2 = (a - b).length_squared();
+        if opposite0 >= opposite1 && opposite0 >= opposite2 {
+            0
+        } else if opposite1 >= opposite2 {
+            1
+        } else {
+            2
+        }
     }
 }
 

@@ -8,7 +8,9 @@ use crate::model::{
     Instance as ModelInstance, MAX_COORDINATE, Mesh, NO_INDEX, NormalMode, Parallelogram, Poses, Scene,
     Triangle,
 };
-use eosphor_core::geometry::{Bounds, Geometry, Instance, Sphere, TriangleExtra, TriangleShading};
+use eosphor_core::geometry::{
+    Bounds, Geometry, Instance, Sphere, TriangleExtra, TriangleShading, placed_normals,
+};
 use eosphor_core::material::NONE;
 use eosphor_core::math::{Affine, Vec3};
 
@@ -124,7 +126,7 @@ impl Flat {
             return Err(Problem::new(format!("mesh \"{}\"", mesh.name), message).into());
         }
         let settings = &scene.settings;
-        let corner_normals = normals::corner_normals(mesh, settings.normals, settings.crease_degrees);
+        let corner_normals = normals::CornerNormals::new(mesh, settings.normals, settings.crease_degrees);
         let mirrored = map.determinant() < 0.0;
         let has_extras = !mesh.colors.is_empty() || !mesh.uvs1.is_empty();
         self.triangles.reserve(mesh.triangles.len());
@@ -134,7 +136,7 @@ impl Flat {
             let mut uvs = corner_uvs(mesh, t);
             let mut normals = match settings.normals {
                 NormalMode::Flat => [Vec3::ZERO; 3],
-                _ => corner_normals[i],
+                _ => corner_normals.of_triangle(i, t),
             };
             let mut extra = has_extras.then(|| corner_extra(mesh, t));
             // A mirrored triangle runs the other way round: its front would become its back.
@@ -148,7 +150,7 @@ impl Flat {
                 }
             }
             let flat = normals::of_triangle(&vertices).unwrap_or(normals::HARMLESS);
-            let normals = normals.map(|n| inverse.transposed_direction(n).normalize_or(flat));
+            let normals = placed_normals(inverse, &normals, flat);
             self.triangles.push(vertices);
             let (material, object) = (part.material.unwrap_or(t.material), part.object);
             let extra = extra.map_or(NONE, |extra| {

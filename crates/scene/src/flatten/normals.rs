@@ -13,6 +13,9 @@ const MAX_CREASED: usize = 4096;
 
 type Vec3d = [f64; 3];
 
+/// The unit vector of nothing.
+const NO_UNIT: Vec3d = [f64::NAN; 3];
+
 fn double(v: Vec3) -> Vec3d {
     [v.x as f64, v.y as f64, v.z as f64]
 }
@@ -49,33 +52,41 @@ pub(super) fn of_triangle(vertices: &[Vec3; 3]) -> Option<Vec3> {
     unit_double(area_vector(vertices)).map(single)
 }
 
-/// Unit normals at the corners of all triangles of a mesh, in its own space. Empty in flat mode, where the placed
-/// triangles decide.
-pub(super) fn corner_normals(mesh: &Mesh, mode: NormalMode, crease_degrees: f32) -> Vec<[Vec3; 3]> {
-    if mode == NormalMode::Flat {
-        return Vec::new();
+/// Unit normals at the corners of the triangles of a mesh, in its own space; not in flat mode, where the placed triangles decide.
+pub(super) struct CornerNormals<'a> {
+    mesh: &'a Mesh,
+    /// Whether those of the file are taken.
+    takes_given: bool,
+    generated: Option<Generator>,
+}
+
+impl CornerNormals<'_> {
+    pub(super) fn new(mesh: &Mesh, mode: NormalMode, crease_degrees: f32) -> CornerNormals<'_> {
+        let lacks = |t: &Triangle| t.normals.contains(&NO_INDEX);
+        let generate = match mode {
+            NormalMode::Generated => true,
+            NormalMode::Auto => mesh.triangles.iter().any(lacks),
+            NormalMode::Smooth | NormalMode::Flat => false,
+        };
+        let generated = generate.then(|| Generator::new(mesh, crease_degrees));
+        CornerNormals { mesh, takes_given: mode != NormalMode::Generated, generated }
     }
-    let lacks = |t: &Triangle| t.normals.contains(&NO_INDEX);
-    let generate = match mode {
-        NormalMode::Generated => true,
-        NormalMode::Auto => mesh.triangles.iter().any(lacks),
-        NormalMode::Smooth | NormalMode::Flat => false,
-    };
-    let vertices = |t: &Triangle| t.positions.map(|p| mesh.positions[p as usize]);
-    let areas: Vec<Vec3d> = mesh.triangles.iter().map(|t| area_vector(&vertices(t))).collect();
-    let generated = generate.then(|| Generator::new(mesh, &areas, crease_degrees));
-    let mut all = Vec::with_capacity(mesh.triangles.len());
-    for (i, t) in mesh.triangles.iter().enumerate() {
-        let flat = unit_double(areas[i]).map_or(HARMLESS, single);
-        all.push([0, 1, 2].map(|corner| {
+
+    /// Those of triangle number `i`, which is `t`.
+    pub(super) fn of_triangle(&self, i: usize, t: &Triangle) -> [Vec3; 3] {
+        let flat = || of_triangle(&vertices(self.mesh, t)).unwrap_or(HARMLESS);
+        [0, 1, 2].map(|corner| {
             let given = t.normals[corner];
-            if mode != NormalMode::Generated && given != NO_INDEX {
-                return normalized(mesh.normals[given as usize]).unwrap_or(flat);
+            if self.takes_given && given != NO_INDEX {
+                return normalized(self.mesh.normals[given as usize]).unwrap_or_else(flat);
             }
-            generated.as_ref().and_then(|g| g.normal(i, t.positions[corner])).unwrap_or(flat)
-        }));
+            self.generated.as_ref().and_then(|g| g.normal(i, t.positions[corner])).unwrap_or_else(flat)
+        })
     }
-    all
+}
+
+fn vertices(mesh: &Mesh, t: &Triangle) -> [Vec3; 3] {
+    t.positions.map(|p| mesh.positions[p as usize])
 }
 
 /// A normal of a file, whatever its length; `None` for the null vector.
@@ -85,9 +96,10 @@ fn normalized(n: Vec3) -> Option<Vec3> {
 
 /// Generates normals: at a corner, the sum of the area vectors of all triangles around the same position whose planes
 /// meet this triangle's at no more than the crease angle.
-struct Generator<'a> {
-    areas: &'a [Vec3d],
-    units: Vec<Option<Vec3d>>,
+struct Generator {
+    areas: Vec<Vec3d>,
+    /// Those of unit length; NaN where there is no area.
+    units: Vec<Vec3d>,
     /// The number of the position of each vertex: vertices with equal coordinates share one.
     position_of_vertex: Vec<u32>,
     /// Where the triangles around each position begin in `around`; one more entry than positions.
@@ -99,14 +111,15 @@ struct Generator<'a> {
     min_cosine: f64,
 }
 
-impl<'a> Generator<'a> {
-    fn new(mesh: &Mesh, areas: &'a [Vec3d], crease_degrees: f32) -> Generator<'a> {
+impl Generator {
+    fn new(mesh: &Mesh, crease_degrees: f32) -> Generator {
         let radians = f64::from(crease_degrees) * (std::f64::consts::PI / 180.0);
         // Neighbours in one plane count as smooth even with a crease angle of 0, whatever their normals' rounding.
         let min_cosine = elementary64::cos(radians) - 1e-9;
         let (position_of_vertex, positions) = merge_positions(&mesh.positions);
         let (starts, around) = triangles_around(mesh, &position_of_vertex, positions);
-        let units = areas.iter().map(|&a| unit_double(a)).collect();
+        let areas: Vec<Vec3d> = mesh.triangles.iter().map(|t| area_vector(&vertices(mesh, t))).collect();
+        let units = areas.iter().map(|&a| unit_double(a).unwrap_or(NO_UNIT)).collect();
         let smooth = vec![None; positions];
         let mut generator =
             Generator { areas, units, position_of_vertex, starts, around, smooth, min_cosine };
@@ -123,8 +136,11 @@ impl<'a> Generator<'a> {
     /// first: then any two are within the whole. It spares positions with thousands of triangles the square of it.
     fn common_normal(&self, position: usize, half_cosine: f64) -> Option<Vec3> {
         let around = self.around(position);
-        let first = around.iter().find_map(|&t| self.units[t as usize])?;
-        let close = |&t: &u32| self.units[t as usize].is_none_or(|u| dot(u, first) >= half_cosine);
+        let first = around.iter().map(|&t| self.units[t as usize]).find(|unit| !unit[0].is_nan())?;
+        let close = |&t: &u32| {
+            let cosine = dot(self.units[t as usize], first);
+            cosine.is_nan() || cosine >= half_cosine
+        };
         if !around.iter().all(close) {
             return None;
         }
@@ -140,7 +156,10 @@ impl<'a> Generator<'a> {
 
     /// The normal of a triangle at one of its vertices; `None` where the triangle has no area.
     fn normal(&self, triangle: usize, vertex: u32) -> Option<Vec3> {
-        let own = self.units[triangle]?;
+        let own = self.units[triangle];
+        if own[0].is_nan() {
+            return None;
+        }
         let position = self.position_of_vertex[vertex as usize] as usize;
         if let Some(common) = self.smooth[position] {
             return Some(common);
@@ -148,9 +167,9 @@ impl<'a> Generator<'a> {
         if self.around(position).len() > MAX_CREASED {
             return None;
         }
-        let smooth = |&t: &u32| {
-            t as usize == triangle || self.units[t as usize].is_some_and(|u| dot(u, own) >= self.min_cosine)
-        };
+        // Not those without area.
+        let smooth =
+            |&t: &u32| t as usize == triangle || dot(self.units[t as usize], own) >= self.min_cosine;
         unit_double(self.sum(self.around(position).iter().copied().filter(smooth))).map(single)
     }
 }

@@ -262,6 +262,10 @@ impl PrimitiveLeaves<'_> {
             if found.offer::<QUERY>(&Offer { bvh, ray: &ray.world, hit, id, place: NO_TRIANGLE }) {
                 return true;
             }
+            // The second one is farther.
+            if QUERY == CLOSEST {
+                break;
+            }
         }
         false
     }

@@ -4,7 +4,7 @@ use super::lit::{Block, LANES, LitPoints, Side};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::transmittance_beyond;
 use eosphor_core::integrator::whitted::{
-    LightLanes, LightSums, choose_lamps, choose_lamps_from, drawn_lamp, gather, highlight,
+    LightLanes, LightSums, Receivers, choose_lamps, choose_lamps_from, drawn_lamp, gather, highlight,
     is_lit_from_behind, light_key, lights_alone, shade_direct, shadow_filter, ways_to_lamps,
 };
 use eosphor_core::light::{ChosenLight, Light, TopWays, TreeTop, TriangleLampLanes};
@@ -346,7 +346,7 @@ impl Shadows {
                 }
                 if lanes.brings(lane) {
                     active[lane] = true;
-                    self.rays.push(lanes.ray(lane, side.receiver(lane).origin));
+                    self.rays.push(lanes.ray(lane, side.origin(lane)));
                     self.filters.push(shadow_filter(light, block.id[lane]));
                     self.drawn.push(chosen.number);
                 }
@@ -387,7 +387,7 @@ impl Shadows {
                 let reached = lane < points.points_in(number) && lanes.brings(lane);
                 offered.active[lane] = reached && lamp.shines_on(view, block, lane);
                 if offered.active[lane] {
-                    self.rays.push(lanes.ray(lane, side.receiver(lane).origin));
+                    self.rays.push(lanes.ray(lane, side.origin(lane)));
                     self.filters.push(shadow_filter(lamp.light, block.id[lane]));
                 }
             }

@@ -2,7 +2,7 @@
 
 use super::decide::world_ray;
 use super::{LocalPacket, Packet, Query16};
-use crate::bvh8::trace::found::{ANY, NO_TRIANGLE, Offer, Query};
+use crate::bvh8::trace::found::{ANY, CLOSEST, NO_TRIANGLE, Offer, Query};
 use crate::simd::{Float, Kernel, Simd, each};
 use eosphor_core::geometry::Sphere;
 use eosphor_core::intersect::precise::PreciseRay;
@@ -48,8 +48,13 @@ impl<S: Simd, const QUERY: Query> Kernel for SphereTest<'_, '_, '_, S, QUERY> {
         let id = PrimitiveId { instance: leg.instance, primitive: bvh.sphere_primitives[number as usize] };
         let map = (leg.instance != 0).then(|| &bvh.instances[leg.instance as usize].object_from_world);
         let mut changed = false;
-        let roots = (map.is_none() & (left.count_ones() >= FEW_LANES)).then(|| Roots::new(leg, sphere));
-        left &= roots.as_ref().map_or(left, |roots| roots.may_meet);
+        let mut roots = None;
+        if map.is_none() & (left.count_ones() >= FEW_LANES) {
+            left &= may_meet(leg, sphere);
+            if left.count_ones() >= FEW_LANES {
+                roots = Some(Roots::new(leg, sphere));
+            }
+        }
         while left != 0 {
             let lane = left.trailing_zeros() as usize & 15;
             left &= left - 1;
@@ -84,6 +89,10 @@ impl<S: Simd, const QUERY: Query> Kernel for SphereTest<'_, '_, '_, S, QUERY> {
                 found.offer::<QUERY>(&Offer { bvh, ray: &ray, hit, id, place: NO_TRIANGLE });
                 packet.best.take_over(lane, &found, end);
                 changed = true;
+                // The second one is farther.
+                if QUERY == CLOSEST {
+                    break;
+                }
             }
         }
         changed
@@ -93,36 +102,47 @@ impl<S: Simd, const QUERY: Query> Kernel for SphereTest<'_, '_, '_, S, QUERY> {
 /// From so many lanes on, double precision is computed for all lanes at once.
 const FEW_LANES: u32 = 3;
 
-/// Where rays of the world pass through a sphere's surface, in double precision.
+/// Vectors of all lanes, component by component.
+type Vectors<S> = [<<S as Simd>::F16 as Float>::Array; 3];
+
+#[inline(always)]
+fn vector<S: Simd>(v: &Vectors<S>, lane: usize) -> Vec3 {
+    vec3(v[0].as_ref()[lane], v[1].as_ref()[lane], v[2].as_ref()[lane])
+}
+
+/// Bits of the lanes whose rays of the world may meet a sphere, in single precision.
+#[inline(always)]
+fn may_meet<S: Simd>(leg: &LocalPacket<S>, sphere: &Sphere) -> u32 {
+    let [o, d] = [&leg.world.origin, &leg.world.direction].map(|v| each!(k => v[k].to_array()));
+    let (t_min, t_max) = (leg.world.t_min.to_array(), leg.world.t_max.to_array());
+    let mut may_meet = [0u32; 16];
+    // A loop that becomes SIMD code.
+    for lane in 0..16 {
+        let (origin, direction) = (vector::<S>(&o, lane), vector::<S>(&d, lane));
+        let ray = Ray { origin, t_min: t_min.as_ref()[lane], direction, t_max: t_max.as_ref()[lane] };
+        may_meet[lane] = u32::from(may_meet_sphere(&LocalRay::new(&ray, leg.extent), sphere));
+    }
+    (0..16).fold(0, |bits, lane| bits | may_meet[lane] << lane)
+}
+
+/// Where rays of the world pass through a sphere's surface, in double precision; NaN where they do not.
 struct Roots {
-    /// NaN where they do not.
     t: [[f64; 16]; 2],
-    /// Bits of lanes whose rays may, in single precision.
-    may_meet: u32,
 }
 
 impl Roots {
     #[inline(always)]
     fn new<S: Simd>(leg: &LocalPacket<S>, sphere: &Sphere) -> Roots {
         let [o, d] = [&leg.world.origin, &leg.world.direction].map(|v| each!(k => v[k].to_array()));
-        let (t_min, t_max) = (leg.world.t_min.to_array(), leg.world.t_max.to_array());
-        let (mut t, mut may_meet) = ([[0.0; 16]; 2], [0u32; 16]);
-        let vector = |v: &[<S::F16 as Float>::Array; 3], lane: usize| -> Vec3 {
-            vec3(v[0].as_ref()[lane], v[1].as_ref()[lane], v[2].as_ref()[lane])
-        };
-        // Loops that become SIMD code.
-        for lane in 0..16 {
-            let (origin, direction) = (vector(&o, lane), vector(&d, lane));
-            let ray = Ray { origin, t_min: t_min.as_ref()[lane], direction, t_max: t_max.as_ref()[lane] };
-            may_meet[lane] = u32::from(may_meet_sphere(&LocalRay::new(&ray, leg.extent), sphere));
-        }
+        let mut t = [[0.0; 16]; 2];
+        // As above.
         for lane in 0..16 {
             let wide = |v: Vec3| [f64::from(v.x), f64::from(v.y), f64::from(v.z)];
-            let (origin, direction) = (wide(vector(&o, lane)), wide(vector(&d, lane)));
+            let (origin, direction) = (wide(vector::<S>(&o, lane)), wide(vector::<S>(&d, lane)));
             let [first, second] = PreciseRay { origin, direction }.sphere_roots(sphere);
             (t[0][lane], t[1][lane]) = (first, second);
         }
-        Roots { t, may_meet: (0..16).fold(0, |bits, lane| bits | may_meet[lane] << lane) }
+        Roots { t }
     }
 
     /// As [`intersect_sphere`] finds them.
