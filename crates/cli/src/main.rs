@@ -28,6 +28,7 @@ use std::process::ExitCode;
 static ALLOCATOR: allocator::Allocator = allocator::Allocator;
 
 fn main() -> ExitCode {
+    allocator::keep_memory();
     interrupt::report_file_size_limits();
     let mut arguments = match Arguments::read() {
         Ok(arguments) => arguments,

@@ -168,8 +168,7 @@ impl Generator {
             return None;
         }
         // Not those without area.
-        let smooth =
-            |&t: &u32| t as usize == triangle || dot(self.units[t as usize], own) >= self.min_cosine;
+        let smooth = |&t: &u32| t as usize == triangle || dot(self.units[t as usize], own) >= self.min_cosine;
         unit_double(self.sum(self.around(position).iter().copied().filter(smooth))).map(single)
     }
 }

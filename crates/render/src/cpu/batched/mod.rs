@@ -38,7 +38,7 @@ use lit::{LANES, LitPoints};
 use paths::PathBatch;
 pub(super) use paths::trace_paths;
 use pending::Pending;
-use points::Points;
+use points::{Arrivals, Points};
 use shadows::Shadows;
 use std::sync::atomic::Ordering;
 
@@ -63,6 +63,7 @@ pub(super) struct Workspace {
     rays: Vec<Ray>,
     filters: Vec<RayFilter>,
     hits: Vec<Hit>,
+    arrivals: Arrivals,
     pending: Pending,
     lit: LitPoints,
     shadows: Shadows,
@@ -139,34 +140,38 @@ impl Workspace {
     /// What the rays found: background and local terms, points to be lit, points whose rays go on.
     #[inline(always)]
     fn shade(&mut self, view: &SceneView, tile: Tile, counts: &mut RayCounts) {
-        let settings = view.settings;
-        let max_depth = depth_limit(settings);
         self.lit.clear();
-        let mut points = Points::NONE;
-        for k in 0..self.paths.len() {
-            if k % LANES == 0 {
-                points.find(view, &self.rays[k..], &self.hits[k..]);
-            }
-            let (path, hit) = (&self.paths[k], &self.hits[k]);
-            let pixel = tile.index_of(path.x, path.y);
+        self.arrivals.clear();
+        for (k, (path, hit)) in self.paths.iter().zip(&self.hits).enumerate() {
             counts.count(path.ray.kind);
             if hit.is_miss() {
-                self.sums[pixel].add(path.ray.weight * settings.background);
-                continue;
+                let pixel = tile.index_of(path.x, path.y);
+                self.sums[pixel].add(path.ray.weight * view.settings.background);
+            } else {
+                self.arrivals.push(view, k, hit);
             }
-            let point = points.get(view, k % LANES, &self.rays[k], hit);
-            let ray = PathRay { weight: weight_at(view, &point, &path.ray, hit.t), ..path.ray };
-            if point.coverage > 0.0 {
-                let found = local_radiance(view, &point, &ray, hit.t);
-                let shown = ray.weight * point.coverage;
-                let lobe = LampLobe::new(view, &point, &ray, max_depth);
-                if LitPoints::takes(view, &point, &lobe) {
-                    self.lit.push((&point, &lobe), path, pixel, shown, found);
-                } else {
-                    self.sums[pixel].add(shown * found);
+        }
+        let max_depth = depth_limit(view.settings);
+        for chunk in self.arrivals.of_kind.iter().flat_map(|arrivals| arrivals.chunks(LANES)) {
+            let points = Points::of(view, chunk, &self.rays, &self.hits);
+            for (lane, arrival) in chunk.iter().enumerate() {
+                let k = arrival.ray as usize;
+                let (path, hit) = (&self.paths[k], &self.hits[k]);
+                let pixel = tile.index_of(path.x, path.y);
+                let point = points.get(view, (lane, arrival), &self.rays[k], hit);
+                let ray = PathRay { weight: weight_at(view, &point, &path.ray, hit.t), ..path.ray };
+                if point.coverage > 0.0 {
+                    let found = local_radiance(view, &point, &ray, hit.t);
+                    let shown = ray.weight * point.coverage;
+                    let lobe = LampLobe::new(view, &point, &ray, max_depth);
+                    if LitPoints::takes(view, &point, &lobe) {
+                        self.lit.push((&point, &lobe), path, pixel, shown, found);
+                    } else {
+                        self.sums[pixel].add(shown * found);
+                    }
                 }
+                self.pending.push(view, &point, &Path { ray, ..*path }, hit.t, max_depth);
             }
-            self.pending.push(view, &point, &Path { ray, ..*path }, hit.t, max_depth);
         }
     }
 }

@@ -8,74 +8,81 @@ use eosphor_core::view::SceneView;
 /// Fewer triangles, or spheres, are computed one by one.
 const FEW: usize = 4;
 
-/// The points of some hits, as far as they can be computed together.
-pub(super) struct Points {
-    found: [Option<WorldPrimitive>; LANES],
-    /// Whether triangles, and spheres, are computed together.
-    together: [bool; 2],
-    triangles: PointLanes<LANES>,
-    spheres: PointLanes<LANES>,
+/// What a ray hit, and its number in the batch.
+#[derive(Clone, Copy)]
+pub(super) struct Arrival {
+    pub(super) ray: u32,
+    /// If its point can be computed together with others.
+    found: Option<WorldPrimitive>,
 }
 
-impl Points {
-    pub(super) const NONE: Points = Points {
-        found: [None; LANES],
-        together: [false; 2],
-        triangles: PointLanes::NONE,
-        spheres: PointLanes::NONE,
-    };
+/// All hits of a batch by their kind, so that points of one kind are computed together.
+#[derive(Default)]
+pub(super) struct Arrivals {
+    /// Triangles and spheres of the world, and others.
+    pub(super) of_kind: [Vec<Arrival>; 3],
+}
 
-    /// Of the first hits, as many as there are lanes.
+impl Arrivals {
+    pub(super) fn clear(&mut self) {
+        self.of_kind.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Adds a hit, not a miss.
     #[inline(always)]
-    pub(super) fn find(&mut self, view: &SceneView, rays: &[Ray], hits: &[Hit]) {
-        self.found = [None; LANES];
-        let (mut counts, mut last) = ([0; 2], [0; 2]);
-        for (lane, hit) in hits.iter().take(LANES).enumerate() {
-            if !hit.is_miss() {
-                self.found[lane] = WorldPrimitive::of(view, hit);
-            }
-            if let Some(found) = &self.found[lane] {
-                let kind = found.is_sphere as usize;
-                (counts[kind], last[kind]) = (counts[kind] + 1, lane);
-            }
+    pub(super) fn push(&mut self, view: &SceneView, ray: usize, hit: &Hit) {
+        let found = WorldPrimitive::of(view, hit);
+        let kind = match &found {
+            Some(found) => found.is_sphere as usize,
+            None => 2,
+        };
+        self.of_kind[kind].push(Arrival { ray: ray as u32, found });
+    }
+}
+
+/// The points of some hits of one kind, as far as they can be computed together.
+pub(super) struct Points(Option<PointLanes<LANES>>);
+
+impl Points {
+    /// Of up to as many hits as there are lanes.
+    #[inline(always)]
+    pub(super) fn of(view: &SceneView, arrivals: &[Arrival], rays: &[Ray], hits: &[Hit]) -> Points {
+        let Some(first) = arrivals.first().and_then(|a| a.found).filter(|_| arrivals.len() >= FEW) else {
+            return Points(None);
+        };
+        let at = arrivals[0].ray as usize;
+        // Idle lanes repeat one that is not.
+        let mut chosen = [(first, at); LANES];
+        for (chosen, arrival) in chosen.iter_mut().zip(arrivals) {
+            *chosen = (arrival.found.unwrap_or(first), arrival.ray as usize);
         }
-        for kind in 0..2 {
-            self.together[kind] = counts[kind] >= FEW;
-            let Some(other) = self.found[last[kind]].filter(|_| self.together[kind]) else { continue };
-            // Idle lanes repeat one that is not.
-            let mut chosen = [(other, last[kind]); LANES];
-            for lane in 0..LANES {
-                if let Some(found) = self.found[lane]
-                    && found.is_sphere as usize == kind
-                {
-                    chosen[lane] = (found, lane);
-                }
+        // First into arrays, since a large closure would be compiled for any CPU.
+        Points(Some(if first.is_sphere {
+            let mut spheres = [first.sphere(view, &rays[at], &hits[at]); LANES];
+            for (sphere, &(found, at)) in spheres.iter_mut().zip(&chosen) {
+                *sphere = found.sphere(view, &rays[at], &hits[at]);
             }
-            // First into arrays, since a large closure would be compiled for any CPU.
-            if kind == 0 {
-                let mut triangles = [other.triangle(view, &rays[last[kind]], &hits[last[kind]]); LANES];
-                for (triangle, &(found, from)) in triangles.iter_mut().zip(&chosen) {
-                    *triangle = found.triangle(view, &rays[from], &hits[from]);
-                }
-                self.triangles = PointLanes::new(|lane| triangles[lane]);
-            } else {
-                let mut spheres = [other.sphere(view, &rays[last[kind]], &hits[last[kind]]); LANES];
-                for (sphere, &(found, from)) in spheres.iter_mut().zip(&chosen) {
-                    *sphere = found.sphere(view, &rays[from], &hits[from]);
-                }
-                self.spheres = PointLanes::of_spheres(|lane| spheres[lane]);
+            PointLanes::of_spheres(|lane| spheres[lane])
+        } else {
+            let mut triangles = [first.triangle(view, &rays[at], &hits[at]); LANES];
+            for (triangle, &(found, at)) in triangles.iter_mut().zip(&chosen) {
+                *triangle = found.triangle(view, &rays[at], &hits[at]);
             }
-        }
+            PointLanes::new(|lane| triangles[lane])
+        }))
     }
 
     /// That of a hit.
     #[inline(always)]
-    pub(super) fn get(&self, view: &SceneView, lane: usize, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        match &self.found[lane] {
-            Some(found) if self.together[found.is_sphere as usize] => {
-                let points = if found.is_sphere { &self.spheres } else { &self.triangles };
-                SurfacePoint::of_lane(view, points, lane, found, hit)
-            }
+    pub(super) fn get(
+        &self,
+        view: &SceneView,
+        (lane, arrival): (usize, &Arrival),
+        ray: &Ray,
+        hit: &Hit,
+    ) -> SurfacePoint {
+        match (&self.0, &arrival.found) {
+            (Some(points), Some(found)) => SurfacePoint::of_lane(view, points, lane, found, hit),
             _ => SurfacePoint::new(view, ray, hit),
         }
     }
