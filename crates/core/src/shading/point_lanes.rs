@@ -166,7 +166,6 @@ impl<const W: usize> PointLanes<W> {
 /// A primitive of the world whose normals no texture changes.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldPrimitive {
-    /// Its number in the scene, of triangles or of spheres.
     number: u32,
     /// Number of its material.
     material: u32,
@@ -197,6 +196,12 @@ impl WorldPrimitive {
             return None;
         }
         Some(WorldPrimitive { number, material, is_sphere })
+    }
+
+    /// Its number in the scene, of triangles or of spheres.
+    #[inline(always)]
+    pub fn number(&self) -> u32 {
+        self.number
     }
 
     /// For [`PointLanes::new`].
