@@ -13,7 +13,7 @@
 //! Points whose rays go on wait on a stack ([`pending`]) and give their rays when a batch takes them, so that a point with
 //! a thousand glossy rays takes the room of one. Memory is bounded: a batch leaves at most [`BATCH`] points, and takes
 //! its rays from the last ones first, so the points that wait at one time are at most `BATCH` for each bounce of the depth
-//! limit, and twice that for the camera (what lies behind a hole takes the place of its own point). That is 1.6 MiB a
+//! limit, and twice that for the camera (what lies behind a hole takes the place of its own point). That is 0.8 MiB a
 //! bounce.
 
 mod camera;
@@ -43,7 +43,7 @@ use shadows::Shadows;
 use std::sync::atomic::Ordering;
 
 /// Rays traced at a time, at most.
-const BATCH: usize = 4096;
+const BATCH: usize = 2048;
 
 const NO_RAY: Ray = Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 };
 
