@@ -22,6 +22,7 @@ mod paths;
 mod pending;
 mod points;
 mod shadows;
+mod triangle_order;
 
 use super::dispatch::TileJob;
 use super::tile::Tile;

@@ -1,19 +1,13 @@
 //! The surface points of hits.
 
 use super::lit::LANES;
+use super::triangle_order::TriangleOrder;
 use eosphor_core::ray::{Hit, Ray};
 use eosphor_core::shading::{PointLanes, SurfacePoint, WorldPrimitive};
 use eosphor_core::view::SceneView;
 
 /// Fewer triangles, or spheres, are computed one by one.
 const FEW: usize = 4;
-
-/// Hits of triangles are put into so many lists by their numbers.
-const BUCKET_BITS: u32 = 11;
-const BUCKETS: usize = 1 << BUCKET_BITS;
-
-/// Fewer stay as they are.
-const MIN_SORTED: usize = 64;
 
 /// What a ray hit, and its number in the batch.
 #[derive(Clone, Copy)]
@@ -28,9 +22,7 @@ pub(super) struct Arrival {
 pub(super) struct Arrivals {
     /// Triangles and spheres of the world, and others.
     pub(super) of_kind: [Vec<Arrival>; 3],
-    /// Room for sorting.
-    sorted: Vec<Arrival>,
-    counts: Vec<u32>,
+    order: TriangleOrder<Arrival>,
 }
 
 impl Arrivals {
@@ -49,32 +41,11 @@ impl Arrivals {
         self.of_kind[kind].push(Arrival { ray: ray as u32, found });
     }
 
-    /// Puts hits of triangles beside those of triangles with numbers near theirs, which mostly lie near: then their shadow rays go
-    /// the same ways. (In order of their places they do no better.)
+    /// Puts hits of triangles into the order of those.
     #[inline(always)]
     pub(super) fn sort_triangles(&mut self, view: &SceneView) {
-        let triangles = &mut self.of_kind[0];
-        if triangles.len() < MIN_SORTED {
-            return;
-        }
-        let bits = u32::BITS - (view.triangles.len() as u32).leading_zeros();
-        let shift = bits.saturating_sub(BUCKET_BITS);
-        let bucket = |a: &Arrival| a.found.map_or(0, |found| (found.number() >> shift) as usize % BUCKETS);
-        self.counts.clear();
-        self.counts.resize(BUCKETS, 0);
-        triangles.iter().for_each(|a| self.counts[bucket(a)] += 1);
-        let mut before = 0;
-        for count in &mut self.counts {
-            (*count, before) = (before, before + *count);
-        }
-        self.sorted.clear();
-        self.sorted.extend_from_slice(triangles);
-        for arrival in triangles.iter() {
-            let place = &mut self.counts[bucket(arrival)];
-            self.sorted[*place as usize] = *arrival;
-            *place += 1;
-        }
-        std::mem::swap(triangles, &mut self.sorted);
+        let number = |arrival: &Arrival| arrival.found.map_or(0, |found| found.number());
+        self.order.sort(&mut self.of_kind[0], view.triangles.len(), number);
     }
 }
 
