@@ -298,9 +298,9 @@ pub(crate) fn geometry_tree(
     }
     if options.builder == Builder::Spatial && !references.is_empty() {
         let tree = spatial::build(references, &extent, &policy, triangles).join();
-        return reinsert(tree, options, &policy);
+        return reinsert(tree, options, purpose, &policy);
     }
-    build_tree(references, &extent, options, &policy)
+    build_tree(references, &extent, (options, purpose), &policy)
 }
 
 /// The tree over the instances but the world, numbered from 0. To it, instances are what triangles are to the others.
@@ -313,13 +313,13 @@ pub(crate) fn instance_tree(scene: &SceneGeometry, options: &BuildOptions, purpo
     // There is nothing to clip.
     let builder = if options.builder == Builder::Spatial { Builder::Binned } else { options.builder };
     let (references, extent, _) = reference::make_references(&[], &bounds, 0);
-    build_tree(references, &extent, &BuildOptions { builder, ..*options }, &policy)
+    build_tree(references, &extent, (&BuildOptions { builder, ..*options }, purpose), &policy)
 }
 
 fn build_tree(
     mut references: Vec<Reference>,
     extent: &reference::Extent,
-    options: &BuildOptions,
+    (options, purpose): (&BuildOptions, Purpose),
     policy: &Policy,
 ) -> Tree {
     if references.is_empty() {
@@ -333,14 +333,18 @@ fn build_tree(
         }
     };
     drop(references);
-    reinsert(piece.join(), options, policy)
+    reinsert(piece.join(), options, purpose, policy)
 }
 
-/// Puts large nodes where they cost least, if the options say so.
-fn reinsert(tree: Tree, options: &BuildOptions, policy: &Policy) -> Tree {
+/// Puts large nodes where they cost least, if the options say so and the tree is to be collapsed: trees with two children a node
+/// gain a hundredth at most.
+fn reinsert(tree: Tree, options: &BuildOptions, purpose: Purpose, policy: &Policy) -> Tree {
+    if !options.reinsertion || purpose != Purpose::Eight {
+        return tree;
+    }
     let effort = match options.builder {
         Builder::Spatial => Effort { share: 4, most: 65_536 },
         _ => Effort { share: 16, most: 4096 },
     };
-    if options.reinsertion { tree.reinserted(effort, policy.max_depth) } else { tree }
+    tree.reinserted(effort, policy.max_depth)
 }

@@ -132,10 +132,9 @@ pub struct BuildOptions {
     /// askew (at most one in 16), before they build the 8-wide hierarchy: shadow rays in a colonnade are 1.1 to 1.3 times as fast.
     /// Usual for [`Builder::Binned`]; [`Builder::Morton`] has a faster way without.
     pub cut_large_triangles: bool,
-    /// Whether the largest nodes are taken out of the tree when it is built, and each put where all boxes become smallest together
-    /// (Bittner et al. 2013): bounce rays in a colonnade are 1.1 times as fast, and scans of smooth surfaces take no part. Usual for
-    /// [`Builder::Binned`] and [`Builder::Spatial`], whatever is built; the others are the classic algorithms as they were published,
-    /// and never do it.
+    /// Whether builders take out the largest nodes of the finished tree, and put each where all boxes become smallest together
+    /// (Bittner et al. 2013), before they build the 8-wide hierarchy: bounce rays in a colonnade are 1.1 times as fast, and those
+    /// at scans of smooth surfaces as fast as before. Usual for [`Builder::Binned`] and [`Builder::Spatial`].
     pub reinsertion: bool,
 }
 

@@ -184,7 +184,8 @@ impl Bvh8 {
         let triangles = &scene.triangles()[geometry.first_triangle as usize..];
         let triangles = &triangles[..geometry.triangle_count as usize];
         let only_triangles = geometry.sphere_count == 0 && !triangles.is_empty();
-        if options.builder == Builder::Morton && only_triangles && !options.cut_large_triangles {
+        let as_it_comes = !options.cut_large_triangles && !options.reinsertion;
+        if options.builder == Builder::Morton && only_triangles && as_it_comes {
             let (tree, blocks, farthest) = morton::build(triangles);
             return Cut::best(tree).with_blocks(blocks, farthest);
         }

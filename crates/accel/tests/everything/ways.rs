@@ -83,12 +83,7 @@ fn binary_options() -> Vec<(String, BuildOptions)> {
         let options = BuildOptions { max_leaf_primitives, traversal_cost, ..BuildOptions::of(builder) };
         (format!("{builder} with leaves of {max_leaf_primitives}"), options)
     });
-    let moved = [Builder::Median, Builder::Binned].map(|b| {
-        let reinsertion = !BuildOptions::of(b).reinsertion;
-        let name = format!("{b}, large nodes {}", if reinsertion { "moved" } else { "left" });
-        (name, BuildOptions { reinsertion, ..BuildOptions::of(b) })
-    });
-    usual.into_iter().chain(others).chain(moved).collect()
+    usual.into_iter().chain(others).collect()
 }
 
 fn eight_wide_options() -> Vec<(String, BuildOptions)> {
@@ -99,7 +94,12 @@ fn eight_wide_options() -> Vec<(String, BuildOptions)> {
         let name = format!("{b}, large triangles {}", if cut { "cut" } else { "whole" });
         (name, BuildOptions { cut_large_triangles: cut, ..usual })
     });
-    usual.into_iter().chain(other).collect()
+    let moved = [Builder::Morton, Builder::Binned].map(|b| {
+        let reinsertion = !BuildOptions::of(b).reinsertion;
+        let name = format!("{b}, large nodes {}", if reinsertion { "moved" } else { "left" });
+        (name, BuildOptions { reinsertion, ..BuildOptions::of(b) })
+    });
+    usual.into_iter().chain(other).chain(moved).collect()
 }
 
 impl Structures {
