@@ -28,9 +28,8 @@ use super::dispatch::TileJob;
 use super::tile::Tile;
 pub(super) use camera::CameraRays;
 use eosphor_accel::{BatchTracer, Coherence, Filters};
-use eosphor_core::integrator::PathRay;
 use eosphor_core::integrator::whitted::{LampLobe, depth_limit, local_radiance};
-use eosphor_core::integrator::{RayCounts, weight_at};
+use eosphor_core::integrator::{PathRay, RayCounts, RayKind, weight_at};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::sums::ExactSum;
@@ -105,7 +104,7 @@ pub(super) fn trace_tile<T: BatchTracer>(
             // The points that waited had no ray to give, but there may be camera rays left.
             continue;
         }
-        work.find_hits(view, tracer, if from_camera { Coherence::Coherent } else { Coherence::Auto });
+        work.find_hits(view, tracer, from_camera);
         work.shade(view, tile, &mut counts);
         if !work.lit.is_empty() {
             work.shadows.add_light(view, tracer, &mut work.lit, &mut counts.shadow, cancel)?;
@@ -116,8 +115,12 @@ pub(super) fn trace_tile<T: BatchTracer>(
 }
 
 impl Workspace {
+    /// Closest hits. Rays of mirrors and clear glass go on in the order of the triangles that they left, so they mostly go together
+    /// (in a conference room of mirrors, 0.93 of the time).
     #[inline(always)]
-    fn find_hits<T: BatchTracer>(&mut self, view: &SceneView, tracer: &T, coherence: Coherence) {
+    fn find_hits<T: BatchTracer>(&mut self, view: &SceneView, tracer: &T, from_camera: bool) {
+        let is_spread = self.paths.iter().any(|path| path.ray.kind == RayKind::Glossy);
+        let coherence = if is_spread { Coherence::Auto } else { Coherence::Coherent };
         let count = self.paths.len();
         // Written over below; nothing is written where the length stays the same.
         self.rays.resize(count, NO_RAY);
@@ -126,7 +129,7 @@ impl Workspace {
         for (path, ray) in self.paths.iter().zip(&mut self.rays) {
             *ray = path.ray.ray();
         }
-        if coherence == Coherence::Coherent {
+        if from_camera {
             // Camera rays: all leave out the same.
             let filter = self.paths[0].ray.filter(view.settings);
             tracer.closest_hits(&self.rays, Filters::Shared(&filter), coherence, &mut self.hits);
