@@ -8,7 +8,8 @@ use crate::math::{Affine, Vec3, vec3};
 use crate::out_of_line::on_cpus;
 
 on_cpus! {
-    /// Unit normals at the corners of a triangle that a map has placed, from those in its own space; `flat` where one has no length.
+    /// Unit normals at the corners of a triangle that a map has placed, from those in its own space; `flat`
+    /// where one has no length.
     pub fn placed_normals(object_from_world: &Affine, normals: &[Vec3; 3], flat: Vec3) -> [Vec3; 3] {
         let mut placed = *normals;
         for normal in &mut placed {

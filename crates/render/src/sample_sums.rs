@@ -42,7 +42,7 @@ impl SampleSums {
 /// So many sums of nothing, in memory that is zero when the system gives it: nothing is written until something is added.
 fn no_sums(count: usize) -> Vec<ExactSum> {
     let mut zeros = ManuallyDrop::new(vec![[0u64; 3]; count]);
-    // SAFETY: same layout: `ExactSum` is `repr(C)` and holds such an array alone; pointer, length and capacity are those of a vector
-    // that is not used any more.
+    // SAFETY: same layout: `ExactSum` is `repr(C)` and holds such an array alone; pointer, length and
+    // capacity are those of a vector that is not used any more.
     unsafe { Vec::from_raw_parts(zeros.as_mut_ptr().cast(), count, zeros.capacity()) }
 }

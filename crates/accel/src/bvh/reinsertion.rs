@@ -1,6 +1,6 @@
 //! Nodes that stand where they cost much are taken out and put where they cost least (Bittner et al. 2013, "Fast
-//! insertion-based optimization of bounding volume hierarchies"; the search as in Meister and Bittner 2018, "Parallel reinsertion for
-//! bounding volume hierarchy optimization").
+//! insertion-based optimization of bounding volume hierarchies"; the search as in Meister and Bittner 2018,
+//! "Parallel reinsertion for bounding volume hierarchy optimization").
 //!
 //! What is built from the root down is decided before anything below is known. A long beam that was put on one side of a plane
 //! makes all boxes on its way down larger than they have to be; here it finds a place beside others of its kind.
@@ -22,7 +22,8 @@ pub(super) struct Effort {
 /// All of the largest nodes are looked at so many times.
 const ROUNDS: usize = 2;
 
-/// A search looks at so many places. It begins near the node; without a bound, boxes that all overlap would make it look everywhere.
+/// A search looks at so many places. It begins near the node; without a bound, boxes that all overlap would
+/// make it look everywhere.
 const MOST_PLACES: usize = 1024;
 
 /// A tree whose nodes are being moved.
@@ -37,8 +38,8 @@ struct Reinsertion {
 }
 
 impl Tree {
-    /// Takes out large nodes and puts each where the tree's boxes become smallest. Leaves lie no deeper than `max_depth` if they did
-    /// not before.
+    /// Takes out large nodes and puts each where the tree's boxes become smallest. Leaves lie no deeper than
+    /// `max_depth` if they did not before.
     pub(super) fn reinserted(self, effort: Effort, max_depth: usize) -> Tree {
         let area = self.nodes[0].bounds().half_area();
         if self.nodes.len() < 8 || !(area > 0.0 && area < f32::MAX) {

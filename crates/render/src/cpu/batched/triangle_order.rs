@@ -1,7 +1,7 @@
 //! Hits in the order of their triangles.
 //!
-//! Neighbours in the file are mostly neighbours in the scene: rays that start at them go the same ways. (In the order of their places,
-//! by Morton codes, hits do no better.)
+//! Neighbours in the file are mostly neighbours in the scene: rays that start at them go the same ways. (In
+//! the order of their places, by Morton codes, hits do no better.)
 
 /// Hits are put into so many lists by their triangles' numbers.
 const BUCKET_BITS: u32 = 11;
