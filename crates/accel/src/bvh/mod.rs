@@ -344,7 +344,7 @@ fn reinsert(tree: Tree, options: &BuildOptions, purpose: Purpose, policy: &Polic
     }
     let effort = match options.builder {
         Builder::Spatial => Effort { share: 4, most: 65_536 },
-        _ => Effort { share: 16, most: 4096 },
+        _ => Effort { share: 4, most: 16_384 },
     };
     tree.reinserted(effort, policy.max_depth)
 }
