@@ -12,37 +12,40 @@ const TOGETHER: usize = 8;
 /// Fewer are computed one by one.
 const FEW: u32 = 3;
 
+/// Rays of a point of more than these wait as that point.
+const AT_ONCE: u32 = 2;
+
 /// A point and what is next of its rays.
 #[derive(Clone, Copy, Debug)]
 struct Branching {
     point: SurfacePoint,
     /// What found it, with the weight with which it arrived.
     path: Path,
-    /// How far it came.
-    t: f32,
     next: u32,
     branches: u32,
 }
 
-/// A stack of points.
+/// A stack of rays, and one of points with many rays.
 #[derive(Default)]
 pub(super) struct Pending {
+    paths: Vec<Path>,
     points: Vec<Branching>,
 }
 
 impl Pending {
     #[inline(always)]
     pub(super) fn clear(&mut self) {
+        self.paths.clear();
         self.points.clear();
     }
 
-    /// How many points wait.
+    /// How many rays and points wait.
     #[inline(always)]
     pub(super) fn len(&self) -> usize {
-        self.points.len()
+        self.paths.len() + self.points.len()
     }
 
-    /// Puts a point on top that `path` found at distance `t`, where any ray goes on from it.
+    /// Puts the rays that go on from a point on top. `path` found it at distance `t`.
     #[inline(always)]
     pub(super) fn push(
         &mut self,
@@ -52,37 +55,57 @@ impl Pending {
         t: f32,
         max_depth: u32,
     ) {
-        let branches = branches_at(point, path.ray.depth, max_depth);
-        if branches > 0 || ray_behind(view, point, &path.ray, t).is_some() {
-            self.points.push(Branching { point: *point, path: *path, t, next: 0, branches });
+        let Path { ref ray, x, y, sample } = *path;
+        if let Some(ray) = ray_behind(view, point, ray, t) {
+            self.paths.push(Path { ray, x, y, sample });
+        }
+        let branches = branches_at(point, ray.depth, max_depth);
+        if branches > AT_ONCE {
+            self.points.push(Branching { point: *point, path: *path, next: 0, branches });
+        } else if branches > 0 {
+            let shown = shown(path, point);
+            let children = Children::new(view, point, &shown, (x, y, sample));
+            // (In a loop, all that both kinds need would be computed for either.)
+            if let Some(ray) = children.ray(0) {
+                self.paths.push(Path { ray, x, y, sample });
+            }
+            if branches > 1
+                && let Some(ray) = children.ray(1)
+            {
+                self.paths.push(Path { ray, x, y, sample });
+            }
         }
     }
 
-    /// Takes up to `limit` rays from the points on top.
+    /// Takes up to `limit` of what is on top: first of the rays, then rays of the points.
     #[inline(always)]
     pub(super) fn take(&mut self, view: &SceneView, limit: usize, paths: &mut Vec<Path>) {
+        let left = self.paths.len().saturating_sub(limit);
+        paths.extend_from_slice(&self.paths[left..]);
+        self.paths.truncate(left);
         while paths.len() < limit {
             let Some(top) = self.points.last_mut() else { return };
             if top.next < top.branches {
                 top.take_branches(view, limit, paths);
-                continue;
-            }
-            let Path { ref ray, x, y, sample } = top.path;
-            let behind = ray_behind(view, &top.point, ray, top.t);
-            self.points.pop();
-            if let Some(ray) = behind {
-                paths.push(Path { ray, x, y, sample });
+            } else {
+                self.points.pop();
             }
         }
     }
+}
+
+/// What found a point, with the weight of what the point gives.
+#[inline(always)]
+fn shown(path: &Path, point: &SurfacePoint) -> PathRay {
+    PathRay { weight: path.ray.weight * point.coverage, ..path.ray }
 }
 
 impl Branching {
     /// Takes branches until there are none or `limit` rays.
     #[inline(always)]
     fn take_branches(&mut self, view: &SceneView, limit: usize, paths: &mut Vec<Path>) {
-        let Path { ref ray, x, y, sample } = self.path;
-        let shown = PathRay { weight: ray.weight * self.point.coverage, ..*ray };
+        let Path { x, y, sample, .. } = self.path;
+        let shown = shown(&self.path, &self.point);
         let children = Children::new(view, &self.point, &shown, (x, y, sample));
         let glossy = children.glossy_rays();
         let glossy = if glossy >= FEW { glossy } else { 0 };
