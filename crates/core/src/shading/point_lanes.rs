@@ -15,8 +15,10 @@ use crate::view::{SceneView, item};
 /// What rays found: triangles of the world whose normals no texture changes.
 #[derive(Clone, Copy, Debug)]
 pub struct FoundTriangle<'a> {
-    /// The ray.
-    pub ray: Ray,
+    /// Where the ray starts.
+    pub origin: &'a Vec3,
+    /// Its direction, a unit vector.
+    pub direction: &'a Vec3,
     /// Where it met the triangle.
     pub hit: &'a Hit,
     /// The triangle's corners.
@@ -28,8 +30,10 @@ pub struct FoundTriangle<'a> {
 /// What rays found: spheres of the world whose normals no texture changes.
 #[derive(Clone, Copy, Debug)]
 pub struct FoundSphere<'a> {
-    /// The ray.
-    pub ray: Ray,
+    /// Where the ray starts.
+    pub origin: &'a Vec3,
+    /// Its direction, a unit vector.
+    pub direction: &'a Vec3,
     /// Where it met the sphere.
     pub hit: &'a Hit,
     /// The sphere.
@@ -73,8 +77,8 @@ impl<const W: usize> PointLanes<W> {
         let [mut t, mut t_rest, mut u, mut v] = [[0.0; W]; 4];
         for lane in 0..W {
             let of_lane = found(lane);
-            origin.set(lane, of_lane.ray.origin);
-            direction.set(lane, of_lane.ray.direction);
+            origin.set(lane, *of_lane.origin);
+            direction.set(lane, *of_lane.direction);
             for corner in 0..3 {
                 corners[corner].set(lane, of_lane.corners[corner]);
                 normals[corner].set(lane, of_lane.normals[corner]);
@@ -112,8 +116,8 @@ impl<const W: usize> PointLanes<W> {
         let [mut t, mut t_rest, mut radius, mut error] = [[0.0; W]; 4];
         for lane in 0..W {
             let of_lane = found(lane);
-            origin.set(lane, of_lane.ray.origin);
-            direction.set(lane, of_lane.ray.direction);
+            origin.set(lane, *of_lane.origin);
+            direction.set(lane, *of_lane.direction);
             center.set(lane, of_lane.sphere.center);
             radius[lane] = of_lane.sphere.radius;
             (t[lane], t_rest[lane]) = (of_lane.hit.t, of_lane.hit.t_rest);
@@ -206,15 +210,17 @@ impl WorldPrimitive {
 
     /// For [`PointLanes::new`].
     #[inline(always)]
-    pub fn triangle<'a>(&self, view: &'a SceneView, ray: &Ray, hit: &'a Hit) -> FoundTriangle<'a> {
+    pub fn triangle<'a>(&self, view: &'a SceneView, ray: &'a Ray, hit: &'a Hit) -> FoundTriangle<'a> {
         let normals = &item(view.triangle_shading, self.number).normals;
-        FoundTriangle { ray: *ray, hit, corners: item(view.triangles, self.number), normals }
+        let Ray { origin, direction, .. } = ray;
+        FoundTriangle { origin, direction, hit, corners: item(view.triangles, self.number), normals }
     }
 
     /// For [`PointLanes::of_spheres`].
     #[inline(always)]
-    pub fn sphere<'a>(&self, view: &'a SceneView, ray: &Ray, hit: &'a Hit) -> FoundSphere<'a> {
-        FoundSphere { ray: *ray, hit, sphere: item(view.spheres, self.number) }
+    pub fn sphere<'a>(&self, view: &'a SceneView, ray: &'a Ray, hit: &'a Hit) -> FoundSphere<'a> {
+        let Ray { origin, direction, .. } = ray;
+        FoundSphere { origin, direction, hit, sphere: item(view.spheres, self.number) }
     }
 
     #[inline(always)]

@@ -60,7 +60,8 @@ pub fn bounce_matte<'a, const W: usize, B: BounceLanes>(
         let (path, hit) = met(lane);
         let number = first + hit.id.primitive;
         let normals = &item(view.triangle_shading, number).normals;
-        FoundTriangle { ray: path.ray.ray(), hit, corners: item(view.triangles, number), normals }
+        let PathRay { origin, direction, .. } = &path.ray;
+        FoundTriangle { origin, direction, hit, corners: item(view.triangles, number), normals }
     });
     let zero = Vec3Lanes::<W>::ZERO;
     let (mut albedo, mut weight, mut depth) = (zero, zero, [0; W]);

@@ -98,6 +98,12 @@ impl Block {
         get(&self.transmission, lane)
     }
 
+    /// Whether any point has a lobe.
+    #[inline(always)]
+    pub(super) fn has_lobes(&self) -> bool {
+        self.any_lobes
+    }
+
     /// Key of a point's random numbers.
     #[inline(always)]
     pub(super) fn key(&self, settings: &Settings, lane: usize) -> u32 {

@@ -5,15 +5,15 @@
 //! `core`, in another order than `whitted::radiance` does; sums are exact, so the bits are the same.
 //!
 //! ```text
-//! camera rays, or rays of pending points -> closest hits -> points: local terms ─┬─> light by light: shadow rays -> sums
-//!                              ^                                                 └─> points whose rays go on
-//!                              └── taken from the top, ray by ray ──────────────────────────┘
+//! camera rays, or pending ones -> closest hits -> points: local terms ─┬─> light by light: shadow rays -> sums
+//!                     ^                                                └─> rays that go on, and points with many
+//!                     └────────────── taken from the top ────────────────────────────┘
 //! ```
 //!
-//! Points whose rays go on wait on a stack ([`pending`]) and give their rays when a batch takes them, so that a point with
-//! a thousand glossy rays takes the room of one. Memory is bounded: a batch leaves at most [`BATCH`] points, and takes
-//! its rays from the last ones first, so the points that wait at one time are at most `BATCH` for each bounce of the depth
-//! limit, and twice that for the camera (what lies behind a hole takes the place of its own point). That is 0.8 MiB a
+//! Rays that go on wait on a stack ([`pending`]). Points with many glossy rays wait themselves and give their rays when a batch
+//! takes them, so that a point with a thousand takes the room of one. Memory is bounded: each ray of a batch leaves one such
+//! point, or up to three rays (mirrored, through glass, through a hole), and a batch takes the last ones first; so what waits at
+//! one time is at most what a batch leaves, for each bounce of the depth limit, and twice that for the camera. That is 1 MiB a
 //! bounce.
 
 mod camera;
@@ -92,7 +92,7 @@ pub(super) fn trace_tile<T: BatchTracer>(
         }
         work.paths.clear();
         let waiting = work.pending.len();
-        // While few points wait there are camera rays to make them more.
+        // While few rays wait there are camera rays to make them more.
         let from_camera = waiting < BATCH && camera.take(view, BATCH, |path| work.paths.push(path));
         if !from_camera {
             work.pending.take(view, BATCH, &mut work.paths);

@@ -1,4 +1,4 @@
-//! Surface points whose rays are not all on their way yet.
+//! Rays that go on and are not on their way yet, and surface points with many of them.
 
 use super::Path;
 use eosphor_core::integrator::PathRay;

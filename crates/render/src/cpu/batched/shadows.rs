@@ -8,7 +8,7 @@ use eosphor_core::integrator::whitted::{
     is_lit_from_behind, light_key, lights_alone, shade_direct, shadow_filter, ways_to_lamps,
 };
 use eosphor_core::light::{ChosenLight, Light, TopWays, TreeTop, TriangleLampLanes};
-use eosphor_core::math::Vec3;
+use eosphor_core::math::{Vec3, Vec3Lanes};
 use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
 use eosphor_core::view::SceneView;
@@ -47,17 +47,35 @@ struct Draw {
 #[derive(Clone, Copy)]
 struct Offered {
     lanes: LightLanes<LANES>,
-    got: [LightSums; LANES],
+    got: Got,
     /// The lanes that the light reaches unless something is in the way.
     active: [bool; LANES],
 }
 
 impl Offered {
-    const NOTHING: Offered = Offered {
-        lanes: LightLanes::NONE,
-        got: [LightSums { diffuse: Vec3::ZERO, specular: Vec3::ZERO }; LANES],
-        active: [false; LANES],
-    };
+    const NOTHING: Offered = Offered { lanes: LightLanes::NONE, got: Got::NOTHING, active: [false; LANES] };
+}
+
+/// What a block's points get of a light.
+#[derive(Clone, Copy)]
+struct Got {
+    diffuse: Vec3Lanes<LANES>,
+    specular: Vec3Lanes<LANES>,
+}
+
+impl Got {
+    const NOTHING: Got = Got { diffuse: Vec3Lanes::ZERO, specular: Vec3Lanes::ZERO };
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> LightSums {
+        LightSums { diffuse: self.diffuse.get(lane), specular: self.specular.get(lane) }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, sums: &LightSums) {
+        self.diffuse.set(lane, sums.diffuse);
+        self.specular.set(lane, sums.specular);
+    }
 }
 
 /// Shadow rays of a batch.
@@ -148,11 +166,19 @@ impl Lamp<'_> {
 
     /// Adds what the first `count` points of a block make of the light that they got.
     #[inline(always)]
-    fn add_to(&self, view: &SceneView, block: &mut Block, count: usize, got: &[LightSums; LANES]) {
+    fn add_to(&self, view: &SceneView, block: &mut Block, count: usize, got: &Got) {
         let color = self.light.le();
+        if self.side == 0 && !block.has_lobes() {
+            // All lanes together: idle ones got nothing.
+            for lane in 0..LANES {
+                let (diffuse, specular) = (block.diffuse(lane), block.specular(lane));
+                block.add_light(lane, shade_direct(color, diffuse, specular, Vec3::ZERO, 0, &got.get(lane)));
+            }
+            return;
+        }
         for lane in 0..count {
             if self.shines_on(view, block, lane) {
-                self.add_to_lane(color, block, lane, &got[lane]);
+                self.add_to_lane(color, block, lane, &got.get(lane));
             }
         }
     }
@@ -281,7 +307,7 @@ impl Shadows {
                 // As many as there are active lanes.
                 let Some(&number) = drawn.next() else { return };
                 let light = &view.lights[number as usize];
-                lamp.add_to_lane(light.le(), block, lane, &offered.got[lane]);
+                lamp.add_to_lane(light.le(), block, lane, &offered.got.get(lane));
             }
         }
     }
@@ -351,7 +377,7 @@ impl Shadows {
                     self.drawn.push(chosen.number);
                 }
             }
-            let offered = Offered { lanes, got: [LightSums::default(); LANES], active };
+            let offered = Offered { lanes, got: Got::NOTHING, active };
             self.offered.push(offered);
         }
     }
@@ -413,7 +439,9 @@ impl Shadows {
                 } else {
                     continue;
                 };
-                offered.got[lane].add(through, offered.lanes.diffuse[lane], offered.lanes.specular[lane]);
+                let mut got = offered.got.get(lane);
+                got.add(through, offered.lanes.diffuse[lane], offered.lanes.specular[lane]);
+                offered.got.set(lane, &got);
             }
         }
     }
@@ -437,7 +465,7 @@ impl Shadows {
             for lane in 0..count {
                 if lamp.shines_on(view, block, lane) {
                     let (receiver, filter) = (side.receiver(lane), shadow_filter(lamp.light, block.id[lane]));
-                    got[lane] = gather::<T, SAMPLES_TOGETHER>(
+                    let sums = gather::<T, SAMPLES_TOGETHER>(
                         view,
                         tracer,
                         (lamp.light, samples),
@@ -445,6 +473,7 @@ impl Shadows {
                         &filter,
                         shadow_rays,
                     );
+                    got.set(lane, &sums);
                 }
             }
             if cancel.load(Ordering::Relaxed) {
