@@ -12,7 +12,7 @@ const TOGETHER: usize = 8;
 /// Fewer are computed one by one.
 const FEW: u32 = 3;
 
-/// Rays of a point of more than these wait as that point.
+/// A point with more rays than these waits itself.
 const AT_ONCE: u32 = 2;
 
 /// A point and what is next of its rays.
@@ -21,11 +21,16 @@ struct Branching {
     point: SurfacePoint,
     /// What found it, with the weight with which it arrived.
     path: Path,
+    /// How far it came.
+    t: f32,
     next: u32,
     branches: u32,
+    /// How many rays waited when it came: the others lie above it.
+    rays_below: usize,
 }
 
-/// A stack of rays, and one of points with many rays.
+/// A stack of rays and of points with more of them. What came last is taken first, be it ray or point: were all rays taken before
+/// points, points of whole trees of rays would wait at one time.
 #[derive(Default)]
 pub(super) struct Pending {
     paths: Vec<Path>,
@@ -56,12 +61,14 @@ impl Pending {
         max_depth: u32,
     ) {
         let Path { ref ray, x, y, sample } = *path;
-        if let Some(ray) = ray_behind(view, point, ray, t) {
-            self.paths.push(Path { ray, x, y, sample });
-        }
         let branches = branches_at(point, ray.depth, max_depth);
-        if branches > AT_ONCE {
-            self.points.push(Branching { point: *point, path: *path, next: 0, branches });
+        let behind = ray_behind(view, point, ray, t);
+        // What lies behind a hole takes the place of the hole's point, however many holes there are.
+        if branches > AT_ONCE || (branches > 0 && behind.is_some()) {
+            let rays_below = self.paths.len();
+            self.points.push(Branching { point: *point, path: *path, t, next: 0, branches, rays_below });
+        } else if let Some(ray) = behind {
+            self.paths.push(Path { ray, x, y, sample });
         } else if branches > 0 {
             let shown = shown(path, point);
             let children = Children::new(view, point, &shown, (x, y, sample));
@@ -77,18 +84,28 @@ impl Pending {
         }
     }
 
-    /// Takes up to `limit` of what is on top: first of the rays, then rays of the points.
+    /// Takes up to `limit` rays from the top.
     #[inline(always)]
     pub(super) fn take(&mut self, view: &SceneView, limit: usize, paths: &mut Vec<Path>) {
-        let left = self.paths.len().saturating_sub(limit);
-        paths.extend_from_slice(&self.paths[left..]);
-        self.paths.truncate(left);
         while paths.len() < limit {
+            let rays_below = self.points.last().map_or(0, |top| top.rays_below);
+            if self.paths.len() > rays_below {
+                let room = limit - paths.len();
+                let first = self.paths.len().saturating_sub(room).max(rays_below);
+                paths.extend_from_slice(&self.paths[first..]);
+                self.paths.truncate(first);
+                continue;
+            }
             let Some(top) = self.points.last_mut() else { return };
             if top.next < top.branches {
                 top.take_branches(view, limit, paths);
-            } else {
-                self.points.pop();
+                continue;
+            }
+            let Path { ref ray, x, y, sample } = top.path;
+            let behind = ray_behind(view, &top.point, ray, top.t);
+            self.points.pop();
+            if let Some(ray) = behind {
+                paths.push(Path { ray, x, y, sample });
             }
         }
     }
