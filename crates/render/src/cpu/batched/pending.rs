@@ -152,3 +152,86 @@ impl Branching {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor_core::integrator::camera_ray;
+    use eosphor_core::material::{FresnelUse, Refraction};
+    use eosphor_core::math::{Vec3, vec3};
+    use eosphor_core::ray::PrimitiveId;
+    use eosphor_core::shading::EvaluatedMaterial;
+    use eosphor_scene::{Scene, SceneData};
+
+    /// A point that the ray of sample `sample` met head-on, with so many glossy rays, or a mirror.
+    fn push(pending: &mut Pending, view: &SceneView, sample: u32, glossy_rays: u32, coverage: f32) {
+        let material_values = EvaluatedMaterial {
+            diffuse: Vec3::ZERO,
+            specular: Vec3::ZERO,
+            shininess: 1.0,
+            lamp_highlights: false,
+            emission: Vec3::ZERO,
+            ior: 1.5,
+            reflection: Vec3::ONE,
+            fresnel: FresnelUse::Ignore,
+            metal: 0.0,
+            metal_color: Vec3::ZERO,
+            transmission: Vec3::ZERO,
+            refraction: Refraction::Straight,
+            shadow_filter: Vec3::ZERO,
+            opacity: coverage,
+            glossy_rays,
+            glossy_rays_later: glossy_rays,
+            glossy_exponent: 1e6,
+            glossy_transmission: false,
+        };
+        let up = vec3(0.0, 0.0, 1.0);
+        let point = SurfacePoint {
+            position: Vec3::ZERO,
+            geometric_normal: up,
+            normal: up,
+            to_viewer: up,
+            front: true,
+            material_values,
+            material: 0,
+            coverage,
+            id: PrimitiveId { instance: 0, primitive: 0 },
+            offset: 1e-3,
+        };
+        let ray = PathRay { origin: up, direction: -up, weight: Vec3::ONE, ..camera_ray(view, 0, 0, 0) };
+        pending.push(view, &point, &Path { ray, x: 0, y: 0, sample }, 1.0, 5);
+    }
+
+    #[test]
+    fn what_came_last_is_taken_first() {
+        let (data, _) = SceneData::flatten(&Scene::default()).unwrap();
+        let (view, mut pending) = (data.view(), Pending::default());
+        push(&mut pending, &view, 1, 0, 1.0);
+        push(&mut pending, &view, 2, 4, 1.0);
+        push(&mut pending, &view, 3, 0, 1.0);
+        assert_eq!(pending.len(), 3);
+        let mut order = Vec::new();
+        for limit in [1, 2, 9] {
+            let mut taken = Vec::new();
+            pending.take(&view, limit, &mut taken);
+            order.push(taken.iter().map(|path| path.sample).collect::<Vec<u32>>());
+            if limit == 2 {
+                // Lies above what is left of the point.
+                push(&mut pending, &view, 4, 0, 1.0);
+            }
+        }
+        assert_eq!(order, [vec![3], vec![2, 2], vec![4, 2, 2, 1]]);
+        assert_eq!(pending.len(), 0);
+    }
+
+    #[test]
+    fn what_lies_behind_a_hole_takes_the_place_of_its_point() {
+        let (data, _) = SceneData::flatten(&Scene::default()).unwrap();
+        let (view, mut pending) = (data.view(), Pending::default());
+        push(&mut pending, &view, 1, 0, 0.5);
+        assert_eq!(pending.len(), 1);
+        let mut taken = Vec::new();
+        pending.take(&view, 9, &mut taken);
+        assert_eq!(taken.iter().map(|path| path.ray.direction.z > 0.0).collect::<Vec<bool>>(), [true, false]);
+    }
+}
