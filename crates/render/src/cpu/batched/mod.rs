@@ -10,11 +10,11 @@
 //!                     └────────────── taken from the top ────────────────────────────┘
 //! ```
 //!
-//! Rays that go on wait on a stack ([`pending`]). Points with many glossy rays wait there themselves and give their rays when a batch
-//! takes them, so that a point with a thousand takes the room of one. Memory is bounded: a ray of a batch leaves one such point,
-//! or two rays (mirrored and through glass), or one (through a hole), and a batch takes what came last first; so the points that
-//! wait at one time are at most [`BATCH`] for each bounce of the depth limit, and twice that for the camera (what lies behind a
-//! hole takes the place of its own point), or so many pairs of rays. That is 1 MiB a bounce.
+//! Rays that go on wait on a stack ([`pending`]). Points with many glossy rays wait there themselves and give their rays when a
+//! batch takes them, so that a point with a thousand takes the room of one. Memory is bounded: a ray of a batch leaves one such
+//! point, or two rays (mirrored and through glass), or one (through a hole), and a batch takes what came last first; so the
+//! points that wait at one time are at most [`BATCH`] for each bounce of the depth limit, and twice that for the camera (what
+//! lies behind a hole takes the place of its own point), or so many pairs of rays. That is 1 MiB a bounce.
 
 mod camera;
 mod lit;
