@@ -297,6 +297,9 @@ pub(crate) fn geometry_tree(
         policy.has_parts = presplit::cut_large(&mut references, &mut extent, &ranges, triangles);
     }
     if options.builder == Builder::Spatial && !references.is_empty() {
+        if purpose == Purpose::Eight {
+            policy = policy.with_entry(extent.bounds.half_area());
+        }
         let tree = spatial::build(references, &extent, &policy, triangles).join();
         return reinsert(tree, options, purpose, &policy);
     }

@@ -4,6 +4,20 @@ use super::BuildOptions;
 use super::reference::Reference;
 use eosphor_core::hierarchy::MAX_BVH_DEPTH;
 
+/// What entering a set of primitives costs a ray, whatever the set holds, in tests. Without it a cut through a room looks cheap: of
+/// its walls there are few. But all rays that pass what is cut off visit nodes for it.
+const ENTRY: f32 = 4.0;
+
+/// Sets of so many primitives and of usual size are split by what they hold alone. Their leaves are fuller so, and rays through
+/// scans wait for memory.
+const FEW: usize = 64;
+
+/// Sets with so many times the root's area, divided by the number of all primitives, are large.
+const LARGE: f32 = 100.0;
+
+/// What splitting a large set that fits into a leaf costs. Beside `ENTRY`, boxes of less than 0.94 of the area are worth it.
+const LARGE_SPLIT: f32 = 0.3;
+
 /// What a tree is built for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
@@ -22,8 +36,14 @@ pub(super) struct Policy {
     pub(super) mixed: bool,
     /// Most triangles, and most spheres, of a leaf.
     pub(super) max_leaf: [u32; 2],
-    /// Whether leaves that could be are always made: nothing is cheaper than one block.
+    /// Of both kinds.
+    primitives: u32,
+    /// Whether sets that fit into a leaf become one, unless they are large: nothing is cheaper than one block.
     pub(super) always_leaf: bool,
+    /// Half the area of the smallest large sets.
+    large_area: f32,
+    /// What entering a set costs, in tests.
+    entry: f32,
     /// Whether several references may be parts of one triangle.
     pub(super) has_parts: bool,
     /// Primitives that are tested together at the cost of one, less one.
@@ -54,7 +74,10 @@ impl Policy {
             triangle_count: triangles as u32,
             mixed: triangles > 0 && others > 0,
             max_leaf: [leaf, leaf],
+            primitives: (triangles + others) as u32,
             always_leaf: false,
+            large_area: f32::INFINITY,
+            entry: 0.0,
             has_parts: false,
             block_mask: 0,
             block_shift: 0,
@@ -76,10 +99,35 @@ impl Policy {
         }
     }
 
-    /// Cost of testing so many primitives.
+    /// With a cost of entering sets, and with leaves of large ones split where that is worth it. Takes half the root's area.
+    pub(super) fn with_entry(self, root_area: f32) -> Policy {
+        let large_area = root_area / self.primitives.max(1) as f32 * LARGE;
+        Policy { entry: ENTRY, large_area, traversal_cost: LARGE_SPLIT, ..self }
+    }
+
+    /// For a set of so many primitives, by half the area of its box.
+    #[inline(always)]
+    pub(super) fn of_set(&self, count: usize, area: f32) -> Policy {
+        let entry = if count > FEW || self.is_large(area) { self.entry } else { 0.0 };
+        Policy { entry, ..*self }
+    }
+
+    #[inline(always)]
+    fn is_large(&self, area: f32) -> bool {
+        area >= self.large_area && area < f32::INFINITY
+    }
+
+    /// Cost of testing so many primitives, with that of entering them.
     #[inline(always)]
     pub(super) fn tests(&self, count: u32) -> f32 {
-        ((count + self.block_mask) >> self.block_shift) as f32
+        ((count + self.block_mask) >> self.block_shift) as f32 + self.entry
+    }
+
+    /// Whether a set that fits into a leaf becomes one without a look at its splits. Takes half the area of its box.
+    #[inline(always)]
+    pub(super) fn is_leaf(&self, count: usize, depth: usize, area: f32) -> bool {
+        let is_usual = !self.is_large(area) || self.must_halve(count, depth);
+        count == 1 || (self.always_leaf && is_usual) || self.must_stop(depth)
     }
 
     #[inline(always)]
@@ -116,5 +164,32 @@ impl Policy {
     #[inline(always)]
     pub(super) fn must_stop(&self, depth: usize) -> bool {
         self.stop_at_max_depth && depth >= self.max_depth
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::Builder;
+
+    #[test]
+    fn large_sets_cost_more_and_may_be_split() {
+        let options = BuildOptions::of(Builder::Spatial);
+        let plain = Policy::new(&options, Purpose::Eight, 1000, 0);
+        let policy = plain.with_entry(10.0);
+        // From a tenth of the root's area on they are large: a hundred times a thousandth.
+        for (count, area, entry) in [(FEW, 0.9, 0.0), (FEW, 1.1, ENTRY), (FEW + 1, 0.9, ENTRY)] {
+            let tests = plain.tests(count as u32);
+            assert_eq!(policy.of_set(count, area).tests(count as u32), tests + entry, "{count} in {area}");
+        }
+        assert!(policy.is_leaf(4, 0, 0.9) && !policy.is_leaf(4, 0, 1.1));
+        // One triangle cannot be split, a set without bounds has no area, and deep down nothing but halving ends in time.
+        assert!(
+            policy.is_leaf(1, 0, 1.1)
+                && policy.is_leaf(4, 0, f32::INFINITY)
+                && policy.is_leaf(4, 0, f32::NAN)
+        );
+        assert!(policy.is_leaf(4, MAX_BVH_DEPTH - 4, 1.1));
+        assert!(plain.is_leaf(4, 0, 1e30));
     }
 }

@@ -116,12 +116,13 @@ impl Spatial<'_> {
     }
 
     fn choose(&self, room: &Room, extent: &Extent, depth: usize, scratch: &mut Scratch) -> Choice {
-        let policy = self.policy;
         let references = &room.from[room.used.clone()];
         let count = references.len();
+        let area = extent.bounds.half_area();
+        let policy = &self.policy.of_set(count, area);
         let fit = policy.fit(references, depth);
         if let Fit::Leaf { spheres } = fit
-            && (count == 1 || policy.always_leaf || policy.must_stop(depth))
+            && policy.is_leaf(count, depth, area)
         {
             return Choice::Leaf { spheres };
         }
@@ -146,14 +147,11 @@ impl Spatial<'_> {
                 cutter.best(references, extent, spare, &mut scratch.slices).filter(|c| c.cost < cost * WORTH);
             cost = cut.map_or(cost, |c| c.cost);
         }
-        if fit != Fit::TooMany {
-            let area = extent.bounds.half_area();
-            if policy.traversal_cost * area + cost >= area * policy.tests(count as u32) {
-                return match fit {
-                    Fit::Leaf { spheres } => Choice::Leaf { spheres },
-                    _ => Choice::Split(Split::by_kind(references, policy)),
-                };
-            }
+        if fit != Fit::TooMany && policy.traversal_cost * area + cost >= area * policy.tests(count as u32) {
+            return match fit {
+                Fit::Leaf { spheres } => Choice::Leaf { spheres },
+                _ => Choice::Split(Split::by_kind(references, policy)),
+            };
         }
         match (cut, split) {
             (Some(cut), _) => Choice::Cut(cut),
