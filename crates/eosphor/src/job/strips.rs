@@ -20,6 +20,10 @@ const PIECE: Duration = Duration::from_secs(3);
 /// its samples take some times as long as those before, as at the upper edge of a thing of glass.
 const PIECES_A_CHECKPOINT: u32 = 12;
 
+/// A strip is written so many pixels at a time, which take memory that lies in the cache, again and again. (New memory for a whole
+/// film took longer than making one.)
+const PIXELS_AT_A_TIME: u32 = 1 << 17;
+
 /// What a picture is rendered for.
 pub(super) enum Product {
     /// Where it goes, and how each is saved.
@@ -149,8 +153,7 @@ impl Strips<'_> {
                     if writers.is_empty() {
                         writers = self.open(&mut product)?;
                     }
-                    let film = strip.film();
-                    writers.iter_mut().try_for_each(|writer| writer.write_rows(&film, features.as_ref()))
+                    write_rows(&strip, features.as_ref(), &mut writers)
                 })?;
             }
             row = strip.rows.end;
@@ -330,6 +333,21 @@ impl Strips<'_> {
     fn piece(&self) -> Duration {
         PIECE.min(self.checkpoint_interval / PIECES_A_CHECKPOINT)
     }
+}
+
+/// Writes the rows of a strip. Those of a strip with layers all at once.
+fn write_rows(
+    strip: &Strip,
+    features: Option<&FeatureRows>,
+    writers: &mut [Writer],
+) -> Result<(), OutputError> {
+    let (width, height) = (strip.sums.width, strip.sums.height);
+    let most = if features.is_some() { height } else { PIXELS_AT_A_TIME / width };
+    for first in (0..height).step_by(most.max(1) as usize) {
+        let film = strip.film(first..height.min(first + most.max(1)));
+        writers.iter_mut().try_for_each(|writer| writer.write_rows(&film, features))?;
+    }
+    Ok(())
 }
 
 /// The files of a product, by name.

@@ -42,8 +42,12 @@ impl Strip {
         self.samples = samples.end;
     }
 
-    /// What is done of it, as a picture; black without samples.
-    pub fn film(&self) -> Film {
-        self.sums.film(self.samples.max(1))
+    /// What is done of some of its rows, counted from its first one, as a picture; black without samples.
+    ///
+    /// # Panics
+    ///
+    /// Where it has no such rows.
+    pub fn film(&self, rows: Range<u32>) -> Film {
+        self.sums.film_of(rows, self.samples.max(1))
     }
 }

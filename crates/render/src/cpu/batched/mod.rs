@@ -45,6 +45,9 @@ use std::sync::atomic::Ordering;
 /// Rays traced at a time, at most.
 const BATCH: usize = 2048;
 
+/// What hits name is asked of memory so many hits before it is read.
+const AHEAD: usize = 32;
+
 const NO_RAY: Ray = Ray { origin: Vec3::ZERO, t_min: 0.0, direction: Vec3::ZERO, t_max: 0.0 };
 
 /// A ray and the sample that it is part of.
@@ -146,7 +149,13 @@ impl Workspace {
     fn shade(&mut self, view: &SceneView, tile: Tile, counts: &mut RayCounts) {
         self.lit.clear();
         self.arrivals.clear();
+        for hit in self.hits.iter().take(AHEAD) {
+            view.prefetch_triangle(hit);
+        }
         for (k, (path, hit)) in self.paths.iter().zip(&self.hits).enumerate() {
+            if let Some(later) = self.hits.get(k + AHEAD) {
+                view.prefetch_triangle(later);
+            }
             counts.count(path.ray.kind);
             if hit.is_miss() {
                 let pixel = tile.index_of(path.x, path.y);

@@ -7,7 +7,7 @@
 //! ```
 
 use super::super::dispatch::TileJob;
-use super::{CameraRays, NO_RAY, Path, Workspace};
+use super::{AHEAD, CameraRays, NO_RAY, Path, Workspace};
 use eosphor_accel::{BatchTracer, Coherence, Filters};
 use eosphor_core::integrator::path::{
     Bounce, BounceLanes, LightRequest, NumberLanes, PathState, bounce_lanes, bounce_matte, is_matte_triangle,
@@ -48,9 +48,6 @@ const BATCH: usize = 1024;
 /// packets of those that go into one octant. (Cornell's box: 5 % faster; sponza would be 3 % slower.)
 const LARGE_BATCH: usize = 4096;
 const FEW_TRIANGLES: usize = 2048;
-
-/// What hits name is asked of memory so many hits before it is read.
-const AHEAD: usize = 32;
 
 /// The random numbers of paths.
 #[inline(always)]

@@ -93,9 +93,12 @@ fn parse_about(
     let mut join = Join::new(path, warnings, origin);
     let mut counts = Counts::default();
     let mut chunks = Vec::new();
+    let mut joined_pieces = 0;
     // Pieces come in waves, so that no more of the file than a wave is held twice. While one is read, the one before
     // it is joined.
     for wave in pieces.chunks(16 * rayon::current_num_threads()) {
+        joined_pieces += chunks.len();
+        join.growth = pieces.len() as f64 / joined_pieces.max(1) as f64;
         let (joined, next) = rayon::join(|| join.append(chunks), || read_wave(wave, counts, origin));
         joined?;
         chunks = next;
@@ -103,6 +106,7 @@ fn parse_about(
             counts = sum(counts, chunk.counts());
         }
     }
+    join.growth = 1.0;
     join.append(chunks)?;
     join.finish()
 }
@@ -144,6 +148,15 @@ fn read_wave(pieces: &[&[u8]], before: Counts, origin: [f64; 3]) -> Vec<Chunk> {
     chunks
 }
 
+/// Makes room for so many more items and, where there is none yet, for what is to be expected of the rest of a file: moving what is
+/// there to larger and larger room takes longer than joining it. At most four times of what there will be, since files may lie.
+fn make_room<T>(items: &mut Vec<T>, more: usize, growth: f64) {
+    let needed = items.len() + more;
+    if needed > items.capacity() {
+        items.reserve_exact((needed as f64 * growth.clamp(1.0, 4.0)) as usize - items.len());
+    }
+}
+
 /// The file as far as it is joined.
 struct Join<'a> {
     path: &'a Path,
@@ -154,6 +167,8 @@ struct Join<'a> {
     material: u32,
     largest: [Largest; 3],
     lines: u32,
+    /// The file's size over what of it is joined.
+    growth: f64,
 }
 
 impl<'a> Join<'a> {
@@ -174,10 +189,16 @@ impl<'a> Join<'a> {
             material: NO_MATERIAL,
             largest: [Largest::default(); 3],
             lines: 0,
+            growth: 1.0,
         }
     }
 
     fn append(&mut self, chunks: Vec<Chunk>) -> Result<(), SceneError> {
+        let (mesh, growth) = (&mut self.file.mesh, self.growth);
+        make_room(&mut mesh.positions, chunks.iter().map(|chunk| chunk.positions.len()).sum(), growth);
+        make_room(&mut mesh.normals, chunks.iter().map(|chunk| chunk.normals.len()).sum(), growth);
+        make_room(&mut mesh.uvs, chunks.iter().map(|chunk| chunk.uvs.len()).sum(), growth);
+        make_room(&mut mesh.triangles, chunks.iter().map(|chunk| chunk.triangles.len()).sum(), growth);
         chunks.into_iter().try_for_each(|chunk| self.append_one(chunk))
     }
 
