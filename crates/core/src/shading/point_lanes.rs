@@ -175,6 +175,8 @@ pub struct WorldPrimitive {
     material: u32,
     /// It is no triangle.
     pub is_sphere: bool,
+    /// The material is the same everywhere on it: it has no textures, and the corners no colours.
+    is_plain: bool,
 }
 
 impl WorldPrimitive {
@@ -187,19 +189,29 @@ impl WorldPrimitive {
         let instance = item(view.instances, 0);
         let geometry = item(view.geometries, instance.geometry);
         let is_sphere = hit.id.primitive >= geometry.triangle_count;
-        let (number, own);
+        let (number, own, is_bare);
         if is_sphere {
             number = geometry.first_sphere + (hit.id.primitive - geometry.triangle_count);
             own = *item(view.sphere_materials, number);
+            is_bare = true;
         } else {
             number = geometry.first_triangle + hit.id.primitive;
-            own = item(view.triangle_shading, number).material;
+            let shading = item(view.triangle_shading, number);
+            own = shading.material;
+            is_bare = shading.extra == NONE;
         }
         let material = if instance.material == NONE { own } else { instance.material };
-        if item(view.materials, material).normal_texture != NONE {
+        let made_of = item(view.materials, material);
+        if made_of.normal_texture != NONE {
             return None;
         }
-        Some(WorldPrimitive { number, material, is_sphere })
+        Some(WorldPrimitive { number, material, is_sphere, is_plain: !made_of.is_textured & is_bare })
+    }
+
+    /// Whether this and another are of one material, which is the same everywhere on both.
+    #[inline(always)]
+    pub fn is_plain_as(&self, other: &WorldPrimitive) -> bool {
+        self.is_plain & other.is_plain & (self.material == other.material)
     }
 
     /// Its number in the scene, of triangles or of spheres.
@@ -225,8 +237,7 @@ impl WorldPrimitive {
 
     #[inline(always)]
     fn material_values(&self, view: &SceneView, material: &Material, hit: &Hit) -> EvaluatedMaterial {
-        let is_bare = self.is_sphere || item(view.triangle_shading, self.number).extra == NONE;
-        if !material.is_textured & is_bare {
+        if self.is_plain {
             // As below, where all texels and colours are white.
             EvaluatedMaterial::new(material, &MaterialTexels::WHITE, &Rgba::WHITE)
         } else if self.is_sphere {

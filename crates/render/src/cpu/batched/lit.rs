@@ -6,7 +6,7 @@ use eosphor_core::integrator::whitted::{shadow_origin, side_sign};
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::ray::PrimitiveId;
 use eosphor_core::settings::Settings;
-use eosphor_core::shading::SurfacePoint;
+use eosphor_core::shading::{PointLanes, SurfacePoint};
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
 
@@ -22,6 +22,8 @@ type Lanes3 = [Lanes; 3];
 /// Some points, each number an array over them, so that loops over points become SIMD code.
 #[derive(Clone, Copy)]
 pub(super) struct Block {
+    /// How many there are; the other lanes are idle.
+    count: usize,
     position: Lanes3,
     normal: Lanes3,
     geometric_normal: Lanes3,
@@ -60,6 +62,7 @@ pub(super) fn set(lanes: &mut Lanes3, lane: usize, v: Vec3) {
 
 impl Block {
     const EMPTY: Block = Block {
+        count: 0,
         position: [[0.0; LANES]; 3],
         normal: [[0.0; LANES]; 3],
         geometric_normal: [[0.0; LANES]; 3],
@@ -118,6 +121,17 @@ impl Block {
     #[inline(always)]
     pub(super) fn lobe(&self, lane: usize) -> &LampLobe {
         &self.lobe[lane]
+    }
+
+    /// Sets which primitive a lane's point is of, the path that found it, and the weight with which it is seen.
+    #[inline(always)]
+    pub(super) fn set_path(&mut self, lane: usize, id: PrimitiveId, path: &Path, pixel: usize, shown: Vec3) {
+        self.id[lane] = id;
+        self.path[lane] = path.ray.path;
+        (self.x[lane], self.y[lane]) = (path.x, path.y);
+        self.sample[lane] = path.sample;
+        set(&mut self.shown, lane, shown);
+        self.pixel[lane] = pixel as u32;
     }
 
     #[inline(always)]
@@ -229,25 +243,23 @@ impl Receivers for Side<'_> {
 #[derive(Default)]
 pub(super) struct LitPoints {
     pub(super) blocks: Vec<Block>,
-    len: usize,
 }
 
 impl LitPoints {
     #[inline(always)]
     pub(super) fn clear(&mut self) {
         self.blocks.clear();
-        self.len = 0;
     }
 
     #[inline(always)]
     pub(super) fn is_empty(&self) -> bool {
-        self.len == 0
+        self.blocks.is_empty()
     }
 
-    /// Points in a block: all lanes but for the last one.
+    /// Points in a block; the first lanes have them.
     #[inline(always)]
     pub(super) fn points_in(&self, block: usize) -> usize {
-        (self.len - block * LANES).min(LANES)
+        self.blocks[block].count
     }
 
     /// Whether lights change what the point gives.
@@ -266,12 +278,12 @@ impl LitPoints {
         shown: Vec3,
         local: Vec3,
     ) {
-        let lane = self.len % LANES;
-        if lane == 0 {
+        if self.blocks.last().is_none_or(|last| last.count == LANES) {
             self.blocks.push(Block::EMPTY);
         }
-        let block = &mut self.blocks[self.len / LANES];
-        self.len += 1;
+        let Some(block) = self.blocks.last_mut() else { return };
+        let lane = block.count;
+        block.count += 1;
         set(&mut block.position, lane, point.position);
         set(&mut block.normal, lane, point.normal);
         set(&mut block.geometric_normal, lane, point.geometric_normal);
@@ -284,13 +296,37 @@ impl LitPoints {
         block.lamp_highlights[lane] = point.material_values.lamp_highlights;
         block.lobe[lane] = *lobe;
         block.any_lobes |= lobe.is_there();
-        block.id[lane] = point.id;
-        block.path[lane] = path.ray.path;
-        (block.x[lane], block.y[lane]) = (path.x, path.y);
-        block.sample[lane] = path.sample;
+        block.set_path(lane, point.id, path, pixel, shown);
         set(&mut block.local, lane, local);
-        set(&mut block.shown, lane, shown);
-        block.pixel[lane] = pixel as u32;
+    }
+
+    /// Appends some points that are all of the material of `point`, and what each gives by itself; they have no lobes. The caller
+    /// sets the lanes' paths.
+    #[inline(always)]
+    pub(super) fn push_alike(
+        &mut self,
+        points: &PointLanes<LANES>,
+        count: usize,
+        point: &SurfacePoint,
+        local: Vec3,
+    ) -> &mut Block {
+        let values = &point.material_values;
+        let mut block = Block { count, offset: points.offset, ..Block::EMPTY };
+        block.shininess = [values.shininess; LANES];
+        block.lamp_highlights = [values.lamp_highlights; LANES];
+        for lane in 0..LANES {
+            set(&mut block.position, lane, points.position.get(lane));
+            set(&mut block.normal, lane, points.normal.get(lane));
+            set(&mut block.geometric_normal, lane, points.geometric_normal.get(lane));
+            set(&mut block.to_viewer, lane, points.to_viewer.get(lane));
+            set(&mut block.diffuse, lane, values.diffuse);
+            set(&mut block.specular, lane, values.specular);
+            set(&mut block.transmission, lane, values.transmission);
+            set(&mut block.local, lane, local);
+        }
+        let number = self.blocks.len();
+        self.blocks.push(block);
+        &mut self.blocks[number]
     }
 
     /// Adds what the points give, lights included, to the sums of their pixels.

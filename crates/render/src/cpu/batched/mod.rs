@@ -32,13 +32,14 @@ use eosphor_core::integrator::whitted::{LampLobe, depth_limit, local_radiance};
 use eosphor_core::integrator::{PathRay, RayCounts, RayKind, weight_at};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{Hit, Ray, RayFilter};
+use eosphor_core::shading::SurfacePoint;
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
 use lit::{LANES, LitPoints};
 use paths::PathBatch;
 pub(super) use paths::trace_paths;
 use pending::Pending;
-use points::{Arrivals, Points};
+use points::{Arrival, Arrivals, Points};
 use shadows::Shadows;
 use std::sync::atomic::Ordering;
 
@@ -169,26 +170,66 @@ impl Workspace {
             self.arrivals.sort_triangles(view);
         }
         let max_depth = depth_limit(view.settings);
-        for chunk in self.arrivals.of_kind.iter().flat_map(|arrivals| arrivals.chunks(LANES)) {
-            let points = Points::of(view, chunk, &self.rays, &self.hits);
-            for (lane, arrival) in chunk.iter().enumerate() {
+        let Workspace { paths, rays, hits, arrivals, lit, pending, sums, .. } = self;
+        for chunk in arrivals.of_kind.iter().flat_map(|arrivals| arrivals.chunks(LANES)) {
+            let points = Points::of(view, chunk, rays, hits);
+            let found_by = |arrival: &Arrival| {
                 let k = arrival.ray as usize;
-                let (path, hit) = (&self.paths[k], &self.hits[k]);
+                (&paths[k], &rays[k], &hits[k])
+            };
+            if let Some(lanes) = points.alike(chunk) {
+                let (path, ray, hit) = found_by(&chunk[0]);
+                let point = points.get(view, (0, &chunk[0]), ray, hit);
+                if gives_the_same(view, &point) {
+                    // As below, for all of them together.
+                    let local = local_radiance(view, &point, &path.ray, hit.t);
+                    let takes_light = LitPoints::takes(view, &point, &LampLobe::NONE);
+                    let mut block = takes_light.then(|| lit.push_alike(lanes, chunk.len(), &point, local));
+                    let goes_on = point.material_values.reflects() | point.material_values.transmits();
+                    for (lane, arrival) in chunk.iter().enumerate() {
+                        let (path, ray, hit) = found_by(arrival);
+                        let pixel = tile.index_of(path.x, path.y);
+                        match &mut block {
+                            Some(block) => block.set_path(lane, hit.id, path, pixel, path.ray.weight),
+                            None => sums[pixel].add(path.ray.weight * local),
+                        }
+                        if goes_on {
+                            let point = points.get(view, (lane, arrival), ray, hit);
+                            pending.push(view, &point, path, hit.t, max_depth);
+                        }
+                    }
+                    continue;
+                }
+            }
+            for (lane, arrival) in chunk.iter().enumerate() {
+                let (path, ray, hit) = found_by(arrival);
                 let pixel = tile.index_of(path.x, path.y);
-                let point = points.get(view, (lane, arrival), &self.rays[k], hit);
+                let point = points.get(view, (lane, arrival), ray, hit);
                 let ray = PathRay { weight: weight_at(view, &point, &path.ray, hit.t), ..path.ray };
                 if point.coverage > 0.0 {
                     let found = local_radiance(view, &point, &ray, hit.t);
                     let shown = ray.weight * point.coverage;
                     let lobe = LampLobe::new(view, &point, &ray, max_depth);
                     if LitPoints::takes(view, &point, &lobe) {
-                        self.lit.push((&point, &lobe), path, pixel, shown, found);
+                        lit.push((&point, &lobe), path, pixel, shown, found);
                     } else {
-                        self.sums[pixel].add(shown * found);
+                        sums[pixel].add(shown * found);
                     }
                 }
-                self.pending.push(view, &point, &Path { ray, ..*path }, hit.t, max_depth);
+                pending.push(view, &point, &Path { ray, ..*path }, hit.t, max_depth);
             }
         }
     }
+}
+
+/// Whether all points of this one's material give the same by themselves, wherever and from whichever side paths met them, and
+/// are lit alike: it does not shine, has no lobes and no holes, and no body behind it takes light away.
+#[inline(always)]
+fn gives_the_same(view: &SceneView, point: &SurfacePoint) -> bool {
+    let (values, material) = (&point.material_values, &view.materials[point.material as usize]);
+    let has_lobes = (values.lobe_rays(0) > 0) | (values.lobe_rays(1) > 0);
+    let has_holes = (point.coverage < 1.0) | material.single_sided;
+    let shines = values.emission.max_component() > 0.0;
+    let takes_away = material.attenuation.max_component() > 0.0;
+    view.settings.lighting_model.is_lit() & !has_lobes & !has_holes & !shines & !takes_away
 }

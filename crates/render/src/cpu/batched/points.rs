@@ -81,6 +81,18 @@ impl Points {
         }))
     }
 
+    /// Those of hits on primitives of one material that is the same everywhere on them.
+    #[inline(always)]
+    pub(super) fn alike(&self, arrivals: &[Arrival]) -> Option<&PointLanes<LANES>> {
+        let first = arrivals.first().and_then(|first| first.found)?;
+        for arrival in arrivals {
+            if !arrival.found.is_some_and(|found| found.is_plain_as(&first)) {
+                return None;
+            }
+        }
+        self.0.as_ref()
+    }
+
     /// That of a hit.
     #[inline(always)]
     pub(super) fn get(

@@ -213,9 +213,14 @@ fn meets(surfaces: &Surfaces, rays: &[(Vec3d, Vec3d)], end: f64) -> Vec<bool> {
             let p = cross(way, e2);
             let determinant = dot(e1, p);
             let s = sub(origin, t[0]);
+            let u = dot(s, p) / determinant;
+            // Nearly all end here.
+            if !(0.0..=1.0).contains(&u) {
+                continue;
+            }
             let q = cross(s, e1);
-            let (u, v, d) = (dot(s, p) / determinant, dot(way, q) / determinant, dot(e2, q) / determinant);
-            *met = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && d > 0.0 && d < end;
+            let (v, d) = (dot(way, q) / determinant, dot(e2, q) / determinant);
+            *met = v >= 0.0 && u + v <= 1.0 && d > 0.0 && d < end;
         }
     });
     met
