@@ -342,9 +342,9 @@ fn write_rows(
     writers: &mut [Writer],
 ) -> Result<(), OutputError> {
     let (width, height) = (strip.sums.width, strip.sums.height);
-    let most = if features.is_some() { height } else { PIXELS_AT_A_TIME / width };
-    for first in (0..height).step_by(most.max(1) as usize) {
-        let film = strip.film(first..height.min(first + most.max(1)));
+    let rows = if features.is_some() { height } else { (PIXELS_AT_A_TIME / width).max(1) };
+    for first in (0..height).step_by(rows as usize) {
+        let film = strip.film(first..height.min(first.saturating_add(rows)));
         writers.iter_mut().try_for_each(|writer| writer.write_rows(&film, features))?;
     }
     Ok(())

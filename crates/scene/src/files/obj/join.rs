@@ -149,11 +149,12 @@ fn read_wave(pieces: &[&[u8]], before: Counts, origin: [f64; 3]) -> Vec<Chunk> {
 }
 
 /// Makes room for so many more items and, where there is none yet, for what is to be expected of the rest of a file: moving what is
-/// there to larger and larger room takes longer than joining it. At most four times of what there will be, since files may lie.
+/// there to larger and larger room takes longer than joining it. At most four times of what there will be, since files may lie, and
+/// never so little more that a file whose faces come last is moved with each wave.
 fn make_room<T>(items: &mut Vec<T>, more: usize, growth: f64) {
     let needed = items.len() + more;
     if needed > items.capacity() {
-        items.reserve_exact((needed as f64 * growth.clamp(1.0, 4.0)) as usize - items.len());
+        items.reserve((needed as f64 * growth.clamp(1.0, 4.0)) as usize - items.len());
     }
 }
 
