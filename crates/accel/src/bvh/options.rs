@@ -123,8 +123,8 @@ pub struct BuildOptions {
     pub builder: Builder,
     /// Primitives a leaf may hold, 1 to 255. The 8-wide hierarchy has leaves of up to 4 triangles whatever this says.
     pub max_leaf_primitives: u32,
-    /// Cost of visiting a node, in primitive tests. A smaller one makes smaller leaves. The 8-wide hierarchy has rules of its own for
-    /// these.
+    /// Cost of visiting a node, in primitive tests. A smaller one makes smaller leaves, but not in the 8-wide hierarchy, which has
+    /// rules of its own.
     pub traversal_cost: f32,
     /// Leaves may lie this deep, at most `MAX_BVH_DEPTH` (what is deeper is split in halves there). Below that bound
     /// leaves at this depth hold whatever is left.
