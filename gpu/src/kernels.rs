@@ -1,8 +1,9 @@
-//! The entry points: those that render a band of rows over one structure, and those of path tracing, which work on queues of paths.
+//! The entry points: those of queues, of which some trace rays over one structure, and those that render a band of rows in one go.
 
 use crate::band::render_band;
 use crate::parameters::{array, indexed, instance_tree};
 use crate::paths;
+use crate::trees;
 use crate::watch::{Counting, Unwatched, Watching};
 use eosphor_core::device::{
     BandLaunch, BvhPair, Link, PairTracer, PairView, PathLaunch, Root, WarpMode, WideNode, WideTracer,
@@ -83,17 +84,38 @@ macro_rules! define_structure_kernel {
     };
 }
 
-/// Defines the kernels over a structure: one that renders a band of rows by Whitted's integrator, and those of path tracing that
-/// trace rays: they find what paths hit, and which lights are seen, where light may come through surfaces too.
-macro_rules! render_kernels {
+/// Defines the kernel over a structure that renders a band of rows by Whitted's integrator: all in one.
+macro_rules! megakernel {
     (
         $(#[$doc:meta])*
-        $whitted:ident, $hits:ident, $lights:ident, $through:ident,
-        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+        $whitted:ident, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
         structure_kernel! {
             $(#[$doc])* $whitted, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
             |view, tracer, launch: BandLaunch, watch| render_band::<_, Whitted<1>>(&view, &tracer, &launch, &watch)
+        }
+    };
+}
+
+/// Defines the kernels of queues over a structure that trace rays. Of paths and of Whitted's trees they find what rays hit, and which
+/// lights are seen, where light may come through surfaces too.
+macro_rules! walk_kernels {
+    (
+        $(#[$doc:meta])*
+        $hits:ident, $lights:ident, $through:ident, $tree_hits:ident, $tree_lights:ident, $tree_through:ident,
+        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+    ) => {
+        structure_kernel! {
+            $(#[$doc])* $tree_hits, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| trees::find_hits(&view, &tracer, &launch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $tree_lights, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| trees::light::<_, false>(&view, &tracer, &launch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $tree_through, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| trees::light::<_, true>(&view, &tracer, &launch)
         }
         structure_kernel! {
             $(#[$doc])* $hits, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
@@ -128,14 +150,17 @@ macro_rules! count_kernels {
     };
 }
 
-/// Defines all of them.
-macro_rules! render_and_count_kernels {
+/// Defines the kernels of queues over a structure, and those that count.
+macro_rules! walk_and_count_kernels {
     (
         $(#[$doc:meta])*
-        $whitted:ident, $hits:ident, $lights:ident, $through:ident, $count:ident, $count_path:ident,
-        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+        $hits:ident, $lights:ident, $through:ident, $tree_hits:ident, $tree_lights:ident, $tree_through:ident,
+        $count:ident, $count_path:ident, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
-        render_kernels! { $(#[$doc])* $whitted, $hits, $lights, $through, ($($own: $type),*) |$primitives, $work| $tracer }
+        walk_kernels! {
+            $(#[$doc])* $hits, $lights, $through, $tree_hits, $tree_lights, $tree_through,
+            ($($own: $type),*) |$primitives, $work| $tracer
+        }
         count_kernels! { $(#[$doc])* $count, $count_path, ($($own: $type),*) |$primitives, $work| $tracer }
     };
 }
@@ -199,20 +224,54 @@ path_kernel! {
     paths_settle, |view, launch| paths::settle(&view, &launch)
 }
 
-render_and_count_kernels! {
-    /// Without any structure: the reference.
-    render_exhaustive, path_hits_exhaustive, path_lights_exhaustive, path_through_exhaustive, count_exhaustive, count_path_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
+/// Makes the ring of free slots of trees.
+///
+/// # Safety
+///
+/// As for `trees::prepare`.
+#[unsafe(no_mangle)]
+pub unsafe extern "ptx-kernel" fn trees_prepare(launch: PathLaunch) {
+    // SAFETY: the launch is as its type says.
+    unsafe { trees::prepare(&launch) }
 }
 
-/// Defines kernels over a bounding volume hierarchy.
-macro_rules! bvh_kernel {
+/// Begins a round of trees: one thread.
+///
+/// # Safety
+///
+/// As for `trees::begin`.
+#[unsafe(no_mangle)]
+pub unsafe extern "ptx-kernel" fn trees_begin(launch: PathLaunch) {
+    // SAFETY: the launch is as its type says.
+    unsafe { trees::begin(&launch) }
+}
+
+path_kernel! {
+    /// Trees with rays from the camera.
+    trees_generate, |view, launch| trees::generate(&view, &launch)
+}
+
+path_kernel! {
+    /// What their rays do where they have met something.
+    trees_shade, |view, launch| trees::shade(&view, &launch)
+}
+
+walk_and_count_kernels! {
+    /// Without any structure: the reference.
+    path_hits_exhaustive, path_lights_exhaustive, path_through_exhaustive,
+    tree_hits_exhaustive, tree_lights_exhaustive, tree_through_exhaustive,
+    count_exhaustive, count_path_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
+}
+
+/// Hands a definition what the kernels over a bounding volume hierarchy take, and the tracer.
+macro_rules! over_bvh {
     (
-        $(#[$doc:meta])* $whitted:ident, $hits:ident, $lights:ident, $through:ident,
+        $define:ident, $(#[$doc:meta])* $($name:ident),*;
         placed $placed:literal, in step $in_step:literal
     ) => {
-        render_kernels! {
+        $define! {
             $(#[$doc])*
-            $whitted, $hits, $lights, $through, (
+            $($name,)* (
                 pairs: &BvhPair,
                 roots: &Root<Link>,
                 instance_root: Link,
@@ -228,24 +287,45 @@ macro_rules! bvh_kernel {
     };
 }
 
-bvh_kernel! {
+over_bvh! {
+    megakernel,
     /// Over a bounding volume hierarchy.
-    render_bvh, path_hits_bvh, path_lights_bvh, path_through_bvh, placed true, in step false
+    render_bvh; placed true, in step false
 }
 
-bvh_kernel! {
+over_bvh! {
+    megakernel,
     /// The same where there is no instance but the world.
-    render_bvh_world, path_hits_bvh_world, path_lights_bvh_world, path_through_bvh_world, placed false, in step false
+    render_bvh_world; placed false, in step false
 }
 
-bvh_kernel! {
+over_bvh! {
+    walk_kernels,
+    /// Over a bounding volume hierarchy.
+    path_hits_bvh, path_lights_bvh, path_through_bvh, tree_hits_bvh, tree_lights_bvh, tree_through_bvh;
+    placed true, in step false
+}
+
+over_bvh! {
+    walk_kernels,
+    /// The same where there is no instance but the world.
+    path_hits_bvh_world, path_lights_bvh_world, path_through_bvh_world,
+    tree_hits_bvh_world, tree_lights_bvh_world, tree_through_bvh_world;
+    placed false, in step false
+}
+
+over_bvh! {
+    walk_kernels,
     /// The same with the threads of a warp in step.
-    render_bvh_in_step, path_hits_bvh_in_step, path_lights_bvh_in_step, path_through_bvh_in_step, placed true, in step true
+    path_hits_bvh_in_step, path_lights_bvh_in_step, path_through_bvh_in_step,
+    tree_hits_bvh_in_step, tree_lights_bvh_in_step, tree_through_bvh_in_step;
+    placed true, in step true
 }
 
-render_kernels! {
+walk_kernels! {
     /// Over a hierarchy with eight children a node.
-    render_bvh_wide, path_hits_bvh_wide, path_lights_bvh_wide, path_through_bvh_wide, (
+    path_hits_bvh_wide, path_lights_bvh_wide, path_through_bvh_wide,
+    tree_hits_bvh_wide, tree_lights_bvh_wide, tree_through_bvh_wide, (
         nodes: &WideNode,
         roots: &Root<u32>,
         instance_root: u32
@@ -268,9 +348,11 @@ count_kernels! {
         }, work)
 }
 
-render_and_count_kernels! {
+walk_and_count_kernels! {
     /// Over an octree, all octants that a ray meets.
-    render_octree, path_hits_octree, path_lights_octree, path_through_octree, count_octree, count_path_octree, (
+    path_hits_octree, path_lights_octree, path_through_octree,
+    tree_hits_octree, tree_lights_octree, tree_through_octree,
+    count_octree, count_path_octree, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -286,9 +368,11 @@ render_and_count_kernels! {
         }, work)
 }
 
-render_and_count_kernels! {
+walk_and_count_kernels! {
     /// Over an octree, octants in the order of the ray.
-    render_octree_parametric, path_hits_octree_parametric, path_lights_octree_parametric, path_through_octree_parametric, count_octree_parametric, count_path_octree_parametric, (
+    path_hits_octree_parametric, path_lights_octree_parametric, path_through_octree_parametric,
+    tree_hits_octree_parametric, tree_lights_octree_parametric, tree_through_octree_parametric,
+    count_octree_parametric, count_path_octree_parametric, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -304,9 +388,11 @@ render_and_count_kernels! {
         }, work)
 }
 
-render_and_count_kernels! {
+walk_and_count_kernels! {
     /// Over a uniform grid.
-    render_grid, path_hits_grid, path_lights_grid, path_through_grid, count_grid, count_path_grid, (
+    path_hits_grid, path_lights_grid, path_through_grid,
+    tree_hits_grid, tree_lights_grid, tree_through_grid,
+    count_grid, count_path_grid, (
         starts: &u32,
         roots: &GridRoot,
         references: &u32,
@@ -322,9 +408,11 @@ render_and_count_kernels! {
         }, work)
 }
 
-render_and_count_kernels! {
+walk_and_count_kernels! {
     /// Over a kd-tree.
-    render_kdtree, path_hits_kdtree, path_lights_kdtree, path_through_kdtree, count_kdtree, count_path_kdtree, (
+    path_hits_kdtree, path_lights_kdtree, path_through_kdtree,
+    tree_hits_kdtree, tree_lights_kdtree, tree_through_kdtree,
+    count_kdtree, count_path_kdtree, (
         nodes: &KdNode,
         roots: &KdRoot,
         references: &u32,

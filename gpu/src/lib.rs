@@ -5,6 +5,8 @@
 //! | `kernels.rs` | the entry points that render, one for each structure, and the parameters that all of them take |
 //! | `parameters.rs` | arrays out of parameters |
 //! | `paths.rs` | what path tracing does with queues of paths, kernel by kernel |
+//! | `trees.rs` | the same of Whitted's trees of rays |
+//! | `queue.rs` | what both do with queues |
 //! | `band.rs` | which samples of which pixel a thread renders, and the rendering of them |
 //! | `warp.rs` | what the threads of a warp add up together |
 //! | `totals.rs` | rays counted |
@@ -17,8 +19,10 @@ mod band;
 mod kernels;
 mod parameters;
 mod paths;
+mod queue;
 mod rays;
 mod totals;
+mod trees;
 mod warp;
 mod watch;
 

@@ -1,13 +1,12 @@
 //! What kernels do with paths in queues: a round is `begin` → `generate` → `find_hits` → `shade` → `see_lights`, and at the end of
 //! a pass comes `settle`. All but the first go through as many items as the queues have, however many threads there are.
 
+use crate::queue::{Places, Threads, read, write};
 use crate::totals::Totals;
-use crate::warp::{self, WARP};
-use core::arch::nvptx::{_block_dim_x, _block_idx_x, _grid_dim_x, _thread_idx_x};
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::device::{
-    HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, PathPlace, REQUEST_ROWS, Row, hit_of_rows, is_outside,
+    HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, PathPlace, REQUEST_ROWS, hit_of_rows, is_outside,
     path_of_rows, query_of_rows, request_of_rows, rows_of_hit, rows_of_path, rows_of_request,
 };
 use eosphor_core::hierarchy::Tracer;
@@ -19,69 +18,6 @@ use eosphor_core::integrator::{RayCounts, camera_ray, pixel_color};
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
-
-/// A thread's place among all of the launch.
-struct Threads {
-    number: u32,
-    all: u32,
-}
-
-impl Threads {
-    #[inline(always)]
-    fn here() -> Threads {
-        // SAFETY: these read the thread's numbers and the launch's shape.
-        unsafe {
-            Threads {
-                number: (_block_idx_x() as u32) * (_block_dim_x() as u32) + _thread_idx_x() as u32,
-                all: (_grid_dim_x() as u32) * (_block_dim_x() as u32),
-            }
-        }
-    }
-
-    /// The thread's place in its warp.
-    #[inline(always)]
-    fn lane(&self) -> u32 {
-        self.number % WARP
-    }
-
-    /// The items that a warp takes first begin here; the next ones come `all` later, so that its threads come equally often.
-    #[inline(always)]
-    fn first_of_warp(&self) -> u32 {
-        self.number - self.lane()
-    }
-}
-
-/// Reads an item's rows: arrays of `room` rows one after the other.
-///
-/// # Safety
-///
-/// `item` is below `room`, and so many arrays are there.
-#[inline(always)]
-unsafe fn read<const N: usize>(rows: *const Row, room: u32, item: u32) -> [Row; N] {
-    let mut read = [Row::default(); N];
-    let mut k = 0;
-    while k < N {
-        // SAFETY: inside of the k-th array.
-        read[k] = unsafe { *rows.add(k * room as usize + item as usize) };
-        k += 1;
-    }
-    read
-}
-
-/// Writes an item's rows.
-///
-/// # Safety
-///
-/// As for [`read`], and no other thread has this item.
-#[inline(always)]
-unsafe fn write<const N: usize>(rows: *mut Row, room: u32, item: u32, written: [Row; N]) {
-    let mut k = 0;
-    while k < N {
-        // SAFETY: inside of the k-th array.
-        unsafe { *rows.add(k * room as usize + item as usize) = written[k] };
-        k += 1;
-    }
-}
 
 /// Begins a round: one thread.
 ///
@@ -157,44 +93,6 @@ pub(crate) unsafe fn find_hits<T: Tracer>(view: &SceneView, tracer: &T, launch: 
                 *launch.sorted.add((launch.room - 1 - places.at(1)) as usize) = number;
             }
         }
-    }
-}
-
-/// Places at the ends of two lists that the threads of a warp take together.
-struct Places {
-    lane: u32,
-    first: u64,
-    takers: [u32; 2],
-}
-
-impl Places {
-    /// Takes one in each list for the threads that want it. The lengths of the lists are the halves of `lengths`.
-    ///
-    /// # Safety
-    ///
-    /// `lengths` is there, and touched by additions like this alone. All threads of the warp come here.
-    #[inline(always)]
-    unsafe fn take(lengths: *mut u64, lane: u32, [first, second]: [bool; 2]) -> Places {
-        // The compiler must not know what they want, or else it makes copies of what follows, for those that want nothing: threads
-        // of a warp would vote in several places.
-        let takers = [warp::lanes(warp::unknown(first)), warp::lanes(warp::unknown(second))];
-        let taken = (takers[0].count_ones() as u64) | (takers[1].count_ones() as u64) << 32;
-        // SAFETY: by this function's contract.
-        let add = || unsafe { AtomicU64::from_ptr(lengths) }.fetch_add(taken, Ordering::Relaxed);
-        Places { lane, first: warp::from_first_lane(lane, add), takers }
-    }
-
-    /// Whether the thread has one in this list.
-    #[inline(always)]
-    fn has(&self, list: usize) -> bool {
-        self.takers[list] >> self.lane & 1 != 0
-    }
-
-    /// Which one.
-    #[inline(always)]
-    fn at(&self, list: usize) -> u32 {
-        let before = self.takers[list] & ((1 << self.lane) - 1);
-        (self.first >> (32 * list as u32)) as u32 + before.count_ones()
     }
 }
 

@@ -26,10 +26,16 @@ fn across(number: u64, bits: u32) -> u64 {
 /// The same, but the compiler does not know which.
 #[inline(always)]
 pub(crate) fn unknown(of: bool) -> bool {
+    hidden(of as u32) != 0
+}
+
+/// The same number, but the compiler does not know which: a loop of so many turns stays one.
+#[inline(always)]
+pub(crate) fn hidden(number: u32) -> u32 {
     let same: u32;
     // SAFETY: copies a register.
-    unsafe { asm!("mov.b32 {0}, {1};", out(reg32) same, in(reg32) of as u32, options(nomem, nostack)) };
-    same != 0
+    unsafe { asm!("mov.b32 {0}, {1};", out(reg32) same, in(reg32) number, options(nomem, nostack)) };
+    same
 }
 
 /// For which threads this is true, as bits.

@@ -4,8 +4,8 @@ use crate::arguments::{BackendChoice, DeviceFlags, Need, check, would_do_nothing
 use crate::failure::Failure;
 use crate::streams::Verbosity;
 use eosphor::{
-    Accel, Backend, BackendError, CpuBackend, CpuOptions, CudaBackend, CudaOptions, HierarchyOption,
-    HierarchyOptions, MisfitKind, OptionMisfit, Traversal, first_gpu, gpu_or_cpu,
+    Accel, Backend, BackendError, CpuBackend, CpuOptions, CudaBackend, CudaOptions, GpuScheduler,
+    HierarchyOption, HierarchyOptions, MisfitKind, OptionMisfit, Traversal, first_gpu, gpu_or_cpu,
 };
 use std::ops::Deref;
 
@@ -88,6 +88,7 @@ pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<
     let is_cuda = matches!(flags.backend(), BackendChoice::Cuda(_));
     let about_gpus = flags.block_size.is_some()
         || flags.gpu_paths.is_some()
+        || flags.gpu_scheduler != GpuScheduler::default()
         || flags.gpu_traversal != Traversal::default();
     let gpu = |flag, is_given| Need {
         flag,
@@ -105,6 +106,7 @@ pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<
     check(&[
         gpu("--block-size", flags.block_size.is_some()),
         gpu("--gpu-paths", flags.gpu_paths.is_some()),
+        gpu("--gpu-scheduler", flags.gpu_scheduler != GpuScheduler::default()),
         gpu("--gpu-traversal", flags.gpu_traversal != Traversal::default()),
         cpu("--tile", flags.tile.is_some()),
         cpu("--simd", flags.simd.0.is_some()),
@@ -168,6 +170,7 @@ fn cuda_options(
         hierarchy: hierarchy_options(flags),
         block_size: flags.block_size.unwrap_or(defaults.block_size),
         traversal: flags.gpu_traversal,
+        scheduler: flags.gpu_scheduler,
         paths: flags.gpu_paths,
         count_work,
     }

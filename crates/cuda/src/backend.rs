@@ -6,6 +6,7 @@ use crate::launch::{Launched, Launcher};
 use crate::options::CudaOptions;
 use crate::pixel::Pixel;
 use crate::scene::{DeviceScene, Kernels, ShapedFrame};
+use crate::scheduler::GpuScheduler;
 use crate::structure::{Structure, kernels};
 use crate::traversal::Traversal;
 use eosphor_core::math::Vec3;
@@ -28,6 +29,7 @@ pub struct CudaBackend {
     block_size: u32,
     traversal: Traversal,
     paths: Option<u32>,
+    scheduler: GpuScheduler,
     count_work: bool,
 }
 
@@ -60,6 +62,7 @@ impl CudaBackend {
             block_size: options.block_size,
             traversal: options.traversal,
             paths: options.paths,
+            scheduler: options.scheduler,
             count_work: options.count_work,
         })
     }
@@ -85,7 +88,8 @@ impl Backend for CudaBackend {
             false => Structure::new(&hierarchy, self.traversal, moving)?,
         };
         let (placed, integrator) = (scene.instances.len() > 1, scene.settings.integrator);
-        let names = kernels(self.accel, self.traversal, placed, self.count_work, integrator)?;
+        let scheduler = self.scheduler.of_scene(&scene.view());
+        let names = kernels(self.accel, self.traversal, placed, self.count_work, integrator, scheduler)?;
         let band_bytes = largest_band(scene.settings.width, scene.settings.height) as u64;
         let view = scene.view();
         let kernels = (names, self.block_size, self.paths);
@@ -288,7 +292,7 @@ impl PreparedCuda {
         // Paths in queues need sums, whatever is wanted of them.
         let mut band_height = match scene.kernels {
             Kernels::Whole(_) => BandHeight::new::<T>(width, rays_per_pixel, pixels_at_a_time),
-            Kernels::Paths(_) => BandHeight::new::<ExactSum>(width, rays_per_pixel, pixels_at_a_time),
+            Kernels::Queues(_) => BandHeight::new::<ExactSum>(width, rays_per_pixel, pixels_at_a_time),
         };
         let mut flying: Option<Launched> = None;
         for number in 0.. {

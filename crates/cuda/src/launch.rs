@@ -1,7 +1,7 @@
 //! Launches: a band of rows of a scene on a device.
 
 use crate::launch_buffers::{Band, LaunchBuffers};
-use crate::path_launch::{PathBand, PathBandLauncher, PathKernels};
+use crate::path_launch::{PathBand, PathBandLauncher, QueueKernels};
 use crate::pixel::Pixel;
 use crate::scene::{DeviceScene, FrameParameters, Kernels};
 use cudarc::driver::sys::CUevent_flags;
@@ -65,7 +65,7 @@ impl Launcher<'_> {
                 let end = Some(stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?);
                 Ok(Launched { rows, band, start, end, paths: None })
             }
-            Kernels::Paths(kernels) => {
+            Kernels::Queues(kernels) => {
                 let launcher = self.paths(kernels, rows.clone());
                 let samples = self.samples.clone();
                 let paths = Some(launcher.start::<T>(samples, &mut self.room.bands[band])?);
@@ -75,7 +75,7 @@ impl Launcher<'_> {
     }
 
     /// What launches the kernels of path tracing.
-    fn paths<'l>(&self, kernels: &'l PathKernels, rows: Range<u32>) -> PathBandLauncher<'l>
+    fn paths<'l>(&self, kernels: &'l QueueKernels, rows: Range<u32>) -> PathBandLauncher<'l>
     where
         Self: 'l,
     {
@@ -127,7 +127,7 @@ impl Launcher<'_> {
         launched: &mut Launched,
         pixels: &mut [T],
     ) -> Result<(RayStatistics, f64), DriverError> {
-        if let (Some(paths), Kernels::Paths(kernels)) = (&mut launched.paths, &self.scene.kernels) {
+        if let (Some(paths), Kernels::Queues(kernels)) = (&mut launched.paths, &self.scene.kernels) {
             let launcher = self.paths(kernels, launched.rows.clone());
             let band = &mut self.room.bands[launched.band];
             launcher.finish::<T>(paths, band)?;

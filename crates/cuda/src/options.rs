@@ -2,6 +2,7 @@
 
 use crate::path_queue::PATHS;
 use crate::ptx::{MOST_THREADS, USUAL_THREADS};
+use crate::scheduler::GpuScheduler;
 use crate::structure::kernels;
 use crate::traversal::Traversal;
 use eosphor_core::settings::Integrator;
@@ -21,8 +22,10 @@ pub struct CudaOptions {
     pub block_size: u32,
     /// The way through a bounding volume hierarchy.
     pub traversal: Traversal,
-    /// Paths that path tracing has under way at a time: 4,096 to 16,777,216. Where memory is short, there are fewer. `None`: a
-    /// million, and up to eight million, which are faster, in an eighth of the memory that is free.
+    /// In which order rays are traced.
+    pub scheduler: GpuScheduler,
+    /// Paths, or rays of Whitted's trees, that a round of queues takes: 4,096 to 16,777,216. Where memory is short, there are fewer.
+    /// `None`: a million, and of path tracing up to eight million, which are faster, in an eighth of the memory that is free.
     pub paths: Option<u32>,
     /// Count what queries do and time it, by kernels that are made for that and take some times as long. They go through a
     /// bounding volume hierarchy as one ray does on a CPU, so that counts are the same there. Needed where
@@ -39,6 +42,7 @@ impl Default for CudaOptions {
             hierarchy: HierarchyOptions::default(),
             block_size: USUAL_THREADS,
             traversal: Traversal::Auto,
+            scheduler: GpuScheduler::Auto,
             paths: None,
             count_work: false,
         }
@@ -53,7 +57,7 @@ impl CudaOptions {
     /// [`BackendError::Failed`] with what to choose instead.
     pub fn check(&self) -> Result<(), BackendError> {
         // Integrators have the same structures.
-        kernels(self.accel, self.traversal, false, self.count_work, Integrator::Whitted)?;
+        kernels(self.accel, self.traversal, false, self.count_work, Integrator::Whitted, self.scheduler)?;
         if self.traversal != Traversal::Auto && self.accel != Accel::Bvh {
             return Err(BackendError::Failed(format!(
                 "{}: there are several ways through a bvh, one through {}: leave that out, or choose bvh",

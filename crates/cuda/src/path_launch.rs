@@ -1,7 +1,7 @@
 //! Path tracing over queues: rounds of launches, until all paths of a band have ended.
 
 use crate::launch_buffers::Band;
-use crate::path_queue::{PathQueue, QueueAddresses, samples_of_pass};
+use crate::path_queue::{PathQueue, QueueAddresses, Queued};
 use crate::pixel::Pixel;
 use cudarc::driver::{
     CudaFunction, CudaStream, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg,
@@ -14,24 +14,57 @@ use std::ops::Range;
 use std::ptr::null_mut;
 use std::sync::Arc;
 
-/// Kernels of path tracing over a structure.
-pub(crate) struct PathKernels {
+/// Kernels that work on queues, over a structure.
+pub(crate) struct QueueKernels {
+    pub(crate) of: Queued,
+    /// Makes the ring of free slots, where there is one.
+    pub(crate) prepare: Option<CudaFunction>,
     pub(crate) begin: CudaFunction,
     pub(crate) generate: CudaFunction,
     pub(crate) find_hits: CudaFunction,
-    pub(crate) shade: CudaFunction,
-    pub(crate) shade_matte: CudaFunction,
+    pub(crate) shading: Vec<ShadeKernel>,
     pub(crate) see_lights: CudaFunction,
     pub(crate) settle: CudaFunction,
-    /// Blocks of a launch of `shade` and of `shade_matte`: as many as run at a time.
-    pub(crate) shading_blocks: [u32; 2],
     /// Bounces that paths may have.
     pub(crate) depth: u32,
 }
 
-/// Names of those that every structure shares: `begin`, `generate`, `shade`, `shade_matte` and `settle`.
-pub(crate) const SHARED: [&str; 5] =
-    ["paths_begin", "paths_generate", "paths_shade", "paths_shade_matte", "paths_settle"];
+/// A kernel that shades.
+pub(crate) struct ShadeKernel {
+    pub(crate) kernel: CudaFunction,
+    /// Blocks of a launch: as many as run at a time.
+    pub(crate) blocks: u32,
+}
+
+/// Names of kernels that every structure shares.
+pub(crate) struct SharedNames {
+    pub(crate) prepare: Option<&'static str>,
+    pub(crate) begin: &'static str,
+    pub(crate) generate: &'static str,
+    pub(crate) shading: &'static [&'static str],
+    pub(crate) settle: &'static str,
+}
+
+impl SharedNames {
+    pub(crate) fn of(queued: Queued) -> SharedNames {
+        match queued {
+            Queued::Paths => SharedNames {
+                prepare: None,
+                begin: "paths_begin",
+                generate: "paths_generate",
+                shading: &["paths_shade_matte", "paths_shade"],
+                settle: "paths_settle",
+            },
+            Queued::Trees => SharedNames {
+                prepare: Some("trees_prepare"),
+                begin: "trees_begin",
+                generate: "trees_generate",
+                shading: &["trees_shade"],
+                settle: "paths_settle",
+            },
+        }
+    }
+}
 
 /// Rounds that are launched at a time, at most.
 const MOST_ROUNDS: u32 = 256;
@@ -50,7 +83,7 @@ pub(crate) struct PathBand {
 
 /// What all launches of a band share.
 pub(crate) struct PathBandLauncher<'a> {
-    pub(crate) kernels: &'a PathKernels,
+    pub(crate) kernels: &'a QueueKernels,
     /// What kernels take before the launch, and where the scene's arrays begin in it.
     pub(crate) values: &'a [u64],
     pub(crate) scene_values: usize,
@@ -106,11 +139,17 @@ impl PathBandLauncher<'_> {
     fn begin_pass<T: Pixel>(&self, paths: &mut PathBand, band: &mut Band) -> Result<(), DriverError> {
         let stream = Arc::clone(&band.stream);
         // Numbers of samples are of 32 bits.
-        let most = (u32::MAX / self.pixels().max(1)).min(samples_of_pass(self.kernels.depth)).max(1);
+        let most =
+            (u32::MAX / self.pixels().max(1)).min(self.kernels.of.samples_of_pass(self.kernels.depth)).max(1);
         let end = paths.left.end.min(paths.left.start.saturating_add(most));
         paths.pass = paths.left.start..end;
         paths.left.start = end;
         let samples = paths.pass.len() as u32 * self.pixels();
+        if let (Some(prepare), false) = (&self.kernels.prepare, queue(band).is_prepared) {
+            let launch = self.launch::<T>(paths, band, &stream);
+            self.start_alone(&stream, prepare, &launch, launch.slots)?;
+            queue(band).is_prepared = true;
+        }
         let control = queue(band).begin(&stream, samples)?;
         let rounds = self.rounds(&control, queue(band).size().paths);
         self.run_rounds::<T>(paths, band, rounds)
@@ -138,18 +177,13 @@ impl PathBandLauncher<'_> {
         let room = queue(band).size().paths;
         for _ in 0..rounds {
             let launch = self.launch::<T>(paths, band, &stream);
-            let PathKernels { begin, generate, find_hits, shade, shade_matte, see_lights, .. } = self.kernels;
-            let [blocks, blocks_of_matte] = self.kernels.shading_blocks;
-            let mut alone = stream.launch_builder(begin);
-            let argument = Argument(launch);
-            alone.arg(&argument);
-            let one = LaunchConfig { grid_dim: (1, 1, 1), block_dim: (1, 1, 1), shared_mem_bytes: 0 };
-            // SAFETY: the kernel takes a launch, whose control is there.
-            unsafe { alone.launch(one) }?;
+            let QueueKernels { begin, generate, find_hits, shading, see_lights, .. } = self.kernels;
+            self.start_alone(&stream, begin, &launch, 1)?;
             self.start_kernel(&stream, generate, &launch, Shape::For(room))?;
             self.start_kernel(&stream, find_hits, &launch, Shape::Traced(room))?;
-            self.start_kernel(&stream, shade_matte, &launch, Shape::Blocks(blocks_of_matte))?;
-            self.start_kernel(&stream, shade, &launch, Shape::Blocks(blocks))?;
+            for ShadeKernel { kernel, blocks } in shading {
+                self.start_kernel(&stream, kernel, &launch, Shape::Blocks(*blocks))?;
+            }
             self.start_kernel(&stream, see_lights, &launch, Shape::Traced(room))?;
             paths.is_odd = !paths.is_odd;
         }
@@ -160,8 +194,9 @@ impl PathBandLauncher<'_> {
         let pixels = band.pixels.device_ptr(stream).0;
         let totals = band.totals.device_ptr(stream).0 as *mut RayTotals;
         let queue = queue(band);
-        let QueueAddresses { paths: own, next, hits, requests, sorted, control, sums, before } =
-            queue.addresses(stream, paths.is_odd);
+        let addresses = queue.addresses(stream, paths.is_odd);
+        let QueueAddresses { paths: own, next, hits, requests, sorted, stack, free, slots, .. } = addresses;
+        let QueueAddresses { control, sums, before, .. } = addresses;
         // Sums are merged where they are wanted; colours are made of them at the end.
         let (before, film) =
             if T::IS_SUM { (pixels as *mut ExactSum, null_mut()) } else { (before, pixels as *mut Vec3) };
@@ -172,6 +207,9 @@ impl PathBandLauncher<'_> {
             hits,
             requests,
             sorted,
+            stack,
+            free,
+            slots,
             control,
             sums,
             before,
@@ -183,6 +221,27 @@ impl PathBandLauncher<'_> {
             first_sample: paths.pass.start,
             end_sample: paths.pass.end,
         }
+    }
+
+    /// A kernel that takes the launch alone.
+    fn start_alone(
+        &self,
+        stream: &Arc<CudaStream>,
+        kernel: &CudaFunction,
+        launch: &PathLaunch,
+        threads: u32,
+    ) -> Result<(), DriverError> {
+        let mut builder = stream.launch_builder(kernel);
+        let argument = Argument(*launch);
+        builder.arg(&argument);
+        let block = threads.min(self.block_size);
+        let shape = LaunchConfig {
+            grid_dim: (threads.div_ceil(block), 1, 1),
+            block_dim: (block, 1, 1),
+            shared_mem_bytes: 0,
+        };
+        // SAFETY: the kernel takes a launch, which is as its type says.
+        unsafe { builder.launch(shape) }.map(drop)
     }
 
     fn start_kernel(

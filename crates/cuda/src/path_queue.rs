@@ -1,11 +1,12 @@
 //! A device's room for paths in queues.
 
 use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DriverError};
-use eosphor_core::device::{HIT_ROWS, PATH_ROWS, PathControl, REQUEST_ROWS, Row};
+use eosphor_core::device::{HIT_ROWS, LIT_ROWS, NODE_STRIDE, PATH_ROWS, PathControl, REQUEST_ROWS, Row};
 use eosphor_core::integrator::MAX_DEPTH;
-use eosphor_core::settings::Settings;
+use eosphor_core::settings::{Integrator, Settings};
 use eosphor_core::sums::ExactSum;
 use std::ops::RangeInclusive;
+use std::ptr::null_mut;
 use std::sync::Arc;
 
 /// Rows of 16 bytes that a path takes: its own of this round and of the next, of its hit, and of what it asks of a light.
@@ -14,10 +15,54 @@ const ROWS: usize = 2 * PATH_ROWS + HIT_ROWS + REQUEST_ROWS;
 /// Bytes that a path takes in a queue, its number in order of what it has met included.
 const PATH_BYTES: u64 = (ROWS * size_of::<Row>() + size_of::<u32>()) as u64;
 
+/// Slots for nodes of trees that there are for each that a round takes. With three a round may take as many as there is room for even
+/// where each leaves three.
+const SLOTS: u64 = 4;
+
+/// Bytes that each node of a round takes: those of its slots, of their numbers in the stack and in the ring of free ones, of what it
+/// asks for light, and of its number in the list of those that are shaded.
+const NODE_BYTES: u64 = SLOTS * (NODE_STRIDE * size_of::<Row>() + 2 * size_of::<u32>()) as u64
+    + (LIT_ROWS * size_of::<Row>() + size_of::<u32>()) as u64;
+
+/// What queues hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Queued {
+    /// Paths: of each one ray at a time.
+    Paths,
+    /// Nodes of Whitted's trees of rays.
+    Trees,
+}
+
+impl Queued {
+    /// What the integrator of these settings asks for.
+    pub(crate) fn of(settings: &Settings) -> Queued {
+        match settings.integrator {
+            Integrator::Path => Queued::Paths,
+            Integrator::Whitted => Queued::Trees,
+        }
+    }
+
+    /// Bytes that each item of a round takes.
+    fn bytes(self) -> u64 {
+        match self {
+            Queued::Paths => PATH_BYTES,
+            Queued::Trees => NODE_BYTES,
+        }
+    }
+
+    /// Samples of a pixel whose sum cannot wrap. Trees see to that themselves.
+    pub(crate) fn samples_of_pass(self, depth: u32) -> u32 {
+        match self {
+            Queued::Paths => samples_of_pass(depth),
+            Queued::Trees => u32::MAX,
+        }
+    }
+}
+
 /// How many paths of a round may be asked for.
 pub(crate) const PATHS: RangeInclusive<u32> = 1 << 12..=1 << 24;
 
-/// How many there are at most where none are asked for. Each kernel of a round ends with some of the device idle, so large rounds
+/// How many there are of path tracing at most where none are asked for. Each kernel of a round ends with some of the device idle, so large rounds
 /// are faster; larger ones than this are not (docs/gpu-speed.md).
 const USUAL_PATHS: u32 = 1 << 23;
 
@@ -31,13 +76,14 @@ const FEWEST_PATHS: u32 = 1 << 14;
 
 /// Samples of a pixel whose sum cannot wrap: at each bounce a path adds what it finds and what a light gives, and at its end what
 /// surrounds the scene, each at most a 65,536th of what a sum holds.
-pub(crate) fn samples_of_pass(depth: u32) -> u32 {
+fn samples_of_pass(depth: u32) -> u32 {
     65_535 / (2 * depth.min(MAX_DEPTH) + 3)
 }
 
 /// How large queues are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct QueueSize {
+    pub(crate) of: Queued,
     /// Paths of a round.
     pub(crate) paths: u32,
     /// Pixels of a band.
@@ -50,7 +96,7 @@ impl QueueSize {
     /// For pictures of these settings, in bands whose pixels take at most so many bytes, where there are so many bytes for a queue.
     /// It has room for as many paths as are asked for, or for fewer, where there is not so much memory or no use for them.
     pub(crate) fn new(settings: &Settings, band_bytes: u64, asked: Option<u32>, bytes: u64) -> QueueSize {
-        let size = QueueSize { paths: 0, pixels: 0, has_passes: false };
+        let size = QueueSize { of: Queued::of(settings), paths: 0, pixels: 0, has_passes: false };
         let size = size.for_bands(band_bytes as usize, settings.samples, settings.max_depth);
         let samples = size.pixels as u64 * u64::from(settings.samples);
         let up_to = |most: u32| {
@@ -61,6 +107,9 @@ impl QueueSize {
             return up_to(asked).within(bytes);
         }
         let few = up_to(MANY_PATHS).within(bytes);
+        if size.of == Queued::Trees {
+            return few;
+        }
         let many = up_to(USUAL_PATHS).within(bytes / PART_OF_MANY);
         if many.paths > few.paths { many } else { few }
     }
@@ -69,7 +118,7 @@ impl QueueSize {
     pub(crate) fn for_bands(self, band_bytes: usize, samples: u32, depth: u32) -> QueueSize {
         QueueSize {
             pixels: band_bytes / size_of::<ExactSum>(),
-            has_passes: samples > samples_of_pass(depth),
+            has_passes: samples > self.of.samples_of_pass(depth),
             ..self
         }
     }
@@ -84,12 +133,15 @@ impl QueueSize {
 
     /// What a queue of this size takes.
     pub(crate) fn bytes(&self) -> u64 {
-        u64::from(self.paths) * PATH_BYTES + self.sum_bytes()
+        u64::from(self.paths) * self.of.bytes() + self.sum_bytes()
     }
 
     /// Whether what needs `other` finds its room here.
     pub(crate) fn suits(&self, other: &QueueSize) -> bool {
-        self.paths >= other.paths && self.pixels >= other.pixels && (self.has_passes || !other.has_passes)
+        self.of == other.of
+            && self.paths >= other.paths
+            && self.pixels >= other.pixels
+            && (self.has_passes || !other.has_passes)
     }
 
     /// Bytes that the sums of a band take.
@@ -108,6 +160,8 @@ pub(crate) struct PathQueue {
     sums: CudaSlice<u64>,
     /// Likewise, of the passes before.
     before: Option<CudaSlice<u64>>,
+    /// The ring of free slots was made.
+    pub(crate) is_prepared: bool,
 }
 
 const CONTROL_WORDS: usize = size_of::<PathControl>() / size_of::<u64>();
@@ -115,7 +169,7 @@ const SUM_WORDS: usize = size_of::<ExactSum>() / size_of::<u64>();
 
 impl PathQueue {
     pub(crate) fn new(stream: &Arc<CudaStream>, size: QueueSize) -> Result<PathQueue, DriverError> {
-        let rows = (u64::from(size.paths) * PATH_BYTES).div_ceil(size_of::<u64>() as u64) as usize;
+        let rows = (u64::from(size.paths) * size.of.bytes()).div_ceil(size_of::<u64>() as u64) as usize;
         // SAFETY: kernels write what they read; sums are emptied by `clear`.
         let words = |count| unsafe { stream.alloc::<u64>(count) };
         let before = if size.has_passes { Some(words(size.pixels * SUM_WORDS)?) } else { None };
@@ -125,6 +179,7 @@ impl PathQueue {
             control: words(CONTROL_WORDS)?,
             sums: words(size.pixels * SUM_WORDS)?,
             before,
+            is_prepared: false,
         })
     }
 
@@ -165,17 +220,40 @@ impl PathQueue {
         let first = self.rows.device_ptr(stream).0 as *mut Row;
         // Addresses of the device.
         let at = |rows: usize| first.wrapping_add(rows * self.size.paths as usize);
-        let (own, next) = if is_odd { (PATH_ROWS, 0) } else { (0, PATH_ROWS) };
         let before = self.before.as_ref().map_or(0, |before| before.device_ptr(stream).0);
-        QueueAddresses {
-            paths: at(own),
-            next: at(next),
-            hits: at(2 * PATH_ROWS),
-            requests: at(2 * PATH_ROWS + HIT_ROWS),
-            sorted: at(ROWS).cast(),
+        let none = QueueAddresses {
+            paths: first,
+            next: null_mut(),
+            hits: null_mut(),
+            requests: null_mut(),
+            sorted: null_mut(),
+            stack: null_mut(),
+            free: null_mut(),
+            slots: 0,
             control: self.control.device_ptr(stream).0 as *mut PathControl,
             sums: self.sums.device_ptr(stream).0 as *mut ExactSum,
             before: before as *mut ExactSum,
+        };
+        match self.size.of {
+            Queued::Paths => {
+                let (own, next) = if is_odd { (PATH_ROWS, 0) } else { (0, PATH_ROWS) };
+                QueueAddresses {
+                    paths: at(own),
+                    next: at(next),
+                    hits: at(2 * PATH_ROWS),
+                    requests: at(2 * PATH_ROWS + HIT_ROWS),
+                    sorted: at(ROWS).cast(),
+                    ..none
+                }
+            }
+            Queued::Trees => {
+                let slots = SLOTS as usize * self.size.paths as usize;
+                let requests = SLOTS as usize * NODE_STRIDE;
+                let sorted: *mut u32 = at(requests + LIT_ROWS).cast();
+                let stack = sorted.wrapping_add(self.size.paths as usize);
+                let free = stack.wrapping_add(slots);
+                QueueAddresses { requests: at(requests), sorted, stack, free, slots: slots as u32, ..none }
+            }
         }
     }
 }
@@ -189,6 +267,9 @@ pub(crate) struct QueueAddresses {
     pub(crate) hits: *mut Row,
     pub(crate) requests: *mut Row,
     pub(crate) sorted: *mut u32,
+    pub(crate) stack: *mut u32,
+    pub(crate) free: *mut u32,
+    pub(crate) slots: u32,
     pub(crate) control: *mut PathControl,
     pub(crate) sums: *mut ExactSum,
     pub(crate) before: *mut ExactSum,
@@ -201,7 +282,8 @@ mod tests {
 
     fn settings(samples: u32) -> Settings {
         let scene = load("builtin:cornell", &LoadOptions::default()).unwrap().scene;
-        Settings { samples, max_depth: 8, ..SceneData::flatten(&scene).unwrap().0.settings }
+        let integrator = Integrator::Path;
+        Settings { samples, integrator, max_depth: 8, ..SceneData::flatten(&scene).unwrap().0.settings }
     }
 
     #[test]
@@ -222,9 +304,20 @@ mod tests {
         assert_eq!(paths(64, Some(1 << 23), 3 << 30), 1 << 23);
         assert_eq!(paths(64, Some(1 << 24), 3 << 30), 1 << 23);
         assert_eq!(paths(64, None, 0), FEWEST_PATHS);
+        let trees = |asked, bytes| {
+            let settings = Settings { integrator: Integrator::Whitted, ..settings(64) };
+            QueueSize::new(&settings, band, asked, bytes)
+        };
+        assert_eq!(
+            trees(None, 40 << 30),
+            QueueSize { of: Queued::Trees, paths: 1 << 20, pixels: 1_000_000, has_passes: false }
+        );
+        assert_eq!(trees(None, 700 << 20).paths, 1 << 19);
+        assert_eq!(trees(Some(1 << 23), 40 << 30).paths, 1 << 23);
         for bytes in [200 << 20, 700 << 20, 3 << 30, 11 << 30, 40 << 30] {
             for asked in [None, Some(1 << 24)] {
                 assert!(QueueSize::new(&settings(64), band, asked, bytes).bytes() <= bytes);
+                assert!(trees(asked, bytes).bytes() <= bytes);
             }
         }
     }

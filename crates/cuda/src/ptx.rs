@@ -43,11 +43,13 @@ fn launch_bounds(threads: u32) -> String {
 mod tests {
     use super::*;
     use crate::parameters::Kind;
-    use crate::path_launch::SHARED;
+    use crate::path_launch::SharedNames;
+    use crate::path_queue::Queued;
     use crate::ptx_text::{kernel_name, table_name};
     use crate::rays::{bvh_parameters, far_ray_kernels, ray_kernels};
     use crate::scene::scene_parameters;
-    use crate::structure::{KernelNames, PathKernelNames, Structure, Trees, kernels};
+    use crate::scheduler::GpuScheduler;
+    use crate::structure::{KernelNames, Structure, Trees, WalkNames, kernels};
     use crate::traversal::Traversal;
     use eosphor_core::device::{BandLaunch, PathLaunch};
     use eosphor_core::settings::Integrator;
@@ -61,10 +63,14 @@ mod tests {
         let ways = || Traversal::ALL.into_iter().flat_map(|t| [(t, false, false), (t, true, false)]);
         for &accel in Accel::ALL {
             for (traversal, placed, counts) in ways().chain([(Traversal::Auto, true, true)]) {
-                for integrator in [Integrator::Whitted, Integrator::Path] {
-                    let names = match kernels(accel, traversal, placed, counts, integrator) {
+                for (integrator, scheduler) in [
+                    (Integrator::Whitted, GpuScheduler::Megakernel),
+                    (Integrator::Whitted, GpuScheduler::Queues),
+                    (Integrator::Path, GpuScheduler::Queues),
+                ] {
+                    let names = match kernels(accel, traversal, placed, counts, integrator, scheduler) {
                         Ok(KernelNames::Whole(name)) => vec![name],
-                        Ok(KernelNames::Paths(PathKernelNames { hits, lights, through })) => {
+                        Ok(KernelNames::Queues(WalkNames { hits, lights, through })) => {
                             vec![hits, lights, through]
                         }
                         Err(_) => continue,
@@ -77,6 +83,18 @@ mod tests {
                 }
             }
         }
+        all
+    }
+
+    /// Those that every structure shares.
+    fn shared_kernels() -> Vec<&'static str> {
+        let mut all: Vec<&'static str> = Vec::new();
+        for of in [Queued::Paths, Queued::Trees] {
+            let SharedNames { prepare, begin, generate, shading, settle } = SharedNames::of(of);
+            all.extend(prepare.into_iter().chain([begin, generate, settle]).chain(shading.iter().copied()));
+        }
+        all.sort_unstable();
+        all.dedup();
         all
     }
 
@@ -137,11 +155,13 @@ mod tests {
                 false => Structure::new(&hierarchy, traversal, 0).unwrap(),
             };
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
-            let launch = if name.starts_with("path_") { paths } else { band };
+            let is_queued = name.starts_with("path_") || name.starts_with("tree_");
+            let launch = if is_queued { paths } else { band };
             assert_eq!(declared(name), [passed(parameters.kinds()), vec![launch]].concat(), "{name}");
             let of_scene = parameters.kinds().len() - SceneArray::ALL.len();
-            for shared in SHARED {
-                let own = if shared == "paths_begin" { &[] } else { &parameters.kinds()[of_scene..] };
+            for shared in shared_kernels() {
+                let is_alone = ["paths_begin", "trees_begin", "trees_prepare"].contains(&shared);
+                let own = if is_alone { &[] } else { &parameters.kinds()[of_scene..] };
                 assert_eq!(declared(shared), [passed(own), vec![paths]].concat(), "{shared}");
             }
         }
@@ -170,14 +190,14 @@ mod tests {
     fn a_text_has_one_kernel_and_what_it_needs() {
         let entries =
             |text: &str| text.lines().filter_map(kernel_name).map(str::to_owned).collect::<Vec<_>>();
-        assert_eq!(entries(PTX).len(), structure_kernels().len() + SHARED.len() + query_kernels().len());
+        let shared = shared_kernels();
+        assert_eq!(entries(PTX).len(), structure_kernels().len() + shared.len() + query_kernels().len());
         // Tables of constants stand before the kernels.
         let tables = |text: &str| text.lines().filter_map(table_name).map(str::to_owned).collect::<Vec<_>>();
         let all_tables = tables(PTX);
-        let shared = SHARED.map(|name| (Traversal::Auto, name));
         let of_structures = structure_kernels().into_iter().map(|(_, traversal, _, name)| (traversal, name));
-        for (traversal, name) in of_structures.chain(shared) {
-            let traces = !SHARED.contains(&name);
+        for (traversal, name) in of_structures.chain(shared.iter().map(|&name| (Traversal::Auto, name))) {
+            let traces = !shared.contains(&name);
             let larger = text(&[name], MOST_THREADS);
             let text = text(&[name], USUAL_THREADS);
             assert_eq!(entries(&text), [name]);
@@ -193,7 +213,8 @@ mod tests {
             for function in ["intersect_triangle(", "intersect_sphere("] {
                 assert_eq!(text.matches(function).count(), usize::from(traces), "{name}");
             }
-            let finds = !name.starts_with("path_lights") && !name.starts_with("path_through");
+            let finds =
+                name.contains("_hits_") || name.starts_with("tree_through") || !name.contains("_bvh_wide");
             let is_wide = traversal == Traversal::Wide && finds;
             assert_eq!(text.matches("closest_hit_of_any_ray_wide(").count(), is_wide as usize);
             let (mut called, mut defined) = (Vec::new(), Vec::new());

@@ -4,9 +4,9 @@ use crate::device::Device;
 use crate::launch_buffers::{BANDS, LaunchBuffers};
 use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
-use crate::path_launch::{PathKernels, SHARED};
-use crate::path_queue::QueueSize;
-use crate::structure::{KernelNames, PathKernelNames, Structure, add_structure};
+use crate::path_launch::{QueueKernels, ShadeKernel, SharedNames};
+use crate::path_queue::{QueueSize, Queued};
+use crate::structure::{KernelNames, Structure, WalkNames, add_structure};
 use crate::top_level::{Taken, TopLevel};
 use crate::traversal::Traversal;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
@@ -22,8 +22,8 @@ use std::sync::{Mutex, PoisonError};
 pub(crate) enum Kernels {
     /// One, whose threads follow samples from the camera to the end.
     Whole(CudaFunction),
-    /// Those of path tracing over queues.
-    Paths(PathKernels),
+    /// Those that work on queues.
+    Queues(QueueKernels),
 }
 
 /// A scene on a device: its arrays, and the kernels that render it.
@@ -55,44 +55,51 @@ impl Kernels {
         view: &SceneView,
     ) -> Result<(Kernels, u64), BackendError> {
         let fail = |error| device.failure("loading the kernels", error);
-        let PathKernelNames { hits, lights, through } = match names {
+        let WalkNames { hits, lights, through } = match names {
             KernelNames::Whole(name) => {
                 let kernel = device.kernel(name, block_size)?;
                 let stacks = device.stack_bytes(&kernel).map_err(fail)?;
                 return Ok((Kernels::Whole(kernel), stacks));
             }
-            KernelNames::Paths(names) => names,
+            KernelNames::Queues(names) => names,
         };
+        let of = Queued::of(view.settings);
         let lights = if view.settings.shadow_mode == ShadowMode::Coloured { through } else { lights };
-        let [begin, generate, shade, shade_matte, settle] = SHARED;
+        let SharedNames { prepare, begin, generate, shading, settle } = SharedNames::of(of);
         // Apart, since the driver compiles a text on one thread, and keeps it: those that structures share are compiled once.
-        let ([shade, shade_matte], [begin, generate, settle], [find_hits, see_lights]) =
+        let (shading, (prepare, [begin, generate, settle]), [find_hits, see_lights]) =
             std::thread::scope(|scope| {
-                let alone = |name| scope.spawn(move || device.kernel(name, block_size));
-                let shading = [shade, shade_matte].map(alone);
-                let small = device.kernels([begin, generate, settle], block_size);
+                let alone = |&name| scope.spawn(move || device.kernel(name, block_size));
+                let shading: Vec<_> = shading.iter().map(alone).collect();
+                let prepare = prepare.map(|name| device.kernel(name, block_size)).transpose()?;
+                let small = device.kernels([begin, generate, settle], block_size)?;
                 let walks = device.kernels([hits, lights], block_size);
-                let [shade, shade_matte] =
-                    shading.map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)));
-                Ok::<_, BackendError>(([shade?, shade_matte?], small?, walks?))
+                let join = |worker: std::thread::ScopedJoinHandle<'_, _>| {
+                    worker.join().unwrap_or_else(|panic| resume_unwind(panic))
+                };
+                let shading = shading.into_iter().map(join).collect::<Result<Vec<_>, BackendError>>()?;
+                Ok::<_, BackendError>((shading, (prepare, small), walks?))
             })?;
         let mut stacks = 0;
-        for kernel in [&find_hits, &shade, &shade_matte, &see_lights] {
+        for kernel in [&find_hits, &see_lights].into_iter().chain(&shading) {
             stacks = device.stack_bytes(kernel).map_err(fail)?.max(stacks);
         }
-        let blocks = |kernel| device.blocks_at_a_time(kernel, block_size).map_err(fail);
-        let kernels = PathKernels {
-            shading_blocks: [blocks(&shade)?, blocks(&shade_matte)?],
+        let shading = shading.into_iter().map(|kernel| {
+            let blocks = device.blocks_at_a_time(&kernel, block_size).map_err(fail)?;
+            Ok(ShadeKernel { kernel, blocks })
+        });
+        let kernels = QueueKernels {
+            of,
+            shading: shading.collect::<Result<_, BackendError>>()?,
+            prepare,
             begin,
             generate,
             find_hits,
-            shade,
-            shade_matte,
             see_lights,
             settle,
             depth: view.settings.max_depth,
         };
-        Ok((Kernels::Paths(kernels), stacks))
+        Ok((Kernels::Queues(kernels), stacks))
     }
 }
 
@@ -119,7 +126,7 @@ impl DeviceScene {
         let free = device.free_bytes().map_err(fail)?;
         let mut needs = Needs { scene: parameters.bytes(), film: band_bytes * BANDS, stacks, queues: 0 };
         let mut queue = None;
-        if let Kernels::Paths(_) = &kernels {
+        if let Kernels::Queues(_) = &kernels {
             let room = free.saturating_sub(needs.all()) / BANDS;
             let size = QueueSize::new(view.settings, band_bytes, paths, room);
             needs.queues = size.bytes() * BANDS;
@@ -150,7 +157,9 @@ impl DeviceScene {
         samples: u32,
     ) -> Result<LaunchBuffers, DriverError> {
         let queue = match (&self.kernels, self.queue) {
-            (Kernels::Paths(kernels), Some(size)) => Some(size.for_bands(band_bytes, samples, kernels.depth)),
+            (Kernels::Queues(kernels), Some(size)) => {
+                Some(size.for_bands(band_bytes, samples, kernels.depth))
+            }
             _ => None,
         };
         let used = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();

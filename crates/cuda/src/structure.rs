@@ -1,6 +1,7 @@
 //! Which structures there are on GPUs: for each its kernel, and what that takes before the parameters of the scene.
 
 use crate::parameters::Parameters;
+use crate::scheduler::GpuScheduler;
 use crate::traversal::Traversal;
 use eosphor_accel::{Bvh, BvhPairs, BvhWide};
 use eosphor_core::device::{Link, WideNode};
@@ -13,13 +14,13 @@ use eosphor_render::{Accel, BackendError, Hierarchy};
 pub(crate) enum KernelNames {
     /// One, whose threads follow samples from the camera to the end.
     Whole(&'static str),
-    /// Those of path tracing over queues that trace rays.
-    Paths(PathKernelNames),
+    /// Those that work on queues and trace rays.
+    Queues(WalkNames),
 }
 
-/// Those that trace the rays of paths.
+/// Those of queues that trace rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct PathKernelNames {
+pub(crate) struct WalkNames {
     /// Finds what paths hit.
     pub(crate) hits: &'static str,
     /// Finds which lights are seen.
@@ -40,11 +41,21 @@ pub(crate) fn kernels(
     placed: bool,
     counts: bool,
     integrator: Integrator,
+    scheduler: GpuScheduler,
 ) -> Result<KernelNames, BackendError> {
+    let megakernel =
+        if scheduler == GpuScheduler::Queues { None } else { megakernel(accel, traversal, placed) };
+    if scheduler == GpuScheduler::Megakernel && (integrator == Integrator::Path || megakernel.is_none()) {
+        return Err(BackendError::Failed(
+            "megakernel: that is for Whitted's integrator and a bvh, where threads go by themselves or by vote: leave that out, or \
+             choose queues"
+                .into(),
+        ));
+    }
     let find = |accel| match (counts, integrator) {
         (true, _) => counting(accel, integrator).map(KernelNames::Whole),
-        (false, Integrator::Whitted) => whitted(accel, traversal, placed).map(KernelNames::Whole),
-        (false, Integrator::Path) => paths(accel, traversal, placed).map(KernelNames::Paths),
+        (false, Integrator::Whitted) if megakernel.is_some() => megakernel.map(KernelNames::Whole),
+        (false, _) => walks(accel, traversal, placed, integrator).map(KernelNames::Queues),
     };
     find(accel).ok_or_else(|| {
         let is_there = |accel: &&Accel| find(**accel).is_some();
@@ -56,45 +67,54 @@ pub(crate) fn kernels(
     })
 }
 
-/// The kernel that renders by Whitted's integrator.
-fn whitted(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'static str> {
-    match accel {
-        Accel::None => Some("render_exhaustive"),
-        Accel::Bvh => Some(match traversal {
-            Traversal::Reconverge => "render_bvh_in_step",
-            Traversal::Wide => "render_bvh_wide",
-            _ if placed => "render_bvh",
-            _ => "render_bvh_world",
-        }),
-        Accel::Bvh8 => None,
-        Accel::Octree => Some("render_octree"),
-        Accel::OctreeParametric => Some("render_octree_parametric"),
-        Accel::Grid => Some("render_grid"),
-        Accel::KdTree => Some("render_kdtree"),
+/// The one kernel that renders by Whitted's integrator, where there is one.
+fn megakernel(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'static str> {
+    match (accel, traversal) {
+        (Accel::Bvh, Traversal::Auto | Traversal::Single | Traversal::Vote) => {
+            Some(if placed { "render_bvh" } else { "render_bvh_world" })
+        }
+        _ => None,
     }
 }
 
-/// Those that trace the rays of paths.
-fn paths(accel: Accel, traversal: Traversal, placed: bool) -> Option<PathKernelNames> {
-    let [hits, lights, through] = match accel {
-        Accel::None => ["path_hits_exhaustive", "path_lights_exhaustive", "path_through_exhaustive"],
+/// The names of the kernels of a structure.
+macro_rules! walk_names {
+    ($structure:literal) => {
+        [
+            WalkNames {
+                hits: concat!("path_hits_", $structure),
+                lights: concat!("path_lights_", $structure),
+                through: concat!("path_through_", $structure),
+            },
+            WalkNames {
+                hits: concat!("tree_hits_", $structure),
+                lights: concat!("tree_lights_", $structure),
+                through: concat!("tree_through_", $structure),
+            },
+        ]
+    };
+}
+
+/// Those of queues that trace rays.
+fn walks(accel: Accel, traversal: Traversal, placed: bool, integrator: Integrator) -> Option<WalkNames> {
+    let [paths, trees] = match accel {
+        Accel::None => walk_names!("exhaustive"),
         Accel::Bvh => match traversal {
-            Traversal::Reconverge => {
-                ["path_hits_bvh_in_step", "path_lights_bvh_in_step", "path_through_bvh_in_step"]
-            }
-            Traversal::Wide => ["path_hits_bvh_wide", "path_lights_bvh_wide", "path_through_bvh_wide"],
-            _ if placed => ["path_hits_bvh", "path_lights_bvh", "path_through_bvh"],
-            _ => ["path_hits_bvh_world", "path_lights_bvh_world", "path_through_bvh_world"],
+            Traversal::Reconverge => walk_names!("bvh_in_step"),
+            Traversal::Wide => walk_names!("bvh_wide"),
+            _ if placed => walk_names!("bvh"),
+            _ => walk_names!("bvh_world"),
         },
         Accel::Bvh8 => return None,
-        Accel::Octree => ["path_hits_octree", "path_lights_octree", "path_through_octree"],
-        Accel::OctreeParametric => {
-            ["path_hits_octree_parametric", "path_lights_octree_parametric", "path_through_octree_parametric"]
-        }
-        Accel::Grid => ["path_hits_grid", "path_lights_grid", "path_through_grid"],
-        Accel::KdTree => ["path_hits_kdtree", "path_lights_kdtree", "path_through_kdtree"],
+        Accel::Octree => walk_names!("octree"),
+        Accel::OctreeParametric => walk_names!("octree_parametric"),
+        Accel::Grid => walk_names!("grid"),
+        Accel::KdTree => walk_names!("kdtree"),
     };
-    Some(PathKernelNames { hits, lights, through })
+    Some(match integrator {
+        Integrator::Path => paths,
+        Integrator::Whitted => trees,
+    })
 }
 
 /// The kernel that counts.
@@ -222,8 +242,10 @@ pub(crate) fn add_structure<'a>(
                 Ok(bvh.primitives)
             }
         },
-        Hierarchy::Bvh8(_) => Err(kernels(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted)
-            .expect_err("it has none")),
+        Hierarchy::Bvh8(_) => {
+            Err(kernels(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted, GpuScheduler::Auto)
+                .expect_err("it has none"))
+        }
         Hierarchy::Octree(octree) | Hierarchy::OctreeParametric(octree) => {
             let tree = octree.view();
             parameters.array("nodes", tree.nodes);
@@ -287,14 +309,17 @@ mod tests {
     #[test]
     fn structures_for_cpus_alone_are_refused_with_the_others_names() {
         let message =
-            kernels(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted).unwrap_err().to_string();
+            kernels(Accel::Bvh8, Traversal::Auto, false, false, Integrator::Whitted, GpuScheduler::Auto)
+                .unwrap_err()
+                .to_string();
         assert!(
             message.starts_with("bvh8 is made for") && message.contains("none, bvh, octree,"),
             "{message}"
         );
         for counts in [false, true] {
-            let refused =
-                |accel: &&Accel| kernels(**accel, Traversal::Auto, true, counts, Integrator::Path).is_err();
+            let refused = |accel: &&Accel| {
+                kernels(**accel, Traversal::Auto, true, counts, Integrator::Path, GpuScheduler::Auto).is_err()
+            };
             assert_eq!(Accel::ALL.iter().filter(refused).count(), 1);
         }
     }

@@ -97,7 +97,9 @@ pub use render::render;
 #[doc(inline)]
 pub use eosphor_core::sums::ExactSum;
 #[doc(inline)]
-pub use eosphor_cuda::{CudaBackend, CudaOptions, DeviceInfo, Traversal, devices as cuda_devices};
+pub use eosphor_cuda::{
+    CudaBackend, CudaOptions, DeviceInfo, GpuScheduler, Traversal, devices as cuda_devices,
+};
 #[doc(inline)]
 pub use eosphor_picture::output::{
     DevelopSettings, Developed, Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture,

@@ -29,6 +29,9 @@ const RENDER_BOUNDS: &str = ".maxnreg 128";
 /// The same of kernels that shade paths: of 80, 128, 168 and 255 registers a thread, these take the least time on an H100.
 const SHADE_BOUNDS: &str = ".maxnreg 168";
 
+/// The same of kernels that light points of trees.
+const LIGHT_BOUNDS: &str = ".maxnreg 64";
+
 /// What the header says.
 pub(super) struct Header<'a> {
     pub(super) hash: &'a str,
@@ -66,9 +69,13 @@ pub(super) fn with_launch_bounds(ptx: &str) -> String {
                 Some(FAR_QUERY_BOUNDS)
             } else if name.starts_with("count_") {
                 None
-            } else if name.starts_with("paths_shade") {
+            } else if name.starts_with("paths_shade") || name == "trees_shade" {
                 Some(SHADE_BOUNDS)
-            } else if name.starts_with("path_through_") {
+            } else if name.starts_with("path_through_") || name.starts_with("tree_through_") {
+                Some(RENDER_BOUNDS)
+            } else if name.starts_with("tree_lights_") {
+                Some(LIGHT_BOUNDS)
+            } else if name.ends_with("_generate") {
                 Some(RENDER_BOUNDS)
             } else if !name.starts_with("render_") {
                 Some(QUERY_BOUNDS)

@@ -5,7 +5,7 @@ use super::values::{whole, within};
 use super::{BackendChoice, DeviceFlags, Need, PictureFlags, SettingsFlags, TextureFlags, check, scene_help};
 use crate::failure::Failure;
 use clap::{Args, Subcommand};
-use eosphor::{Accel, Traversal};
+use eosphor::{Accel, GpuScheduler, Traversal};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -135,7 +135,8 @@ pub(crate) struct BenchRaysFlags {
 impl BenchRaysFlags {
     /// Fails where one of the flags about devices would do nothing.
     pub(crate) fn check(&self) -> Result<(), Failure> {
-        let DeviceFlags { tile, scheduler, block_size, gpu_paths, gpu_traversal, .. } = self.device;
+        let DeviceFlags { tile, scheduler, block_size, gpu_paths, gpu_scheduler, gpu_traversal, .. } =
+            self.device;
         let is_cuda = matches!(self.device.backend(), BackendChoice::Cuda(_));
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
         let picture = "a picture to be rendered (bench render)";
@@ -144,6 +145,7 @@ impl BenchRaysFlags {
             need("--scheduler", scheduler.is_some(), false, picture),
             need("--block-size", block_size.is_some(), false, picture),
             need("--gpu-paths", gpu_paths.is_some(), false, picture),
+            need("--gpu-scheduler", gpu_scheduler != GpuScheduler::default(), false, picture),
             need("--warm-up", self.warm_up != 1, !is_cuda, "--backend cpu"),
             need("--batch", self.batch.is_some(), !is_cuda, "--backend cpu"),
             need("--gpu-traversal", gpu_traversal != Traversal::default(), is_cuda, "--backend cuda"),

@@ -6,7 +6,9 @@ use crate::failure::Failure;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use eosphor::settings::Integrator;
-use eosphor::{Accel, Builder, Quality, RenderSettings, SahCosts, Scheduler, SimdLevel, Traversal};
+use eosphor::{
+    Accel, Builder, GpuScheduler, Quality, RenderSettings, SahCosts, Scheduler, SimdLevel, Traversal,
+};
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
@@ -44,10 +46,14 @@ pub(crate) struct DeviceFlags {
     /// Threads per block on GPUs: a multiple of 32, 32 to 512 [default: 128]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
-    /// Paths that a GPU has under way at a time, 4096 to 16777216 (needs --integrator path); fewer where memory is short [default:
-    /// 1048576, and up to 8388608 in an eighth of the free memory]
+    /// Paths that a GPU has under way at a time, 4096 to 16777216 (needs --integrator path or --gpu-scheduler queues); fewer where
+    /// memory is short [default: 1048576, and of path tracing up to 8388608 in an eighth of the free memory]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1 << 12..=1 << 24), allow_hyphen_values = true)]
     pub(crate) gpu_paths: Option<u32>,
+    /// In which order a GPU traces rays. megakernel: each thread follows a sample to its end; queues: rays of all samples in rounds,
+    /// as path tracing always has it; auto: what was faster where such scenes were measured
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = gpu_schedulers())]
+    pub(crate) gpu_scheduler: GpuScheduler,
     /// How the threads of a warp traverse a bvh on GPUs. single: independently; vote: together, through every node that any
     /// of them needs; auto: vote for rays that start in one point and have similar directions, else single; reconverge:
     /// independently, but they wait for each other at every node and leaf; wide: as reconverge, through eight-child nodes
@@ -64,8 +70,8 @@ impl DeviceFlags {
         check(&[Need {
             flag: "--gpu-paths",
             is_given: self.gpu_paths.is_some(),
-            is_met: settings.integrator == Integrator::Path,
-            needs: "--integrator path",
+            is_met: settings.integrator == Integrator::Path || self.gpu_scheduler == GpuScheduler::Queues,
+            needs: "--integrator path or --gpu-scheduler queues",
         }])
     }
 
@@ -155,6 +161,10 @@ pub(super) fn accels() -> impl TypedValueParser<Value = AccelChoice> {
 
 fn traversals() -> impl TypedValueParser<Value = Traversal> {
     named(Traversal::ALL.map(|traversal| (traversal.name(), traversal)))
+}
+
+fn gpu_schedulers() -> impl TypedValueParser<Value = GpuScheduler> {
+    named(GpuScheduler::ALL.map(|scheduler| (scheduler.name(), scheduler)))
 }
 
 fn schedulers() -> impl TypedValueParser<Value = Scheduler> {

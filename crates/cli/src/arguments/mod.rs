@@ -40,7 +40,7 @@ pub(crate) use view::ViewFlags;
 use crate::failure::Failure;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use eosphor::{Accel, BUILTINS, Traversal};
+use eosphor::{Accel, BUILTINS, GpuScheduler, Traversal};
 use std::path::PathBuf;
 
 /// A ray tracer that gives the same picture on every device, bit for bit
@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
 }
 
 /// Flags about devices that only commands which render take; others refuse them with a reason, and do not list them.
-const FLAGS_OF_PICTURES: [&str; 4] = ["tile", "scheduler", "block_size", "gpu_paths"];
+const FLAGS_OF_PICTURES: [&str; 5] = ["tile", "scheduler", "block_size", "gpu_paths", "gpu_scheduler"];
 
 impl Arguments {
     /// All commands with their flags, as help and completions list them.
@@ -181,6 +181,7 @@ impl InfoFlags {
             need("--tile", device.tile.is_some(), false, render),
             need("--block-size", device.block_size.is_some(), false, render),
             need("--gpu-paths", device.gpu_paths.is_some(), false, render),
+            need("--gpu-scheduler", device.gpu_scheduler != GpuScheduler::default(), false, render),
             need("--scheduler", device.scheduler.is_some(), false, render),
             need("--gpu-traversal", device.gpu_traversal != Traversal::default(), false, render),
             need("--simd", device.simd.0.is_some(), is_table, "rays to be traced (--accel all or builders)"),

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::streams::Verbosity;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{ArgAction, Args};
-use eosphor::{Accel, Format, Layer, Preset, Region, Traversal};
+use eosphor::{Accel, Format, GpuScheduler, Layer, Preset, Region, Traversal};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -253,6 +253,7 @@ impl ReportFlags {
         let one_way = "a render without --stats, which goes the way of one ray";
         let one_by_one = "a render without --stats, which follows one path after the other";
         let traversal = device.gpu_traversal != Traversal::default();
+        let scheduler = device.gpu_scheduler != GpuScheduler::default();
         let is_cuda = matches!(device.backend(), BackendChoice::Cuda(_));
         check(&[
             need(
@@ -264,6 +265,7 @@ impl ReportFlags {
             need("--json", self.json, !to_stdout, "standard output for itself, not -o -"),
             need("--stats", self.stats, show.is_none(), "a picture of the scene, not --show"),
             need("--gpu-traversal", traversal, !self.stats, one_way),
+            need("--gpu-scheduler", scheduler, !self.stats, one_by_one),
             need("--gpu-paths", device.gpu_paths.is_some(), !self.stats, one_by_one),
         ])
     }

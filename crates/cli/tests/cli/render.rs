@@ -209,12 +209,20 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
         (&["--accel", "grid", "--builder", "sweep"], "--builder would do nothing here: it needs --accel bvh"),
         (&["--block-size", "544"], "32 to 512"),
         (&["--gpu-paths", "4095"], "4096 to 16777216"),
-        (&["--gpu-paths", "4096"], "--gpu-paths would do nothing here: it needs --integrator path"),
+        (
+            &["--gpu-paths", "4096"],
+            "--gpu-paths would do nothing here: it needs --integrator path or --gpu-scheduler queues",
+        ),
         (
             &["--integrator", "path", "--backend", "cpu", "--gpu-paths", "4096"],
             "--gpu-paths would do nothing here: it needs a GPU",
         ),
         (&["--gpu-traversal", "vote", "--accel", "grid"], "one through grid"),
+        (&["--gpu-scheduler", "megakernel", "--accel", "grid"], "leave that out, or choose queues"),
+        (
+            &["--backend", "cpu", "--gpu-scheduler", "queues"],
+            "--gpu-scheduler would do nothing here: it needs a GPU",
+        ),
         (&["--backend", "cpu", "--block-size", "64"], "--block-size would do nothing here: it needs a GPU"),
         (
             &["--backend", "cpu", "--gpu-traversal", "vote"],

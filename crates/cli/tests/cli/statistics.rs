@@ -110,12 +110,16 @@ fn animations_have_each_frame_and_all_together() {
 #[test]
 fn what_does_not_count_is_wrong_usage() {
     let place = Place::new();
-    let bad: [(&[&str], &str); 4] = [
+    let bad: [(&[&str], &str); 5] = [
         (&["--show", "cost"], "--stats would do nothing here: it needs a picture of the scene"),
         (&["--backend", "cpu", "--block-size", "64"], "--block-size would do nothing here: it needs a GPU"),
         (
             &["--gpu-paths", "4096", "--integrator", "path"],
             "--gpu-paths would do nothing here: it needs a render without --stats",
+        ),
+        (
+            &["--gpu-scheduler", "queues"],
+            "--gpu-scheduler would do nothing here: it needs a render without --stats",
         ),
         (
             &["--gpu-traversal", "vote"],

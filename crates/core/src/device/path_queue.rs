@@ -4,7 +4,7 @@
 
 use super::launch::RayTotals;
 use crate::integrator::path::{LightRequest, PathState};
-use crate::integrator::{PathRay, RayKind};
+use crate::integrator::{MAX_DEPTH, PathRay, RayKind};
 use crate::light::LightReceiver;
 use crate::math::{Vec3, vec3};
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter};
@@ -35,17 +35,17 @@ pub struct PathPlace {
 }
 
 #[inline(always)]
-fn row(v: Vec3, last: u32) -> Row {
+pub(super) fn row(v: Vec3, last: u32) -> Row {
     Row([v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), last])
 }
 
 #[inline(always)]
-fn vector(Row([x, y, z, _]): Row) -> Vec3 {
+pub(super) fn vector(Row([x, y, z, _]): Row) -> Vec3 {
     vec3(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z))
 }
 
 #[inline(always)]
-fn last(row: Row) -> u32 {
+pub(super) fn last(row: Row) -> u32 {
     row.0[3]
 }
 
@@ -56,16 +56,49 @@ const DEPTH_BITS: u32 = 8;
 /// A path in rows. The first three have its ray.
 #[inline(always)]
 pub fn rows_of_path(path: &PathState, place: PathPlace) -> [Row; PATH_ROWS] {
-    let ray = &path.ray;
+    let [first, second, third, fourth] = rows_of_ray(&path.ray);
+    let (position, normal) = (row(path.left.position, place.pixel), row(path.left.normal, place.sample));
+    [first, second, third, fourth, position, normal]
+}
+
+/// Rows of a ray with its place in a tree of rays. A query reads the first three.
+pub(super) const RAY_ROWS: usize = 4;
+
+/// A ray in rows.
+#[inline(always)]
+pub(super) fn rows_of_ray(ray: &PathRay) -> [Row; RAY_ROWS] {
     let counts = ray.kind as u32 | ray.depth << KIND_BITS | ray.holes << (KIND_BITS + DEPTH_BITS);
     [
         row(ray.origin, counts),
         row(ray.direction, ray.inside),
         Row([ray.start.instance, ray.start.primitive, ray.path, ray.lobe_density.to_bits()]),
         row(ray.weight, ray.travelled.to_bits()),
-        row(path.left.position, place.pixel),
-        row(path.left.normal, place.sample),
     ]
+}
+
+/// The ray that was written as [`rows_of_ray`].
+#[inline(always)]
+pub(super) fn ray_of_rows([first, second, third, fourth]: [Row; RAY_ROWS]) -> PathRay {
+    let Row([instance, primitive, path, density]) = third;
+    let counts = last(first);
+    PathRay {
+        origin: vector(first),
+        path,
+        direction: vector(second),
+        depth: counts >> KIND_BITS & ((1 << DEPTH_BITS) - 1),
+        weight: vector(fourth),
+        kind: match counts & ((1 << KIND_BITS) - 1) {
+            0 => RayKind::Camera,
+            1 => RayKind::Reflected,
+            2 => RayKind::Refracted,
+            _ => RayKind::Glossy,
+        },
+        start: PrimitiveId { instance, primitive },
+        inside: last(second),
+        holes: counts >> (KIND_BITS + DEPTH_BITS),
+        travelled: f32::from_bits(last(fourth)),
+        lobe_density: f32::from_bits(density),
+    }
 }
 
 /// Whether a path, of which these are the first rows, is in no body.
@@ -91,26 +124,8 @@ pub fn query_of_rows([first, second, third]: [Row; 3], culls: bool) -> (Ray, Ray
 /// The path that was written as [`rows_of_path`].
 #[inline(always)]
 pub fn path_of_rows(rows: &[Row; PATH_ROWS]) -> (PathState, PathPlace) {
-    let [first, second, Row([instance, primitive, path, density]), fourth, position, normal] = *rows;
-    let counts = last(first);
-    let ray = PathRay {
-        origin: vector(first),
-        path,
-        direction: vector(second),
-        depth: counts >> KIND_BITS & ((1 << DEPTH_BITS) - 1),
-        weight: vector(fourth),
-        kind: match counts & ((1 << KIND_BITS) - 1) {
-            0 => RayKind::Camera,
-            1 => RayKind::Reflected,
-            2 => RayKind::Refracted,
-            _ => RayKind::Glossy,
-        },
-        start: PrimitiveId { instance, primitive },
-        inside: last(second),
-        holes: counts >> (KIND_BITS + DEPTH_BITS),
-        travelled: f32::from_bits(last(fourth)),
-        lobe_density: f32::from_bits(density),
-    };
+    let [first, second, third, fourth, position, normal] = *rows;
+    let ray = ray_of_rows([first, second, third, fourth]);
     let left = LightReceiver { position: vector(position), normal: vector(normal) };
     (PathState { ray, left }, PathPlace { pixel: last(position), sample: last(normal) })
 }
@@ -177,6 +192,14 @@ pub struct PathControl {
     pub samples: u32,
     /// Rounds that had paths.
     pub rounds: u32,
+    /// Of trees: how many nodes wait below those of this round.
+    pub waiting: u32,
+    /// Of trees: where in the ring of free slots the next one is, and where one that becomes free goes.
+    pub first_free: u32,
+    /// See [`PathControl::first_free`].
+    pub end_free: u32,
+    /// Of trees: where the slots of those that begin in this round are in the ring.
+    pub new_slots: u32,
 }
 
 impl PathControl {
@@ -194,10 +217,53 @@ impl PathControl {
         self.rounds += (self.paths > 0) as u32;
     }
 
+    /// Likewise, where nodes of trees wait in a stack: a round takes as many as there is room for, from its top. `slots` is how many
+    /// there are of all that wait.
+    #[inline(always)]
+    pub fn begin_round_of_trees(&mut self, room: u32, slots: u32) {
+        let appended = self.appended as u32;
+        self.end_free = in_ring(self.end_free + self.paths, slots);
+        self.first_free = in_ring(self.first_free + appended, slots);
+        let survivors = self.waiting + appended;
+        let wanted = room.saturating_sub(survivors);
+        let new = if wanted < self.samples_left { wanted } else { self.samples_left };
+        (self.appended, self.sorted) = (0, 0);
+        self.first_sample = self.samples - self.samples_left;
+        self.samples_left -= new;
+        (self.first_new, self.new_slots) = (survivors, self.first_free);
+        self.first_free = in_ring(self.first_free + new, slots);
+        let all = survivors + new;
+        let free = slots - all;
+        // What a node leaves takes up to so many slots. When room gets scarce, one is taken at a time: then there waits no more than a
+        // tree is deep.
+        let most = free.saturating_sub(RESERVE) / (NODE_CHILDREN - 1);
+        let mut paths = if all < room { all } else { room };
+        paths = if paths < most { paths } else { most };
+        if paths == 0 && all > 0 {
+            paths = 1;
+        }
+        self.paths = paths;
+        self.waiting = all - paths;
+        self.rounds += (paths > 0) as u32;
+    }
+
     /// Whether all paths have ended.
     pub fn is_done(&self) -> bool {
-        self.appended as u32 == 0 && self.samples_left == 0
+        self.appended as u32 == 0 && self.samples_left == 0 && self.waiting == 0
     }
+}
+
+/// What a node of a tree of rays leaves in a round, at most: two rays that go on, and one through its holes or what is left of
+/// itself.
+pub const NODE_CHILDREN: u32 = 3;
+
+/// Slots for a tree whose nodes are taken one at a time.
+const RESERVE: u32 = (NODE_CHILDREN - 1) * (MAX_DEPTH + 2);
+
+/// A place in a ring of so many, from one that is less than twice as far.
+#[inline(always)]
+pub fn in_ring(place: u32, slots: u32) -> u32 {
+    if place >= slots { place - slots } else { place }
 }
 
 /// The last parameter of every kernel that works on paths in queues.
@@ -226,6 +292,12 @@ pub struct PathLaunch {
     pub film: *mut Vec3,
     /// Rays are counted here.
     pub totals: *mut RayTotals,
+    /// Of trees: slots of the nodes that wait, the next one last.
+    pub stack: *mut u32,
+    /// Of trees: a ring of slots that are free.
+    pub free: *mut u32,
+    /// Of trees: how many slots there are.
+    pub slots: u32,
     /// Paths that there is room for.
     pub room: u32,
     /// The first row of the band.
@@ -281,6 +353,9 @@ mod tests {
             hits: null_mut(),
             requests: null_mut(),
             sorted: null_mut(),
+            stack: null_mut(),
+            free: null_mut(),
+            slots: 0,
             control: null_mut(),
             sums: null_mut(),
             before: null_mut(),

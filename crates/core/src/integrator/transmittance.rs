@@ -30,12 +30,8 @@ pub fn transmittance_beyond<T: Tracer>(
     if item(view.materials, material_of(view, closest.id)).stops_all_light() {
         return Vec3::ZERO;
     }
-    if closest.t_rest == UNKNOWN_REST {
-        return transmittance(view, tracer, ray, filter);
-    }
-    let mut crossings = Crossings::NONE;
-    crossings.cross::<ShadowFilter>(view, ray, closest);
-    crossings.go_on::<T, ShadowFilter>(view, tracer, ray, filter)
+    let first = if closest.t_rest == UNKNOWN_REST { None } else { Some(*closest) };
+    Crossings::NONE.go_on::<T, ShadowFilter>(view, tracer, (ray, filter), first)
 }
 
 /// The number of the material of what was hit.
@@ -83,7 +79,7 @@ pub(super) fn through_crossings<T: Tracer, C: Crossing>(
     ray: &Ray,
     filter: &RayFilter,
 ) -> Vec3 {
-    Crossings::NONE.go_on::<T, C>(view, tracer, ray, filter)
+    Crossings::NONE.go_on::<T, C>(view, tracer, (ray, filter), None)
 }
 
 /// The surfaces that a ray has crossed.
@@ -102,20 +98,24 @@ impl Crossings {
         after_front: false,
     };
 
-    /// Crosses all that follow.
+    /// Crosses all that follow; the next one is `known`, where it is.
     #[inline(always)]
     fn go_on<T: Tracer, C: Crossing>(
         mut self,
         view: &SceneView,
         tracer: &T,
-        ray: &Ray,
-        filter: &RayFilter,
+        (ray, filter): (&Ray, &RayFilter),
+        mut known: Option<Hit>,
     ) -> Vec3 {
         loop {
             if self.through.max_component() <= 0.0 {
                 return Vec3::ZERO;
             }
-            let hit = tracer.next_hit(ray, filter, &self.after);
+            let hit = match known {
+                Some(hit) => hit,
+                None => tracer.next_hit(ray, filter, &self.after),
+            };
+            known = None;
             if hit.is_miss() {
                 return self.through;
             }

@@ -1,92 +1,135 @@
 //! Stage 3: light that reaches a surface point.
 
 use super::light_lanes::LightLanes;
-use super::{LampLobe, Receiver, are_lamps_drawn, draw_lamp, lights_alone, takes_light};
+use super::{LampLobe, LitPoint, Receiver, are_lamps_drawn, draw_lamp, lights_alone};
 use crate::hierarchy::Tracer;
 use crate::integrator::camera_ray::pixel_key;
-use crate::integrator::transmittance;
+use crate::integrator::transmittance_beyond;
 use crate::light::Light;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, RayFilter};
 use crate::sampling::hash_pair;
 use crate::settings::{Settings, ShadowMode};
-use crate::shading::SurfacePoint;
 use crate::view::SceneView;
 
 /// Key of the random numbers of the first light; the others follow.
 const FIRST_LIGHT_DIMENSION: u32 = 0x100;
 
 /// Light from all lights, or from all but lamps and some lamps that are drawn, shadowed, times the surface's colours. `path` keys
-/// the random numbers of the point within sample `sample` of pixel (x, y); `shadow_rays` counts.
+/// the random numbers of the point within sample `sample` of pixel (x, y); `shadow_rays` counts. It is for points that
+/// [take light](super::takes_light): for others it is black. Without `COLOURED` shadows have no colour, whatever the settings say.
 ///
 /// This is one point at a time. Schedulers that take many points call the parts: [`light_key`], then [`LightLanes`] or
 /// [`gather`], then [`shade_direct`], for the lights and the sides of the point in the same order. Lamps that are drawn, by
 /// [`draw_lamp`], follow the lights that are sampled each.
 #[inline(always)]
-pub fn direct_light<T: Tracer, const W: usize>(
+pub fn direct_light<T: Tracer, const W: usize, const COLOURED: bool>(
     view: &SceneView,
     tracer: &T,
-    (point, lobe): (&SurfacePoint, &LampLobe),
+    point: &LitPoint,
     path: u32,
     (x, y, sample): (u32, u32, u32),
     shadow_rays: &mut u64,
 ) -> Vec3 {
     let key = point_key(view.settings, path, x, y);
-    let material_values = &point.material_values;
-    let sides = 1 + is_lit_from_behind(view.settings, material_values.transmission) as u32;
+    let sides = 1 + is_lit_from_behind(view.settings, point.transmission) as u32;
     let mut sum = Vec3::ZERO;
-    if !takes_light(point, lobe) {
-        return sum;
-    }
-    let alone = lights_alone(view);
-    let draws = if are_lamps_drawn(view) { view.settings.lamp_samples } else { 0 };
+    let turns = LightTurns::new(view);
     let mut turn = 0;
-    while turn < alone + draws {
-        // The first lamp stands for one that is drawn at a side: surfaces answer all of them alike.
-        let is_drawn = turn >= alone;
-        let slot = if is_drawn { alone } else { turn };
-        // By `get`, which has no panic for GPUs.
-        let Some(light) = view.lights.get(slot as usize) else { break };
-        let (specular, highlights) =
-            highlight(light, material_values.specular, material_values.lamp_highlights, lobe);
+    while turn < turns.all {
+        let samples = turns.samples(view, turn);
         let mut side = 0;
         while side < sides {
-            let samples = light.samples();
-            let mut number = slot;
-            let mut receiver = Receiver {
-                key: light_key(key, slot, side),
-                first: if is_drawn { sample } else { sample.wrapping_mul(samples) },
-                ..Receiver::new(point, side, highlights, lobe)
-            };
-            if is_drawn {
-                match draw_lamp(view, &receiver, turn - alone) {
-                    Some(drawn) => (number, receiver) = drawn,
-                    None => {
-                        side += 1;
-                        continue;
-                    }
-                }
+            if let Some(turn) = turns.light(view, point, (key, sample), turn, side) {
+                let LightTurn { light, receiver, filter, specular } = &turn;
+                let got = if W > 1 && samples > 1 {
+                    gather::<T, W, COLOURED>(view, tracer, (light, samples), receiver, filter, shadow_rays)
+                } else {
+                    gather::<T, 1, COLOURED>(view, tracer, (light, samples), receiver, filter, shadow_rays)
+                };
+                sum += shade_direct(light.le(), point.diffuse, *specular, point.transmission, side, &got);
             }
-            let Some(light) = view.lights.get(number as usize) else { break };
-            let filter = shadow_filter(light, point.id);
-            let got = if W > 1 && samples > 1 {
-                gather::<T, W>(view, tracer, (light, samples), &receiver, &filter, shadow_rays)
-            } else {
-                gather::<T, 1>(view, tracer, (light, samples), &receiver, &filter, shadow_rays)
-            };
-            sum += shade_direct(
-                light.le(),
-                material_values.diffuse,
-                specular,
-                material_values.transmission,
-                side,
-                &got,
-            );
             side += 1;
         }
         turn += 1;
     }
     sum
+}
+
+/// The lights that points are lit by, one after the other: those that are sampled each, and then lamps that are drawn.
+#[derive(Clone, Copy, Debug)]
+struct LightTurns {
+    /// How many are sampled each.
+    alone: u32,
+    /// How many turns there are.
+    all: u32,
+}
+
+/// A light, and a side of a point that is lit by it.
+#[derive(Clone, Copy, Debug)]
+struct LightTurn<'a> {
+    /// The light.
+    light: &'a Light,
+    /// The side of the point, with the number of the first sample.
+    receiver: Receiver,
+    /// What shadow rays leave out.
+    filter: RayFilter,
+    /// The colour of the highlight.
+    specular: Vec3,
+}
+
+impl LightTurns {
+    /// Those of a scene.
+    #[inline(always)]
+    fn new(view: &SceneView) -> LightTurns {
+        let alone = lights_alone(view);
+        let draws = if are_lamps_drawn(view) { view.settings.lamp_samples } else { 0 };
+        LightTurns { alone, all: alone + draws }
+    }
+
+    /// The first lamp stands for one that is drawn: surfaces answer all of them alike, and all have as many samples.
+    #[inline(always)]
+    fn slot(&self, turn: u32) -> u32 {
+        if turn < self.alone { turn } else { self.alone }
+    }
+
+    /// Samples of the light of a turn.
+    #[inline(always)]
+    fn samples(&self, view: &SceneView, turn: u32) -> u32 {
+        // By `get`, which has no panic for GPUs.
+        match view.lights.get(self.slot(turn) as usize) {
+            Some(light) => light.samples(),
+            None => 0,
+        }
+    }
+
+    /// The light of a turn for a side of a point, which has this key ([`point_key`]) and is of this sample of its pixel; `None`
+    /// where no lamp reaches it.
+    #[inline(always)]
+    fn light<'a>(
+        &self,
+        view: &SceneView<'a>,
+        point: &LitPoint,
+        (key, sample): (u32, u32),
+        turn: u32,
+        side: u32,
+    ) -> Option<LightTurn<'a>> {
+        let slot = self.slot(turn);
+        let light = view.lights.get(slot as usize)?;
+        let (specular, highlights) = highlight(light, point.specular, point.lamp_highlights, &point.lobe);
+        let is_drawn = turn >= self.alone;
+        let mut number = slot;
+        let mut receiver = Receiver {
+            key: light_key(key, slot, side),
+            first: if is_drawn { sample } else { sample.wrapping_mul(light.samples()) },
+            ..point.receiver(side, highlights)
+        };
+        if is_drawn {
+            (number, receiver) = draw_lamp(view, &receiver, turn - self.alone)?;
+        }
+        let light = view.lights.get(number as usize)?;
+        Some(LightTurn { light, receiver, filter: shadow_filter(light, point.id), specular })
+    }
 }
 
 /// Whether a surface of these colours answers light by itself. Mirrors and glass do not: no ray need be traced to find
@@ -171,7 +214,7 @@ pub fn shade_direct(
 /// The first `count` samples of a light at one point, `W` at a time, and the last ones by 16 or 4 lanes: some of the others would
 /// be idle. Weights are added sample by sample, so `W` does not change the sums.
 #[inline(always)]
-pub fn gather<T: Tracer, const W: usize>(
+pub fn gather<T: Tracer, const W: usize, const COLOURED: bool>(
     view: &SceneView,
     tracer: &T,
     (light, count): (&Light, u32),
@@ -184,16 +227,16 @@ pub fn gather<T: Tracer, const W: usize>(
     while start < count {
         let left = count - start;
         let (rays, lanes) = if W > 4 && left <= 4 {
-            (gatherer.add::<4>(start, left), 4)
+            (gatherer.add::<4, COLOURED>(start, left), 4)
         } else if W > 16 && left < W as u32 {
-            (gatherer.add::<16>(start, left), 16)
+            (gatherer.add::<16, COLOURED>(start, left), 16)
         } else {
-            (gatherer.add::<W>(start, left), W as u32)
+            (gatherer.add::<W, COLOURED>(start, left), W as u32)
         };
         *shadow_rays += rays;
         start += lanes;
     }
-    gatherer.sum.gathered(view.settings.shadow_mode)
+    gatherer.sum.gathered(COLOURED && view.settings.shadow_mode == ShadowMode::Coloured)
 }
 
 struct Gatherer<'a, T> {
@@ -215,8 +258,8 @@ struct Sum {
 
 impl Sum {
     #[inline(always)]
-    fn gathered(&self, mode: ShadowMode) -> LightSums {
-        if mode == ShadowMode::Coloured {
+    fn gathered(&self, is_coloured: bool) -> LightSums {
+        if is_coloured {
             self.coloured
         } else {
             LightSums { diffuse: Vec3::splat(self.diffuse), specular: Vec3::splat(self.specular) }
@@ -228,7 +271,7 @@ impl<T: Tracer> Gatherer<'_, T> {
     /// Adds the samples that follow the first `start`, as many as there are lanes, at most `left`; returns the number
     /// of shadow rays.
     #[inline(always)]
-    fn add<const W: usize>(&mut self, start: u32, left: u32) -> u64 {
+    fn add<const W: usize, const COLOURED: bool>(&mut self, start: u32, left: u32) -> u64 {
         let first = self.receiver.first.wrapping_add(start);
         let lanes =
             LightLanes::<W>::new(self.view.settings, self.light, &Receiver { first, ..*self.receiver });
@@ -243,22 +286,21 @@ impl<T: Tracer> Gatherer<'_, T> {
         }
         let mode = self.view.settings.shadow_mode;
         let rays = lanes.from_one_point(self.receiver.origin);
-        let mut hidden = [false; W];
-        if mode != ShadowMode::None {
-            hidden = self.tracer.occluded_batch(&rays, self.filter, &active);
-        }
-        if mode == ShadowMode::Coloured {
+        if COLOURED && mode == ShadowMode::Coloured {
             for lane in 0..W {
                 if active[lane] {
-                    let through = if hidden[lane] {
-                        transmittance(self.view, self.tracer, &rays.ray(lane), self.filter)
-                    } else {
-                        Vec3::ONE
-                    };
+                    // Most that is in the way lets no light through: that it is there is all that must be known of it.
+                    let (ray, filter) = (rays.ray(lane), self.filter);
+                    let hit = self.tracer.closest_hit(&ray, filter);
+                    let through = transmittance_beyond(self.view, self.tracer, &ray, filter, &hit);
                     self.sum.coloured.add(through, lanes.diffuse[lane], lanes.specular[lane]);
                 }
             }
         } else {
+            let mut hidden = [false; W];
+            if mode != ShadowMode::None {
+                hidden = self.tracer.occluded_batch(&rays, self.filter, &active);
+            }
             // No branch: adding 0 changes nothing.
             for lane in 0..W {
                 let lit = active[lane] & !hidden[lane];

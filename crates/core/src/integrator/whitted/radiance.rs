@@ -1,6 +1,9 @@
 //! The reference scheduler: one loop with a fixed stack.
 
-use super::{LampLobe, branches_at, child_ray, depth_limit, direct_light, local_radiance, ray_behind};
+use super::{
+    LampLobe, LitPoint, branches_at, child_ray, depth_limit, direct_light, local_radiance, ray_behind,
+    takes_light,
+};
 use crate::hierarchy::{Stack, Tracer};
 use crate::integrator::{MAX_DEPTH, PathRay, RayCounts, weight_at};
 use crate::ray::Hit;
@@ -57,9 +60,13 @@ pub fn radiance<T: Tracer, const W: usize>(
                     let mut found = local_radiance(view, &point, &level.ray, level.hit.t);
                     if settings.lighting_model.is_lit() {
                         let lobe = LampLobe::new(view, &point, &level.ray, max_depth);
-                        let (path, place) = (level.ray.path, (x, y, sample));
-                        let point = (&point, &lobe);
-                        found += direct_light::<T, W>(view, tracer, point, path, place, &mut counts.shadow);
+                        if takes_light(&point, &lobe) {
+                            let (path, place) = (level.ray.path, (x, y, sample));
+                            let point = LitPoint::new(&point, &lobe);
+                            let shadow_rays = &mut counts.shadow;
+                            found +=
+                                direct_light::<T, W, true>(view, tracer, &point, path, place, shadow_rays);
+                        }
                     }
                     sum.add(level.ray.weight * there * found);
                 }

@@ -2,7 +2,6 @@
 
 use super::LampLobe;
 use crate::math::Vec3;
-use crate::shading::SurfacePoint;
 
 /// What [`super::LightLanes`] are made of: for each lane the point that a light is sampled at, and which sample.
 pub trait Receivers {
@@ -55,27 +54,6 @@ pub struct Receiver {
     pub first: u32,
     /// What weights are multiplied by: one over the chance of the light, where it was drawn.
     pub scale: f32,
-}
-
-impl Receiver {
-    /// The side of a point that its viewer sees (0) or the other (1), with key and first sample 0 and scale 1.
-    #[inline(always)]
-    pub fn new(point: &SurfacePoint, side: u32, highlights: bool, lobe: &LampLobe) -> Receiver {
-        let sign = side_sign(side);
-        let above = point.geometric_normal * sign;
-        Receiver {
-            origin: shadow_origin(point.position, above, point.offset),
-            normal: point.normal * sign,
-            above,
-            to_viewer: point.to_viewer,
-            shininess: point.material_values.shininess,
-            highlights,
-            lobe: *lobe,
-            key: 0,
-            first: 0,
-            scale: 1.0,
-        }
-    }
 }
 
 /// Normals of a side are the point's times this.
