@@ -1,5 +1,6 @@
 //! In which order a device traces the rays of a picture.
 
+use eosphor_core::material::{Material, Refraction, SurfaceModel};
 use eosphor_core::view::SceneView;
 
 /// In which order a device traces the rays of a picture. No pixel depends on it.
@@ -30,10 +31,48 @@ impl GpuScheduler {
     /// The one that a scene gets. [`GpuScheduler::Auto`] becomes queues where these are faster; else it stays, for the megakernel where
     /// there is one.
     ///
-    /// By measurement (docs/gpu-speed.md), queues pay where rays of one sample part, at glass: threads of a warp then have different
+    /// By measurement (docs/gpu-speed.md) queues pay where rays of one surface part in many ways: threads of a warp then have different
     /// things to do.
     pub(crate) fn of_scene(self, view: &SceneView) -> GpuScheduler {
-        let parts = || view.materials.iter().any(|material| material.transmission.max_component() > 0.0);
-        if self == GpuScheduler::Auto && parts() { GpuScheduler::Queues } else { self }
+        match self {
+            GpuScheduler::Auto if view.materials.iter().any(parts_rays) => GpuScheduler::Queues,
+            chosen => chosen,
+        }
+    }
+}
+
+/// Whether rays part at a surface of this material: at glass, and where several of a lobe are traced.
+fn parts_rays(material: &Material) -> bool {
+    let transmits = material.transmission.max_component() > 0.0;
+    match material.model {
+        SurfaceModel::MetallicRoughness => transmits || material.metallic > 0.0,
+        SurfaceModel::Composed => {
+            material.glossy_rays > 1 || transmits && material.refraction == Refraction::Snell
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eosphor_scene::{LoadOptions, SceneData, load};
+
+    #[test]
+    fn queues_are_for_scenes_whose_rays_part() {
+        let chosen = |scene: &str, scheduler: GpuScheduler| {
+            let scene = load(scene, &LoadOptions::default()).unwrap().scene;
+            scheduler.of_scene(&SceneData::flatten(&scene).unwrap().0.view())
+        };
+        let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+        let auto = |scene: &str| chosen(scene, GpuScheduler::Auto);
+        for scene in ["builtin:glass", &format!("{scenes}/glass-and-mirrors.json")] {
+            assert_eq!(auto(scene), GpuScheduler::Queues, "{scene}");
+        }
+        for scene in ["builtin:cornell", "builtin:solids", &format!("{scenes}/coloured-shadows.json")] {
+            assert_eq!(auto(scene), GpuScheduler::Auto, "{scene}");
+        }
+        for scheduler in [GpuScheduler::Megakernel, GpuScheduler::Queues] {
+            assert_eq!(chosen("builtin:glass", scheduler), scheduler);
+        }
     }
 }
