@@ -97,8 +97,8 @@ macro_rules! megakernel {
     };
 }
 
-/// Defines the kernels of queues over a structure that trace rays. Of paths and of Whitted's trees they find what rays hit, and which
-/// lights are seen, where light may come through surfaces too.
+/// Defines the kernels of queues over a structure that trace rays. Of paths and of Whitted's trees they find what rays hit, and
+/// which lights are seen, where light may come through surfaces too.
 macro_rules! walk_kernels {
     (
         $(#[$doc:meta])*

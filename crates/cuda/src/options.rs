@@ -24,8 +24,9 @@ pub struct CudaOptions {
     pub traversal: Traversal,
     /// In which order rays are traced.
     pub scheduler: GpuScheduler,
-    /// Paths, or rays of Whitted's trees, that a round of queues takes: 4,096 to 16,777,216. Where memory is short, there are fewer.
-    /// `None`: a million, and of path tracing up to eight million, which are faster, in an eighth of the memory that is free.
+    /// Paths, or rays of Whitted's trees, that a round of queues takes: 4,096 to 16,777,216. Where memory is short, there are
+    /// fewer. `None`: a million, and of path tracing up to eight million, which are faster, in an eighth of the memory that is
+    /// free.
     pub paths: Option<u32>,
     /// Count what queries do and time it, by kernels that are made for that and take some times as long. They go through a
     /// bounding volume hierarchy as one ray does on a CPU, so that counts are the same there. Needed where

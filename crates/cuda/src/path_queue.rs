@@ -15,12 +15,12 @@ const ROWS: usize = 2 * PATH_ROWS + HIT_ROWS + REQUEST_ROWS;
 /// Bytes that a path takes in a queue, its number in order of what it has met included.
 const PATH_BYTES: u64 = (ROWS * size_of::<Row>() + size_of::<u32>()) as u64;
 
-/// Slots for nodes of trees that there are for each that a round takes. With three a round may take as many as there is room for even
-/// where each leaves three.
+/// Slots for nodes of trees that there are for each that a round takes. With three a round may take as many as there is room for
+/// even where each leaves three.
 const SLOTS: u64 = 4;
 
-/// Bytes that each node of a round takes: those of its slots, of their numbers in the stack and in the ring of free ones, of what it
-/// asks for light, and of its number in the list of those that are shaded.
+/// Bytes that each node of a round takes: those of its slots, of their numbers in the stack and in the ring of free ones, of what
+/// it asks for light, and of its number in the list of those that are shaded.
 const NODE_BYTES: u64 = SLOTS * (NODE_STRIDE * size_of::<Row>() + 2 * size_of::<u32>()) as u64
     + (LIT_ROWS * size_of::<Row>() + size_of::<u32>()) as u64;
 
@@ -62,8 +62,8 @@ impl Queued {
 /// How many paths of a round may be asked for.
 pub(crate) const PATHS: RangeInclusive<u32> = 1 << 12..=1 << 24;
 
-/// How many there are of path tracing at most where none are asked for. Each kernel of a round ends with some of the device idle, so large rounds
-/// are faster; larger ones than this are not (docs/gpu-speed.md).
+/// How many there are of path tracing at most where none are asked for. Each kernel of a round ends with some of the device idle,
+/// so large rounds are faster; larger ones than this are not (docs/gpu-speed.md).
 const USUAL_PATHS: u32 = 1 << 23;
 
 /// With more than so many, a queue takes at most an eighth of the memory that there is for it: eight times as many paths are only a

@@ -9,7 +9,8 @@ pub enum GpuScheduler {
     /// Whichever was faster where scenes of that kind were measured.
     #[default]
     Auto,
-    /// One kernel, whose threads follow a sample with all that comes of it: for Whitted's integrator and a bounding volume hierarchy.
+    /// One kernel, whose threads follow a sample with all that comes of it: for Whitted's integrator and a bounding volume
+    /// hierarchy.
     Megakernel,
     /// Kernels for each stage, which work on queues of rays.
     Queues,
@@ -28,11 +29,11 @@ impl GpuScheduler {
         }
     }
 
-    /// The one that a scene gets. [`GpuScheduler::Auto`] becomes queues where these are faster; else it stays, for the megakernel where
-    /// there is one.
+    /// The one that a scene gets. [`GpuScheduler::Auto`] becomes queues where these are faster; else it stays, for the megakernel
+    /// where there is one.
     ///
-    /// By measurement (docs/gpu-speed.md) queues pay where rays of one surface part in many ways: threads of a warp then have different
-    /// things to do.
+    /// By measurement (docs/gpu-speed.md) queues pay where rays of one surface part in many ways: threads of a warp then have
+    /// different things to do.
     pub(crate) fn of_scene(self, view: &SceneView) -> GpuScheduler {
         match self {
             GpuScheduler::Auto if view.materials.iter().any(parts_rays) => GpuScheduler::Queues,

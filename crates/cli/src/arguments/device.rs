@@ -50,8 +50,8 @@ pub(crate) struct DeviceFlags {
     /// memory is short [default: 1048576, and of path tracing up to 8388608 in an eighth of the free memory]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1 << 12..=1 << 24), allow_hyphen_values = true)]
     pub(crate) gpu_paths: Option<u32>,
-    /// In which order a GPU traces rays. megakernel: each thread follows a sample to its end; queues: rays of all samples in rounds,
-    /// as path tracing always has it; auto: what was faster where such scenes were measured
+    /// In which order a GPU traces rays. megakernel: each thread follows a sample to its end; queues: rays of all samples in
+    /// rounds, as path tracing always has it; auto: what was faster where such scenes were measured
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = gpu_schedulers())]
     pub(crate) gpu_scheduler: GpuScheduler,
     /// How the threads of a warp traverse a bvh on GPUs. single: independently; vote: together, through every node that any

@@ -217,8 +217,8 @@ impl PathControl {
         self.rounds += (self.paths > 0) as u32;
     }
 
-    /// Likewise, where nodes of trees wait in a stack: a round takes as many as there is room for, from its top. `slots` is how many
-    /// there are of all that wait.
+    /// Likewise, where nodes of trees wait in a stack: a round takes as many as there is room for, from its top. `slots` is how
+    /// many there are of all that wait.
     #[inline(always)]
     pub fn begin_round_of_trees(&mut self, room: u32, slots: u32) {
         let appended = self.appended as u32;
@@ -234,8 +234,8 @@ impl PathControl {
         self.first_free = in_ring(self.first_free + new, slots);
         let all = survivors + new;
         let free = slots - all;
-        // What a node leaves takes up to so many slots. When room gets scarce, one is taken at a time: then there waits no more than a
-        // tree is deep.
+        // What a node leaves takes up to so many slots. When room gets scarce, one is taken at a time: then there waits no more
+        // than a tree is deep.
         let most = free.saturating_sub(RESERVE) / (NODE_CHILDREN - 1);
         let mut paths = if all < room { all } else { room };
         paths = if paths < most { paths } else { most };
@@ -272,15 +272,17 @@ pub fn in_ring(place: u32, slots: u32) -> u32 {
 pub struct PathLaunch {
     /// How many items the scene's arrays have.
     pub counts: SceneCounts,
-    /// Paths that are traced in a round, and those of the next: [`PATH_ROWS`] arrays of `room` rows each.
+    /// Paths that are traced in a round: [`PATH_ROWS`] arrays of `room` rows each. Of trees: slots of nodes,
+    /// [`NODE_STRIDE`](super::NODE_STRIDE) rows each.
     pub paths: *mut Row,
     /// Likewise: the paths of the next round.
     pub next: *mut Row,
-    /// What the paths hit: [`HIT_ROWS`] arrays.
+    /// What the paths hit: [`HIT_ROWS`] arrays. Nodes of trees have their own rows for it.
     pub hits: *mut Row,
-    /// What they ask of lights: [`REQUEST_ROWS`] arrays.
+    /// What they ask of lights: [`REQUEST_ROWS`] arrays; of trees [`LIT_ROWS`](super::LIT_ROWS).
     pub requests: *mut Row,
-    /// Numbers of paths by what they have met: from the first on those that are shaded as matte, from the last on the others.
+    /// Numbers of paths by what they have met: from the first on those that are shaded as matte, from the last on the others. Of
+    /// trees: slots of nodes that are shaded.
     pub sorted: *mut u32,
     /// How far it is.
     pub control: *mut PathControl,

@@ -223,8 +223,8 @@ mod tests {
         assert!(matches!(LampLobe::NONE.lobe, Lobe::Delta(Delta { .. })));
     }
 
-    /// Trees whose nodes leave `children` each, down to a depth, through a stack and a ring as kernels keep them. Gives back how many
-    /// nodes there were.
+    /// Trees whose nodes leave `children` each, down to a depth, through a stack and a ring as kernels keep them. Gives back how
+    /// many nodes there were.
     fn nodes_of(samples: u32, children: u32, depth: u32, room: u32) -> u64 {
         let slots = 4 * room;
         let mut control = PathControl { samples, samples_left: samples, ..Default::default() };
