@@ -327,7 +327,14 @@ pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool>(
             let row = at.place.pixel / width;
             let pixel = (at.place.pixel - row * width, launch.first_row + row, at.place.sample);
             let mut found = at.found;
-            found += direct_light::<T, 1, COLOURED>(view, tracer, &point, at.path, pixel, &mut counts.shadow);
+            found += direct_light::<T, 1, COLOURED, true>(
+                view,
+                tracer,
+                &point,
+                at.path,
+                pixel,
+                &mut counts.shadow,
+            );
             // SAFETY: the pixel is one of the band.
             unsafe { add_saturating(launch, at.place.pixel, at.weight * found) };
         }
