@@ -115,7 +115,7 @@ pub(crate) fn rays_per_sample(view: &SceneView, accel: Accel) -> f64 {
 }
 
 /// Shadow rays from a point.
-fn shadow_rays(view: &SceneView) -> f64 {
+pub(crate) fn shadow_rays(view: &SceneView) -> f64 {
     if view.light_nodes.is_empty() {
         return view.lights.iter().map(|light| f64::from(light.samples())).sum();
     }
