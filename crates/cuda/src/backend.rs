@@ -1,10 +1,11 @@
 //! The backend: hierarchies are built on the CPU, pictures rendered in bands of rows on one or more devices.
 
-use crate::bands::{BandHeight, Rows, rays_per_sample, sharing};
+use crate::bands::{BandHeight, Rows, sharing};
 use crate::device::{Device, devices};
 use crate::launch::{Launched, Launcher};
 use crate::options::CudaOptions;
 use crate::pixel::Pixel;
+use crate::ray_count::rays_per_sample;
 use crate::scene::{DeviceScene, Kernels, ShapedFrame};
 use crate::scheduler::GpuScheduler;
 use crate::structure::{Structure, kernels};

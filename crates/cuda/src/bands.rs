@@ -2,9 +2,6 @@
 
 use crate::launch::WARP_ROWS;
 use crate::pixel::Pixel;
-use eosphor_core::settings::Integrator;
-use eosphor_core::view::SceneView;
-use eosphor_render::Accel;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -13,9 +10,6 @@ const LAUNCH_SECONDS: f64 = 0.1;
 
 /// Rays of a device's first launch, by a guess: a tenth of a second, or less.
 const FIRST_RAYS: f64 = 67_108_864.0;
-
-/// Primitives that a ray tests in the time of one in a hierarchy.
-const TESTED_IN_PASSING: f64 = 64.0;
 
 /// Most pixels of a launch, where they are colours and where they are sums, which take twice the room: enough to keep any
 /// device busy, and 100 MB.
@@ -103,29 +97,6 @@ pub(crate) fn sharing(samples: u32) -> u32 {
         8 * (places - samples) <= u64::from(IDLE_EIGHTHS) * places
     };
     (0..=5).rev().find(is_fair).unwrap_or(0)
-}
-
-/// A guess at the rays that a sample takes: its own, and to the lights from what it meets first. Without a hierarchy a ray is
-/// as much work as many.
-pub(crate) fn rays_per_sample(view: &SceneView, accel: Accel) -> f64 {
-    let lights = shadow_rays(view);
-    let primitives = (view.triangles.len() + view.spheres.len()) as f64;
-    let work = if accel == Accel::None { (primitives / TESTED_IN_PASSING).max(1.0) } else { 1.0 };
-    (1.0 + lights) * work
-}
-
-/// Shadow rays from a point.
-pub(crate) fn shadow_rays(view: &SceneView) -> f64 {
-    if view.light_nodes.is_empty() {
-        return view.lights.iter().map(|light| f64::from(light.samples())).sum();
-    }
-    match view.settings.integrator {
-        Integrator::Path => 1.0,
-        Integrator::Whitted => {
-            let alone = view.lights.iter().filter(|light| !light.is_lamp()).count();
-            alone as f64 + f64::from(view.settings.lamp_samples)
-        }
-    }
 }
 
 /// A number of rows that is a multiple of a warp's, rounded down, but not 0.

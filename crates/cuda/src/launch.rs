@@ -1,8 +1,8 @@
 //! Launches: a band of rows of a scene on a device.
 
 use crate::launch_buffers::{Band, LaunchBuffers};
-use crate::path_launch::{PathBand, PathBandLauncher, QueueKernels};
 use crate::pixel::Pixel;
+use crate::queue_launch::{QueueKernels, QueueLauncher, QueuedBand};
 use crate::scene::{DeviceScene, FrameParameters, Kernels};
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{
@@ -43,7 +43,7 @@ pub(crate) struct Launched {
     start: CudaEvent,
     end: Option<CudaEvent>,
     /// Where paths are in queues, how far they are.
-    paths: Option<PathBand>,
+    paths: Option<QueuedBand>,
 }
 
 impl Launcher<'_> {
@@ -75,11 +75,11 @@ impl Launcher<'_> {
     }
 
     /// What launches the kernels of path tracing.
-    fn paths<'l>(&self, kernels: &'l QueueKernels, rows: Range<u32>) -> PathBandLauncher<'l>
+    fn paths<'l>(&self, kernels: &'l QueueKernels, rows: Range<u32>) -> QueueLauncher<'l>
     where
         Self: 'l,
     {
-        PathBandLauncher {
+        QueueLauncher {
             kernels,
             values: &self.parameters.values,
             scene_values: self.scene.structure_values,

@@ -1,7 +1,7 @@
 //! What launches write on a device.
 
 use crate::device::Device;
-use crate::path_queue::{PathQueue, QueueSize};
+use crate::queue_room::{QueueRoom, QueueSize};
 use crate::staging::Staging;
 use cudarc::driver::{CudaSlice, CudaStream, DriverError};
 use eosphor_core::device::RayTotals;
@@ -22,7 +22,7 @@ pub(crate) struct Band {
     /// [`RayTotals`].
     pub(crate) totals: CudaSlice<u64>,
     /// Where kernels take paths from queues.
-    pub(crate) paths: Option<PathQueue>,
+    pub(crate) paths: Option<QueueRoom>,
 }
 
 /// Bands that [`LaunchBuffers`] holds.
@@ -39,7 +39,7 @@ impl LaunchBuffers {
             let stream = device.stream.context().new_stream()?;
             let pixels = stream.alloc_zeros(bytes.div_ceil(size_of::<u64>()))?;
             let totals = stream.alloc_zeros(size_of::<RayTotals>() / size_of::<u64>())?;
-            let paths = queue.map(|size| PathQueue::new(&stream, size)).transpose()?;
+            let paths = queue.map(|size| QueueRoom::new(&stream, size)).transpose()?;
             Ok(Band { stream, pixels, totals, paths })
         };
         Ok(LaunchBuffers { bands: [band()?, band()?], staging: Staging::new(device.stream.context())? })
@@ -47,7 +47,7 @@ impl LaunchBuffers {
 
     /// Whether it is for bands of so many bytes with such queues.
     pub(crate) fn suits(&self, bytes: usize, queue: Option<QueueSize>) -> bool {
-        let own = self.bands[0].paths.as_ref().map(PathQueue::size);
+        let own = self.bands[0].paths.as_ref().map(QueueRoom::size);
         let has_queue = match (own, queue) {
             (Some(own), Some(queue)) => own.suits(&queue),
             (own, queue) => own.is_none() && queue.is_none(),

@@ -1,7 +1,7 @@
 //! How the CUDA backend works.
 
-use crate::path_queue::PATHS;
 use crate::ptx::{MOST_THREADS, USUAL_THREADS};
+use crate::queue_room::PATHS;
 use crate::scheduler::GpuScheduler;
 use crate::structure::kernels;
 use crate::traversal::Traversal;

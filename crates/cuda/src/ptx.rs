@@ -43,9 +43,9 @@ fn launch_bounds(threads: u32) -> String {
 mod tests {
     use super::*;
     use crate::parameters::Kind;
-    use crate::path_launch::SharedNames;
-    use crate::path_queue::Queued;
     use crate::ptx_text::{kernel_name, table_name};
+    use crate::queue_launch::SharedNames;
+    use crate::queue_room::Queued;
     use crate::rays::{bvh_parameters, far_ray_kernels, ray_kernels};
     use crate::scene::scene_parameters;
     use crate::scheduler::GpuScheduler;

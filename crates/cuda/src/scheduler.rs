@@ -1,6 +1,6 @@
 //! In which order a device traces the rays of a picture.
 
-use crate::bands::shadow_rays;
+use crate::ray_count::shadow_rays;
 use eosphor_core::material::{Material, Refraction, SurfaceModel};
 use eosphor_core::view::SceneView;
 

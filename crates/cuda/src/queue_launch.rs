@@ -1,8 +1,8 @@
-//! Path tracing over queues: rounds of launches, until all paths of a band have ended.
+//! Pictures by way of queues: rounds of launches, until all paths of a band, or nodes of its trees, have ended.
 
 use crate::launch_buffers::Band;
-use crate::path_queue::{PathQueue, QueueAddresses, Queued};
 use crate::pixel::Pixel;
+use crate::queue_room::{QueueAddresses, QueueRoom, Queued};
 use cudarc::driver::{
     CudaFunction, CudaStream, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg,
 };
@@ -73,7 +73,7 @@ const MOST_ROUNDS: u32 = 256;
 const LAST_ROUNDS: u32 = 12;
 
 /// A band whose paths are under way.
-pub(crate) struct PathBand {
+pub(crate) struct QueuedBand {
     /// Samples that no pass has begun with.
     left: Range<u32>,
     /// The samples of this pass.
@@ -82,7 +82,7 @@ pub(crate) struct PathBand {
 }
 
 /// What all launches of a band share.
-pub(crate) struct PathBandLauncher<'a> {
+pub(crate) struct QueueLauncher<'a> {
     pub(crate) kernels: &'a QueueKernels,
     /// What kernels take before the launch, and where the scene's arrays begin in it.
     pub(crate) values: &'a [u64],
@@ -93,13 +93,13 @@ pub(crate) struct PathBandLauncher<'a> {
     pub(crate) block_size: u32,
 }
 
-impl PathBandLauncher<'_> {
+impl QueueLauncher<'_> {
     /// Starts to render the band.
     pub(crate) fn start<T: Pixel>(
         &self,
         samples: Range<u32>,
         band: &mut Band,
-    ) -> Result<PathBand, DriverError> {
+    ) -> Result<QueuedBand, DriverError> {
         let stream = Arc::clone(&band.stream);
         assert!(self.pixels() as usize <= queue(band).size().pixels, "the band is larger than its sums");
         queue(band).clear(&stream)?;
@@ -108,13 +108,17 @@ impl PathBandLauncher<'_> {
             stream.memset_zeros(&mut band.pixels)?;
         }
         let first = samples.start;
-        let mut paths = PathBand { left: samples, pass: first..first, is_odd: false };
+        let mut paths = QueuedBand { left: samples, pass: first..first, is_odd: false };
         self.begin_pass::<T>(&mut paths, band)?;
         Ok(paths)
     }
 
     /// Waits until all its paths have ended.
-    pub(crate) fn finish<T: Pixel>(&self, paths: &mut PathBand, band: &mut Band) -> Result<(), DriverError> {
+    pub(crate) fn finish<T: Pixel>(
+        &self,
+        paths: &mut QueuedBand,
+        band: &mut Band,
+    ) -> Result<(), DriverError> {
         let stream = Arc::clone(&band.stream);
         loop {
             let control = queue(band).control(&stream)?;
@@ -136,7 +140,7 @@ impl PathBandLauncher<'_> {
         self.rows.len() as u32 * self.width
     }
 
-    fn begin_pass<T: Pixel>(&self, paths: &mut PathBand, band: &mut Band) -> Result<(), DriverError> {
+    fn begin_pass<T: Pixel>(&self, paths: &mut QueuedBand, band: &mut Band) -> Result<(), DriverError> {
         let stream = Arc::clone(&band.stream);
         // Numbers of samples are of 32 bits.
         let most =
@@ -169,7 +173,7 @@ impl PathBandLauncher<'_> {
 
     fn run_rounds<T: Pixel>(
         &self,
-        paths: &mut PathBand,
+        paths: &mut QueuedBand,
         band: &mut Band,
         rounds: u32,
     ) -> Result<(), DriverError> {
@@ -190,7 +194,7 @@ impl PathBandLauncher<'_> {
         Ok(())
     }
 
-    fn launch<T: Pixel>(&self, paths: &PathBand, band: &mut Band, stream: &Arc<CudaStream>) -> PathLaunch {
+    fn launch<T: Pixel>(&self, paths: &QueuedBand, band: &mut Band, stream: &Arc<CudaStream>) -> PathLaunch {
         let pixels = band.pixels.device_ptr(stream).0;
         let totals = band.totals.device_ptr(stream).0 as *mut RayTotals;
         let queue = queue(band);
@@ -287,7 +291,7 @@ enum Shape {
     Blocks(u32),
 }
 
-fn queue(band: &mut Band) -> &mut PathQueue {
+fn queue(band: &mut Band) -> &mut QueueRoom {
     band.paths.as_mut().expect("kernels of paths come with queues")
 }
 

@@ -1,4 +1,4 @@
-//! A device's room for paths in queues.
+//! A device's room for queues.
 
 use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DriverError};
 use eosphor_core::device::{HIT_ROWS, LIT_ROWS, NODE_STRIDE, PATH_ROWS, PathControl, REQUEST_ROWS, Row};
@@ -151,7 +151,7 @@ impl QueueSize {
 }
 
 /// Paths of a band, and what they add up to.
-pub(crate) struct PathQueue {
+pub(crate) struct QueueRoom {
     size: QueueSize,
     rows: CudaSlice<u64>,
     /// [`PathControl`].
@@ -167,13 +167,13 @@ pub(crate) struct PathQueue {
 const CONTROL_WORDS: usize = size_of::<PathControl>() / size_of::<u64>();
 const SUM_WORDS: usize = size_of::<ExactSum>() / size_of::<u64>();
 
-impl PathQueue {
-    pub(crate) fn new(stream: &Arc<CudaStream>, size: QueueSize) -> Result<PathQueue, DriverError> {
+impl QueueRoom {
+    pub(crate) fn new(stream: &Arc<CudaStream>, size: QueueSize) -> Result<QueueRoom, DriverError> {
         let rows = (u64::from(size.paths) * size.of.bytes()).div_ceil(size_of::<u64>() as u64) as usize;
         // SAFETY: kernels write what they read; sums are emptied by `clear`.
         let words = |count| unsafe { stream.alloc::<u64>(count) };
         let before = if size.has_passes { Some(words(size.pixels * SUM_WORDS)?) } else { None };
-        Ok(PathQueue {
+        Ok(QueueRoom {
             size,
             rows: words(rows)?,
             control: words(CONTROL_WORDS)?,
