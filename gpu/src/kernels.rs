@@ -1,6 +1,7 @@
 //! The entry points: those of queues, of which some trace rays over one structure, and those that render a band of rows in one go.
 
 use crate::band::render_band;
+use crate::lights;
 use crate::parameters::{array, indexed, instance_tree};
 use crate::paths;
 use crate::trees;
@@ -15,7 +16,7 @@ use eosphor_core::hierarchy::{
     KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
     PrimitivesView,
 };
-use eosphor_core::integrator::{Path, Whitted};
+use eosphor_core::integrator::Whitted;
 use eosphor_core::intersect::PackedTriangle;
 use eosphor_core::scene_arrays;
 use eosphor_core::view::SceneView;
@@ -107,45 +108,70 @@ macro_rules! walk_kernels {
     ) => {
         structure_kernel! {
             $(#[$doc])* $tree_hits, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| trees::find_hits(&view, &tracer, &launch)
+            |view, tracer, launch: PathLaunch, watch| trees::find_hits(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
             $(#[$doc])* $tree_lights, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| trees::light::<_, false>(&view, &tracer, &launch)
+            |view, tracer, launch: PathLaunch, watch| trees::light::<_, false, false>(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
             $(#[$doc])* $tree_through, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| trees::light::<_, true>(&view, &tracer, &launch)
+            |view, tracer, launch: PathLaunch, watch| trees::light::<_, true, true>(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
             $(#[$doc])* $hits, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::find_hits(&view, &tracer, &launch)
+            |view, tracer, launch: PathLaunch, watch| paths::find_hits(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
             $(#[$doc])* $lights, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, false>(&view, &tracer, &launch)
+            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, false>(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
             $(#[$doc])* $through, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, true>(&view, &tracer, &launch)
+            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, true>(&view, &tracer, &launch, &watch)
         }
     };
 }
 
-/// Defines the kernels over a structure that also count and time what queries do: one for each integrator.
+/// Defines the kernels over a structure that trace shadow rays which have a queue of their own.
+macro_rules! shadow_kernels {
+    (
+        $(#[$doc:meta])*
+        $seen:ident, $filtered:ident, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+    ) => {
+        structure_kernel! {
+            $(#[$doc])* $seen, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| lights::see(&view, &tracer, &launch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $filtered, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| lights::filter(&view, &tracer, &launch)
+        }
+    };
+}
+
+/// Defines those that also count and time what queries do. Light may come through surfaces.
 macro_rules! count_kernels {
     (
         $(#[$doc:meta])*
-        $whitted:ident, $path:ident,
+        $hits:ident, $through:ident, $tree_hits:ident, $tree_through:ident,
         ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
         structure_kernel! {
-            $(#[$doc])* $whitted, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: BandLaunch, watch| render_band::<_, Whitted<1>>(&view, &tracer, &launch, &watch)
+            $(#[$doc])* $tree_hits, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| trees::find_hits(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
-            $(#[$doc])* $path, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: BandLaunch, watch| render_band::<_, Path>(&view, &tracer, &launch, &watch)
+            $(#[$doc])* $tree_through, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| trees::light::<_, true, false>(&view, &tracer, &launch, &watch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $hits, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| paths::find_hits(&view, &tracer, &launch, &watch)
+        }
+        structure_kernel! {
+            $(#[$doc])* $through, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, true>(&view, &tracer, &launch, &watch)
         }
     };
 }
@@ -155,13 +181,17 @@ macro_rules! walk_and_count_kernels {
     (
         $(#[$doc:meta])*
         $hits:ident, $lights:ident, $through:ident, $tree_hits:ident, $tree_lights:ident, $tree_through:ident,
-        $count:ident, $count_path:ident, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+        $count_hits:ident, $count_through:ident, $count_tree_hits:ident, $count_tree_through:ident,
+        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
         walk_kernels! {
             $(#[$doc])* $hits, $lights, $through, $tree_hits, $tree_lights, $tree_through,
             ($($own: $type),*) |$primitives, $work| $tracer
         }
-        count_kernels! { $(#[$doc])* $count, $count_path, ($($own: $type),*) |$primitives, $work| $tracer }
+        count_kernels! {
+            $(#[$doc])* $count_hits, $count_through, $count_tree_hits, $count_tree_through,
+            ($($own: $type),*) |$primitives, $work| $tracer
+        }
     };
 }
 
@@ -256,11 +286,21 @@ path_kernel! {
     trees_shade, |view, launch| trees::shade(&view, &launch)
 }
 
+path_kernel! {
+    /// Shadow rays of points that were met.
+    trees_ask, |view, launch| lights::ask(&view, &launch)
+}
+
+path_kernel! {
+    /// What lights give to these points.
+    trees_sum, |view, launch| lights::sum(&view, &launch)
+}
+
 walk_and_count_kernels! {
     /// Without any structure: the reference.
     path_hits_exhaustive, path_lights_exhaustive, path_through_exhaustive,
     tree_hits_exhaustive, tree_lights_exhaustive, tree_through_exhaustive,
-    count_exhaustive, count_path_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
+    count_path_hits_exhaustive, count_path_through_exhaustive, count_tree_hits_exhaustive, count_tree_through_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
 }
 
 /// Hands a definition what the kernels over a bounding volume hierarchy take, and the tracer.
@@ -300,6 +340,18 @@ over_bvh! {
 }
 
 over_bvh! {
+    shadow_kernels,
+    /// Over a bounding volume hierarchy.
+    tree_seen_bvh, tree_filtered_bvh; placed true, in step false
+}
+
+over_bvh! {
+    shadow_kernels,
+    /// The same where there is no instance but the world.
+    tree_seen_bvh_world, tree_filtered_bvh_world; placed false, in step false
+}
+
+over_bvh! {
     walk_kernels,
     /// Over a bounding volume hierarchy.
     path_hits_bvh, path_lights_bvh, path_through_bvh, tree_hits_bvh, tree_lights_bvh, tree_through_bvh;
@@ -334,7 +386,7 @@ walk_kernels! {
 
 count_kernels! {
     /// Over a bounding volume hierarchy as CPUs read it, whose walk counts.
-    count_bvh, count_path_bvh, (
+    count_path_hits_bvh, count_path_through_bvh, count_tree_hits_bvh, count_tree_through_bvh, (
         nodes: &BvhNode,
         roots: &u32,
         instance_nodes: &BvhNode,
@@ -352,7 +404,7 @@ walk_and_count_kernels! {
     /// Over an octree, all octants that a ray meets.
     path_hits_octree, path_lights_octree, path_through_octree,
     tree_hits_octree, tree_lights_octree, tree_through_octree,
-    count_octree, count_path_octree, (
+    count_path_hits_octree, count_path_through_octree, count_tree_hits_octree, count_tree_through_octree, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -372,7 +424,7 @@ walk_and_count_kernels! {
     /// Over an octree, octants in the order of the ray.
     path_hits_octree_parametric, path_lights_octree_parametric, path_through_octree_parametric,
     tree_hits_octree_parametric, tree_lights_octree_parametric, tree_through_octree_parametric,
-    count_octree_parametric, count_path_octree_parametric, (
+    count_path_hits_octree_parametric, count_path_through_octree_parametric, count_tree_hits_octree_parametric, count_tree_through_octree_parametric, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -392,7 +444,7 @@ walk_and_count_kernels! {
     /// Over a uniform grid.
     path_hits_grid, path_lights_grid, path_through_grid,
     tree_hits_grid, tree_lights_grid, tree_through_grid,
-    count_grid, count_path_grid, (
+    count_path_hits_grid, count_path_through_grid, count_tree_hits_grid, count_tree_through_grid, (
         starts: &u32,
         roots: &GridRoot,
         references: &u32,
@@ -412,7 +464,7 @@ walk_and_count_kernels! {
     /// Over a kd-tree.
     path_hits_kdtree, path_lights_kdtree, path_through_kdtree,
     tree_hits_kdtree, tree_lights_kdtree, tree_through_kdtree,
-    count_kdtree, count_path_kdtree, (
+    count_path_hits_kdtree, count_path_through_kdtree, count_tree_hits_kdtree, count_tree_through_kdtree, (
         nodes: &KdNode,
         roots: &KdRoot,
         references: &u32,

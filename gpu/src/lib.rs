@@ -6,6 +6,7 @@
 //! | `parameters.rs` | arrays out of parameters |
 //! | `paths.rs` | what path tracing does with queues of paths, kernel by kernel |
 //! | `trees.rs` | the same of Whitted's trees of rays |
+//! | `lights.rs` | the same of these trees' shadow rays, where they have a queue of their own |
 //! | `queue.rs` | what both do with queues |
 //! | `band.rs` | which samples of which pixel a thread renders, and the rendering of them |
 //! | `warp.rs` | what the threads of a warp add up together |
@@ -17,6 +18,7 @@
 
 mod band;
 mod kernels;
+mod lights;
 mod parameters;
 mod paths;
 mod queue;

@@ -3,6 +3,7 @@
 
 use crate::queue::{Places, Threads, read, write};
 use crate::totals::Totals;
+use crate::watch::Watching;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::device::{
@@ -59,9 +60,14 @@ pub(crate) unsafe fn generate(view: &SceneView, launch: &PathLaunch) {
 ///
 /// # Safety
 ///
-/// As for [`generate`].
+/// As for [`generate`]; `totals` are there.
 #[inline(always)]
-pub(crate) unsafe fn find_hits<T: Tracer>(view: &SceneView, tracer: &T, launch: &PathLaunch) {
+pub(crate) unsafe fn find_hits<T: Tracer>(
+    view: &SceneView,
+    tracer: &T,
+    launch: &PathLaunch,
+    watching: &impl Watching,
+) {
     // SAFETY: no thread of this kernel writes this part of it.
     let count = unsafe { (*launch.control).paths };
     let threads = Threads::here();
@@ -94,6 +100,8 @@ pub(crate) unsafe fn find_hits<T: Tracer>(view: &SceneView, tracer: &T, launch: 
             }
         }
     }
+    // SAFETY: the totals are there.
+    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
 }
 
 /// Shades what the paths have hit: adds what they find, asks of lights, and writes the paths that go on. If `MATTE`, those that
@@ -256,6 +264,7 @@ pub(crate) unsafe fn see_lights<T: Tracer, const COLOURED: bool>(
     view: &SceneView,
     tracer: &T,
     launch: &PathLaunch,
+    watching: &impl Watching,
 ) {
     // SAFETY: no thread of this kernel writes it.
     let count = unsafe { ((*launch.control).appended >> 32) as u32 };
@@ -273,6 +282,8 @@ pub(crate) unsafe fn see_lights<T: Tracer, const COLOURED: bool>(
         unsafe { add(launch, pixel, request.contribution * seen) };
         number += threads.all;
     }
+    // SAFETY: the totals are there.
+    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
 }
 
 /// Makes of the pass's sums what is wanted of the band's pixels, and leaves them empty for the next pass.

@@ -5,6 +5,7 @@
 use crate::queue::{Places, Threads, read, write};
 use crate::totals::Totals;
 use crate::warp;
+use crate::watch::Watching;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::device::{
@@ -131,9 +132,14 @@ pub(crate) unsafe fn generate(view: &SceneView, launch: &PathLaunch) {
 ///
 /// # Safety
 ///
-/// As for [`generate`].
+/// As for [`generate`]; `totals` are there.
 #[inline(always)]
-pub(crate) unsafe fn find_hits<T: Tracer>(view: &SceneView, tracer: &T, launch: &PathLaunch) {
+pub(crate) unsafe fn find_hits<T: Tracer>(
+    view: &SceneView,
+    tracer: &T,
+    launch: &PathLaunch,
+    watching: &impl Watching,
+) {
     // SAFETY: no thread of this kernel writes this part of it.
     let (count, waiting, end_free) =
         unsafe { ((*launch.control).paths, (*launch.control).waiting, (*launch.control).end_free) };
@@ -179,6 +185,8 @@ pub(crate) unsafe fn find_hits<T: Tracer>(view: &SceneView, tracer: &T, launch: 
             }
         }
     }
+    // SAFETY: the totals are there.
+    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
 }
 
 #[inline(always)]
@@ -301,16 +309,17 @@ pub(crate) unsafe fn shade(view: &SceneView, launch: &PathLaunch) {
     unsafe { Totals::new(launch.totals) }.add(&counts, threads.lane());
 }
 
-/// Lights points, and adds what they give.
+/// Lights points, and adds what they give. Coloured shadows begin with the closest hit if `CLOSEST`, else with any, as on CPUs.
 ///
 /// # Safety
 ///
 /// As for [`shade`].
 #[inline(always)]
-pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool>(
+pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool, const CLOSEST: bool>(
     view: &SceneView,
     tracer: &T,
     launch: &PathLaunch,
+    watching: &impl Watching,
 ) {
     // SAFETY: no thread of this kernel writes it.
     let count = unsafe { ((*launch.control).appended >> 32) as u32 };
@@ -327,7 +336,7 @@ pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool>(
             let row = at.place.pixel / width;
             let pixel = (at.place.pixel - row * width, launch.first_row + row, at.place.sample);
             let mut found = at.found;
-            found += direct_light::<T, 1, COLOURED, true>(
+            found += direct_light::<T, 1, COLOURED, CLOSEST>(
                 view,
                 tracer,
                 &point,
@@ -340,7 +349,9 @@ pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool>(
         }
     }
     // SAFETY: the totals are there.
-    unsafe { Totals::new(launch.totals) }.add(&counts, threads.lane());
+    let totals = unsafe { Totals::new(launch.totals) };
+    totals.add(&counts, threads.lane());
+    watching.add_to(&totals, threads.lane());
 }
 
 /// Adds a contribution to a pixel. Trees have no bound, so sums may be full: then they stay so. What would wrap is seen by whoever
@@ -350,7 +361,7 @@ pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool>(
 ///
 /// The pixel has a sum.
 #[inline(always)]
-unsafe fn add_saturating(launch: &PathLaunch, pixel: u32, found: Vec3) {
+pub(crate) unsafe fn add_saturating(launch: &PathLaunch, pixel: u32, found: Vec3) {
     let mut own = ExactSum::default();
     own.add(found);
     let mut channel = 0;

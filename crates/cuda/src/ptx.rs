@@ -66,11 +66,12 @@ mod tests {
                 for (integrator, scheduler) in [
                     (Integrator::Whitted, GpuScheduler::Megakernel),
                     (Integrator::Whitted, GpuScheduler::Queues),
+                    (Integrator::Whitted, GpuScheduler::ShadowQueues),
                     (Integrator::Path, GpuScheduler::Queues),
                 ] {
                     let names = match kernels(accel, traversal, placed, counts, integrator, scheduler) {
                         Ok(KernelNames::Whole(name)) => vec![name],
-                        Ok(KernelNames::Queues(WalkNames { hits, lights, through })) => {
+                        Ok(KernelNames::Queues(WalkNames { hits, lights, through, .. })) => {
                             vec![hits, lights, through]
                         }
                         Err(_) => continue,
@@ -90,8 +91,9 @@ mod tests {
     fn shared_kernels() -> Vec<&'static str> {
         let mut all: Vec<&'static str> = Vec::new();
         for of in [Queued::Paths, Queued::Trees] {
-            let SharedNames { prepare, begin, generate, shading, settle } = SharedNames::of(of);
+            let SharedNames { prepare, begin, generate, shading, lighting, settle } = SharedNames::of(of);
             all.extend(prepare.into_iter().chain([begin, generate, settle]).chain(shading.iter().copied()));
+            all.extend(lighting.into_iter().flatten());
         }
         all.sort_unstable();
         all.dedup();
@@ -155,8 +157,7 @@ mod tests {
                 false => Structure::new(&hierarchy, traversal, 0).unwrap(),
             };
             let parameters = scene_parameters(&data.view(), &structure).unwrap();
-            let is_queued = name.starts_with("path_") || name.starts_with("tree_");
-            let launch = if is_queued { paths } else { band };
+            let launch = if name.starts_with("render_") { band } else { paths };
             assert_eq!(declared(name), [passed(parameters.kinds()), vec![launch]].concat(), "{name}");
             let of_scene = parameters.kinds().len() - SceneArray::ALL.len();
             for shared in shared_kernels() {

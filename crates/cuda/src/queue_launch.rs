@@ -6,7 +6,7 @@ use crate::queue_room::{QueueAddresses, QueueRoom, Queued};
 use cudarc::driver::{
     CudaFunction, CudaStream, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg,
 };
-use eosphor_core::device::{PathControl, PathLaunch, RayTotals};
+use eosphor_core::device::{LightQueue, PathControl, PathLaunch, RayTotals};
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneCounts;
@@ -23,7 +23,10 @@ pub(crate) struct QueueKernels {
     pub(crate) generate: CudaFunction,
     pub(crate) find_hits: CudaFunction,
     pub(crate) shading: Vec<ShadeKernel>,
+    /// Finds which lights are seen.
     pub(crate) see_lights: CudaFunction,
+    /// What makes shadow rays and what adds up their light, where these have a queue of their own.
+    pub(crate) lighting: Option<[CudaFunction; 2]>,
     pub(crate) settle: CudaFunction,
     /// Bounces that paths may have.
     pub(crate) depth: u32,
@@ -42,6 +45,8 @@ pub(crate) struct SharedNames {
     pub(crate) begin: &'static str,
     pub(crate) generate: &'static str,
     pub(crate) shading: &'static [&'static str],
+    /// What makes shadow rays and adds up their light, where these can have a queue of their own.
+    pub(crate) lighting: Option<[&'static str; 2]>,
     pub(crate) settle: &'static str,
 }
 
@@ -53,6 +58,7 @@ impl SharedNames {
                 begin: "paths_begin",
                 generate: "paths_generate",
                 shading: &["paths_shade_matte", "paths_shade"],
+                lighting: None,
                 settle: "paths_settle",
             },
             Queued::Trees => SharedNames {
@@ -60,6 +66,7 @@ impl SharedNames {
                 begin: "trees_begin",
                 generate: "trees_generate",
                 shading: &["trees_shade"],
+                lighting: Some(["trees_ask", "trees_sum"]),
                 settle: "paths_settle",
             },
         }
@@ -88,6 +95,8 @@ pub(crate) struct QueueLauncher<'a> {
     pub(crate) values: &'a [u64],
     pub(crate) scene_values: usize,
     pub(crate) counts: SceneCounts,
+    /// Shadow rays of a point, at most.
+    pub(crate) light_rays: u32,
     pub(crate) width: u32,
     pub(crate) rows: Range<u32>,
     pub(crate) block_size: u32,
@@ -181,14 +190,26 @@ impl QueueLauncher<'_> {
         let room = queue(band).size().paths;
         for _ in 0..rounds {
             let launch = self.launch::<T>(paths, band, &stream);
-            let QueueKernels { begin, generate, find_hits, shading, see_lights, .. } = self.kernels;
+            let QueueKernels { begin, generate, find_hits, shading, see_lights, lighting, .. } = self.kernels;
             self.start_alone(&stream, begin, &launch, 1)?;
             self.start_kernel(&stream, generate, &launch, Shape::For(room))?;
             self.start_kernel(&stream, find_hits, &launch, Shape::Traced(room))?;
             for ShadeKernel { kernel, blocks } in shading {
                 self.start_kernel(&stream, kernel, &launch, Shape::Blocks(*blocks))?;
             }
-            self.start_kernel(&stream, see_lights, &launch, Shape::Traced(room))?;
+            match lighting {
+                None => self.start_kernel(&stream, see_lights, &launch, Shape::Traced(room))?,
+                Some([ask, sum]) => {
+                    let (all, window) = (self.light_rays, launch.lights.window);
+                    for first in (0..all.max(1)).step_by(window as usize) {
+                        let lights = LightQueue { first, all, ..launch.lights };
+                        let launch = PathLaunch { lights, ..launch };
+                        self.start_kernel(&stream, ask, &launch, Shape::For(room * lights.window))?;
+                        self.start_kernel(&stream, see_lights, &launch, Shape::Traced(room * lights.window))?;
+                        self.start_kernel(&stream, sum, &launch, Shape::For(room))?;
+                    }
+                }
+            }
             paths.is_odd = !paths.is_odd;
         }
         Ok(())
@@ -200,7 +221,7 @@ impl QueueLauncher<'_> {
         let queue = queue(band);
         let addresses = queue.addresses(stream, paths.is_odd);
         let QueueAddresses { paths: own, next, hits, requests, sorted, stack, free, slots, .. } = addresses;
-        let QueueAddresses { control, sums, before, .. } = addresses;
+        let QueueAddresses { control, sums, before, lights, .. } = addresses;
         // Sums are merged where they are wanted; colours are made of them at the end.
         let (before, film) =
             if T::IS_SUM { (pixels as *mut ExactSum, null_mut()) } else { (before, pixels as *mut Vec3) };
@@ -213,6 +234,7 @@ impl QueueLauncher<'_> {
             sorted,
             stack,
             free,
+            lights,
             slots,
             control,
             sums,

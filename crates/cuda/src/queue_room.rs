@@ -1,9 +1,11 @@
 //! A device's room for queues.
 
 use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DriverError};
-use eosphor_core::device::{HIT_ROWS, LIT_ROWS, NODE_STRIDE, PATH_ROWS, PathControl, REQUEST_ROWS, Row};
+use eosphor_core::device::{
+    HIT_ROWS, LIT_ROWS, LightQueue, NODE_STRIDE, PATH_ROWS, PROGRESS_ROWS, PathControl, REQUEST_ROWS, Row,
+};
 use eosphor_core::integrator::MAX_DEPTH;
-use eosphor_core::settings::{Integrator, Settings};
+use eosphor_core::settings::{Integrator, Settings, ShadowMode};
 use eosphor_core::sums::ExactSum;
 use std::ops::RangeInclusive;
 use std::ptr::null_mut;
@@ -80,6 +82,40 @@ fn samples_of_pass(depth: u32) -> u32 {
     65_535 / (2 * depth.min(MAX_DEPTH) + 3)
 }
 
+/// Shadow rays that a queue of their own has room for, where a point has not more: as many as keep any device busy.
+const LIGHT_RAYS: u32 = 1 << 22;
+
+/// The fewest points of a round whose shadow rays have a queue of their own: there are other kernels in a round too.
+const FEWEST_POINTS: u32 = 1 << 15;
+
+/// How large the queue of shadow rays is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LightRays {
+    /// How many of each point are traced together.
+    window: u32,
+    /// Whether shadows have colours.
+    is_coloured: bool,
+}
+
+impl LightRays {
+    /// Points of a round whose rays find room, where each has so many.
+    fn points(all: u32) -> u32 {
+        (LIGHT_RAYS / all.max(1)).max(FEWEST_POINTS)
+    }
+
+    /// For so many points.
+    fn new(all: u32, is_coloured: bool, points: u32) -> LightRays {
+        LightRays { window: (LIGHT_RAYS / points.max(1)).clamp(1, all.max(1)), is_coloured }
+    }
+
+    /// What each point takes.
+    fn bytes(&self) -> u64 {
+        let through = if self.is_coloured { size_of::<Row>() } else { 0 };
+        let ray = size_of::<Row>() + size_of::<u32>() + size_of::<[f32; 2]>() + through;
+        u64::from(self.window) * ray as u64 + (PROGRESS_ROWS * size_of::<Row>()) as u64
+    }
+}
+
 /// How large queues are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct QueueSize {
@@ -90,23 +126,38 @@ pub(crate) struct QueueSize {
     pub(crate) pixels: usize,
     /// Whether samples are taken in more than one pass.
     pub(crate) has_passes: bool,
+    /// The queue of shadow rays, where these have one.
+    pub(crate) light_rays: Option<LightRays>,
 }
 
 impl QueueSize {
     /// For pictures of these settings, in bands whose pixels take at most so many bytes, where there are so many bytes for a queue.
     /// It has room for as many paths as are asked for, or for fewer, where there is not so much memory or no use for them.
-    pub(crate) fn new(settings: &Settings, band_bytes: u64, asked: Option<u32>, bytes: u64) -> QueueSize {
-        let size = QueueSize { of: Queued::of(settings), paths: 0, pixels: 0, has_passes: false };
+    /// `light_rays` says how many shadow rays a point has, where these have a queue of their own.
+    pub(crate) fn new(
+        settings: &Settings,
+        band_bytes: u64,
+        asked: Option<u32>,
+        light_rays: Option<u32>,
+        bytes: u64,
+    ) -> QueueSize {
+        let of = Queued::of(settings);
+        let size = QueueSize { of, paths: 0, pixels: 0, has_passes: false, light_rays: None };
         let size = size.for_bands(band_bytes as usize, settings.samples, settings.max_depth);
         let samples = size.pixels as u64 * u64::from(settings.samples);
+        let is_coloured = settings.shadow_mode == ShadowMode::Coloured;
         let up_to = |most: u32| {
             let paths = samples.max(FEWEST_PATHS.into()).min(most.into()) as u32 / 32 * 32;
-            QueueSize { paths, ..size }
+            QueueSize {
+                paths,
+                light_rays: light_rays.map(|all| LightRays::new(all, is_coloured, paths)),
+                ..size
+            }
         };
         if let Some(asked) = asked {
             return up_to(asked).within(bytes);
         }
-        let few = up_to(MANY_PATHS).within(bytes);
+        let few = up_to(light_rays.map_or(MANY_PATHS, LightRays::points).min(MANY_PATHS)).within(bytes);
         if size.of == Queued::Trees {
             return few;
         }
@@ -133,7 +184,8 @@ impl QueueSize {
 
     /// What a queue of this size takes.
     pub(crate) fn bytes(&self) -> u64 {
-        u64::from(self.paths) * self.of.bytes() + self.sum_bytes()
+        let light_bytes = self.light_rays.map_or(0, |rays| rays.bytes());
+        u64::from(self.paths) * (self.of.bytes() + light_bytes) + self.sum_bytes()
     }
 
     /// Whether what needs `other` finds its room here.
@@ -142,6 +194,7 @@ impl QueueSize {
             && self.paths >= other.paths
             && self.pixels >= other.pixels
             && (self.has_passes || !other.has_passes)
+            && self.light_rays == other.light_rays
     }
 
     /// Bytes that the sums of a band take.
@@ -169,7 +222,8 @@ const SUM_WORDS: usize = size_of::<ExactSum>() / size_of::<u64>();
 
 impl QueueRoom {
     pub(crate) fn new(stream: &Arc<CudaStream>, size: QueueSize) -> Result<QueueRoom, DriverError> {
-        let rows = (u64::from(size.paths) * size.of.bytes()).div_ceil(size_of::<u64>() as u64) as usize;
+        let item_bytes = size.of.bytes() + size.light_rays.map_or(0, |rays| rays.bytes());
+        let rows = (u64::from(size.paths) * item_bytes).div_ceil(size_of::<u64>() as u64) as usize;
         // SAFETY: kernels write what they read; sums are emptied by `clear`.
         let words = |count| unsafe { stream.alloc::<u64>(count) };
         let before = if size.has_passes { Some(words(size.pixels * SUM_WORDS)?) } else { None };
@@ -215,6 +269,23 @@ impl QueueRoom {
         Ok(unsafe { std::mem::transmute::<[u64; CONTROL_WORDS], PathControl>(words) })
     }
 
+    /// Where shadow rays are, from an address on.
+    fn light_queue(&self, first: *mut Row) -> LightQueue {
+        let Some(LightRays { window, is_coloured }) = self.size.light_rays else {
+            return LightQueue::NONE;
+        };
+        let points = self.size.paths as usize;
+        let rays = points * window as usize;
+        // What is larger comes first, so that all are aligned.
+        let progress = first;
+        let directions = progress.wrapping_add(PROGRESS_ROWS * points);
+        let through = directions.wrapping_add(rays);
+        let weights: *mut [f32; 2] = through.wrapping_add(if is_coloured { rays } else { 0 }).cast();
+        let lights = weights.wrapping_add(rays).cast();
+        let through = if is_coloured { through } else { null_mut() };
+        LightQueue { directions, lights, weights, through, progress, first: 0, window, all: 0 }
+    }
+
     /// Where everything is on the device. By turns the paths of a round lie in one array or in another: `is_odd` says which.
     pub(crate) fn addresses(&self, stream: &Arc<CudaStream>, is_odd: bool) -> QueueAddresses {
         let first = self.rows.device_ptr(stream).0 as *mut Row;
@@ -229,6 +300,7 @@ impl QueueRoom {
             sorted: null_mut(),
             stack: null_mut(),
             free: null_mut(),
+            lights: LightQueue::NONE,
             slots: 0,
             control: self.control.device_ptr(stream).0 as *mut PathControl,
             sums: self.sums.device_ptr(stream).0 as *mut ExactSum,
@@ -252,7 +324,16 @@ impl QueueRoom {
                 let sorted: *mut u32 = at(requests + LIT_ROWS).cast();
                 let stack = sorted.wrapping_add(self.size.paths as usize);
                 let free = stack.wrapping_add(slots);
-                QueueAddresses { requests: at(requests), sorted, stack, free, slots: slots as u32, ..none }
+                let lights = self.light_queue(free.wrapping_add(slots).cast());
+                QueueAddresses {
+                    requests: at(requests),
+                    sorted,
+                    stack,
+                    free,
+                    lights,
+                    slots: slots as u32,
+                    ..none
+                }
             }
         }
     }
@@ -269,6 +350,7 @@ pub(crate) struct QueueAddresses {
     pub(crate) sorted: *mut u32,
     pub(crate) stack: *mut u32,
     pub(crate) free: *mut u32,
+    pub(crate) lights: LightQueue,
     pub(crate) slots: u32,
     pub(crate) control: *mut PathControl,
     pub(crate) sums: *mut ExactSum,
@@ -290,7 +372,8 @@ mod tests {
     fn queues_have_room_for_what_is_of_use_and_fits() {
         // A million pixels.
         let band = size_of::<ExactSum>() as u64 * 1_000_000;
-        let paths = |samples, asked, bytes| QueueSize::new(&settings(samples), band, asked, bytes).paths;
+        let paths =
+            |samples, asked, bytes| QueueSize::new(&settings(samples), band, asked, None, bytes).paths;
         assert_eq!(paths(64, None, 40 << 30), 1 << 23);
         assert_eq!(paths(1, None, 40 << 30), 1_000_000);
         assert_eq!(paths(64, Some(4096), 40 << 30), 4096);
@@ -306,19 +389,42 @@ mod tests {
         assert_eq!(paths(64, None, 0), FEWEST_PATHS);
         let trees = |asked, bytes| {
             let settings = Settings { integrator: Integrator::Whitted, ..settings(64) };
-            QueueSize::new(&settings, band, asked, bytes)
+            QueueSize::new(&settings, band, asked, None, bytes)
         };
         assert_eq!(
             trees(None, 40 << 30),
-            QueueSize { of: Queued::Trees, paths: 1 << 20, pixels: 1_000_000, has_passes: false }
+            QueueSize {
+                of: Queued::Trees,
+                paths: 1 << 20,
+                pixels: 1_000_000,
+                has_passes: false,
+                light_rays: None
+            }
         );
         assert_eq!(trees(None, 700 << 20).paths, 1 << 19);
         assert_eq!(trees(Some(1 << 23), 40 << 30).paths, 1 << 23);
         for bytes in [200 << 20, 700 << 20, 3 << 30, 11 << 30, 40 << 30] {
             for asked in [None, Some(1 << 24)] {
-                assert!(QueueSize::new(&settings(64), band, asked, bytes).bytes() <= bytes);
+                assert!(QueueSize::new(&settings(64), band, asked, None, bytes).bytes() <= bytes);
                 assert!(trees(asked, bytes).bytes() <= bytes);
             }
         }
+    }
+
+    #[test]
+    fn shadow_rays_have_room_for_a_round() {
+        let band = size_of::<ExactSum>() as u64 * 1_000_000;
+        let settings = Settings { integrator: Integrator::Whitted, ..settings(64) };
+        let size = |all, asked| {
+            let size = QueueSize::new(&settings, band, asked, Some(all), 40 << 30);
+            (size.paths, size.light_rays.expect("they have").window)
+        };
+        // All of a point at a time, unless it has very many.
+        assert_eq!(size(1, None), (1 << 20, 1));
+        assert_eq!(size(100, None), (41_920, 100));
+        assert_eq!(size(5000, None), (1 << 15, 128));
+        assert_eq!(size(100, Some(4096)), (4096, 100));
+        assert_eq!(size(100, Some(1 << 24)), (1 << 24, 1));
+        assert_eq!(size(0, None), (1 << 20, 1));
     }
 }

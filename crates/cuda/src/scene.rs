@@ -11,6 +11,7 @@ use crate::top_level::{Taken, TopLevel};
 use crate::traversal::Traversal;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
 use eosphor_core::hierarchy::PrimitivesView;
+use eosphor_core::integrator::whitted::light_rays_of_point;
 use eosphor_core::settings::ShadowMode;
 use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneView, SceneVisitor};
 use eosphor_render::{BackendError, ShapedScene};
@@ -37,6 +38,8 @@ pub(crate) struct DeviceScene {
     pub(crate) structure_values: usize,
     /// How many items the scene's arrays have.
     counts: SceneCounts,
+    /// How many shadow rays a point has at most.
+    light_rays: u32,
     /// Of queues, where kernels work on them.
     queue: Option<QueueSize>,
     top_level: TopLevel,
@@ -55,7 +58,7 @@ impl Kernels {
         view: &SceneView,
     ) -> Result<(Kernels, u64), BackendError> {
         let fail = |error| device.failure("loading the kernels", error);
-        let WalkNames { hits, lights, through } = match names {
+        let WalkNames { hits, lights, through, by_ray } = match names {
             KernelNames::Whole(name) => {
                 let kernel = device.kernel(name, block_size)?;
                 let stacks = device.stack_bytes(&kernel).map_err(fail)?;
@@ -65,20 +68,22 @@ impl Kernels {
         };
         let of = Queued::of(view.settings);
         let lights = if view.settings.shadow_mode == ShadowMode::Coloured { through } else { lights };
-        let SharedNames { prepare, begin, generate, shading, settle } = SharedNames::of(of);
+        let SharedNames { prepare, begin, generate, shading, lighting, settle } = SharedNames::of(of);
+        let lighting = if by_ray { lighting } else { None };
         // Apart, since the driver compiles a text on one thread, and keeps it: those that structures share are compiled once.
-        let (shading, (prepare, [begin, generate, settle]), [find_hits, see_lights]) =
+        let (shading, (prepare, [begin, generate, settle], lighting), [find_hits, see_lights]) =
             std::thread::scope(|scope| {
                 let alone = |&name| scope.spawn(move || device.kernel(name, block_size));
                 let shading: Vec<_> = shading.iter().map(alone).collect();
                 let prepare = prepare.map(|name| device.kernel(name, block_size)).transpose()?;
                 let small = device.kernels([begin, generate, settle], block_size)?;
+                let lighting = lighting.map(|names| device.kernels(names, block_size)).transpose()?;
                 let walks = device.kernels([hits, lights], block_size);
                 let join = |worker: std::thread::ScopedJoinHandle<'_, _>| {
                     worker.join().unwrap_or_else(|panic| resume_unwind(panic))
                 };
                 let shading = shading.into_iter().map(join).collect::<Result<Vec<_>, BackendError>>()?;
-                Ok::<_, BackendError>((shading, (prepare, small), walks?))
+                Ok::<_, BackendError>((shading, (prepare, small, lighting), walks?))
             })?;
         let mut stacks = 0;
         for kernel in [&find_hits, &see_lights].into_iter().chain(&shading) {
@@ -96,6 +101,7 @@ impl Kernels {
             generate,
             find_hits,
             see_lights,
+            lighting,
             settle,
             depth: view.settings.max_depth,
         };
@@ -125,10 +131,12 @@ impl DeviceScene {
         let (kernels, stacks) = Kernels::load(device, names, block_size, view)?;
         let free = device.free_bytes().map_err(fail)?;
         let mut needs = Needs { scene: parameters.bytes(), film: band_bytes * BANDS, stacks, queues: 0 };
+        let light_rays = light_rays_of_point(view.lights, !view.light_nodes.is_empty(), view.settings);
         let mut queue = None;
-        if let Kernels::Queues(_) = &kernels {
+        if let Kernels::Queues(QueueKernels { lighting, .. }) = &kernels {
             let room = free.saturating_sub(needs.all()) / BANDS;
-            let size = QueueSize::new(view.settings, band_bytes, paths, room);
+            let light_rays = lighting.is_some().then_some(light_rays);
+            let size = QueueSize::new(view.settings, band_bytes, paths, light_rays, room);
             needs.queues = size.bytes() * BANDS;
             queue = Some(size);
         }
@@ -141,6 +149,7 @@ impl DeviceScene {
             parameters,
             names,
             structure_values,
+            light_rays,
             counts: view.counts(),
             queue,
             top_level,
@@ -187,11 +196,13 @@ impl DeviceScene {
         let Some(FrameState { camera, lights, light_nodes, light_places, settings, places, shapes: _ }) =
             state
         else {
-            return Ok(FrameParameters { values, counts, _memory: None, _room: None });
+            let light_rays = self.light_rays;
+            return Ok(FrameParameters { values, counts, light_rays, _memory: None, _room: None });
         };
         let places = places.as_ref();
         let moved = places.filter(|_| shaped.is_none());
         let top = moved.map(|places| self.top_level.build(&places.instances));
+        let light_rays = light_rays_of_point(lights, !light_nodes.is_empty(), settings);
         let mut own = Parameters::default();
         own.array(SceneArray::Camera.label(), std::slice::from_ref(camera));
         own.array(SceneArray::Settings.label(), std::slice::from_ref(settings));
@@ -219,7 +230,7 @@ impl DeviceScene {
         }
         let (memory, base) = upload(&device.stream, &own).map_err(fail)?;
         own.replace(base, &self.names, &mut values);
-        Ok(FrameParameters { values, counts, _memory: Some(memory), _room: room })
+        Ok(FrameParameters { values, counts, light_rays, _memory: Some(memory), _room: room })
     }
 }
 
@@ -257,6 +268,8 @@ pub(crate) struct FrameParameters<'a> {
     pub(crate) values: Vec<u64>,
     /// How many items the scene's arrays have.
     pub(crate) counts: SceneCounts,
+    /// How many shadow rays a point has at most.
+    pub(crate) light_rays: u32,
     /// Where the frame's own arrays are; kept for as long as the parameters name them.
     _memory: Option<CudaSlice<u8>>,
     _room: Option<Taken<'a>>,

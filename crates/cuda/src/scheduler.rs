@@ -15,11 +15,14 @@ pub enum GpuScheduler {
     Megakernel,
     /// Kernels for each stage, which work on queues of rays.
     Queues,
+    /// The same, where shadow rays of Whitted's integrator have a queue of their own too.
+    ShadowQueues,
 }
 
 impl GpuScheduler {
     /// All there are.
-    pub const ALL: [GpuScheduler; 3] = [GpuScheduler::Auto, GpuScheduler::Megakernel, GpuScheduler::Queues];
+    pub const ALL: [GpuScheduler; 4] =
+        [GpuScheduler::Auto, GpuScheduler::Megakernel, GpuScheduler::Queues, GpuScheduler::ShadowQueues];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -27,7 +30,13 @@ impl GpuScheduler {
             GpuScheduler::Auto => "auto",
             GpuScheduler::Megakernel => "megakernel",
             GpuScheduler::Queues => "queues",
+            GpuScheduler::ShadowQueues => "shadow-queues",
         }
+    }
+
+    /// Whether it works on queues alone.
+    pub fn is_queued(self) -> bool {
+        matches!(self, GpuScheduler::Queues | GpuScheduler::ShadowQueues)
     }
 
     /// The one that a scene gets. [`GpuScheduler::Auto`] becomes queues where these are faster; else it stays, for the megakernel
@@ -81,7 +90,7 @@ mod tests {
         for scene in ["builtin:cornell-pg1", "builtin:solids", &format!("{scenes}/coloured-shadows.json")] {
             assert_eq!(auto(scene), GpuScheduler::Auto, "{scene}");
         }
-        for scheduler in [GpuScheduler::Megakernel, GpuScheduler::Queues] {
+        for scheduler in [GpuScheduler::Megakernel, GpuScheduler::Queues, GpuScheduler::ShadowQueues] {
             assert_eq!(chosen("builtin:glass", scheduler), scheduler);
         }
     }

@@ -27,6 +27,8 @@ pub(crate) struct WalkNames {
     pub(crate) lights: &'static str,
     /// The same where light comes through surfaces.
     pub(crate) through: &'static str,
+    /// Whether these two trace shadow rays that have a queue of their own.
+    pub(crate) by_ray: bool,
 }
 
 /// The kernels that render over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
@@ -43,8 +45,7 @@ pub(crate) fn kernels(
     integrator: Integrator,
     scheduler: GpuScheduler,
 ) -> Result<KernelNames, BackendError> {
-    let megakernel =
-        if scheduler == GpuScheduler::Queues { None } else { megakernel(accel, traversal, placed) };
+    let megakernel = if scheduler.is_queued() { None } else { megakernel(accel, traversal, placed) };
     if scheduler == GpuScheduler::Megakernel && (integrator == Integrator::Path || megakernel.is_none()) {
         return Err(BackendError::Failed(
             "megakernel: that is for Whitted's integrator and a bvh, where threads go by themselves or by vote: leave that out, or \
@@ -52,8 +53,24 @@ pub(crate) fn kernels(
                 .into(),
         ));
     }
+    if scheduler == GpuScheduler::Megakernel && counts {
+        return Err(BackendError::Failed(
+            "megakernel: kernels that count work on queues: leave that out, or choose queues".into(),
+        ));
+    }
+    if scheduler == GpuScheduler::ShadowQueues {
+        let names =
+            shadow_walks(accel, traversal, placed).filter(|_| !counts && integrator == Integrator::Whitted);
+        return names.map(KernelNames::Queues).ok_or_else(|| {
+            BackendError::Failed(
+                "shadow-queues: that is for Whitted's integrator and a bvh, where threads go by themselves or by vote, and for \
+                 kernels that do not count: leave that out, or choose queues"
+                    .into(),
+            )
+        });
+    }
     let find = |accel| match (counts, integrator) {
-        (true, _) => counting(accel, integrator).map(KernelNames::Whole),
+        (true, _) => counting(accel, integrator).map(KernelNames::Queues),
         (false, Integrator::Whitted) if megakernel.is_some() => megakernel.map(KernelNames::Whole),
         (false, _) => walks(accel, traversal, placed, integrator).map(KernelNames::Queues),
     };
@@ -85,11 +102,13 @@ macro_rules! walk_names {
                 hits: concat!("path_hits_", $structure),
                 lights: concat!("path_lights_", $structure),
                 through: concat!("path_through_", $structure),
+                by_ray: false,
             },
             WalkNames {
                 hits: concat!("tree_hits_", $structure),
                 lights: concat!("tree_lights_", $structure),
                 through: concat!("tree_through_", $structure),
+                by_ray: false,
             },
         ]
     };
@@ -117,20 +136,61 @@ fn walks(accel: Accel, traversal: Traversal, placed: bool, integrator: Integrato
     })
 }
 
-/// The kernel that counts.
-fn counting(accel: Accel, integrator: Integrator) -> Option<&'static str> {
-    let [whitted, path] = match accel {
-        Accel::None => ["count_exhaustive", "count_path_exhaustive"],
-        Accel::Bvh => ["count_bvh", "count_path_bvh"],
+/// Those of queues that trace rays, where shadow rays have a queue of their own.
+fn shadow_walks(accel: Accel, traversal: Traversal, placed: bool) -> Option<WalkNames> {
+    // As for the megakernel.
+    megakernel(accel, traversal, placed)?;
+    Some(if placed {
+        WalkNames {
+            hits: "tree_hits_bvh",
+            lights: "tree_seen_bvh",
+            through: "tree_filtered_bvh",
+            by_ray: true,
+        }
+    } else {
+        WalkNames {
+            hits: "tree_hits_bvh_world",
+            lights: "tree_seen_bvh_world",
+            through: "tree_filtered_bvh_world",
+            by_ray: true,
+        }
+    })
+}
+
+/// The names of those of a structure that count.
+macro_rules! counting_names {
+    ($structure:literal) => {
+        [
+            WalkNames {
+                hits: concat!("count_path_hits_", $structure),
+                lights: concat!("count_path_through_", $structure),
+                through: concat!("count_path_through_", $structure),
+                by_ray: false,
+            },
+            WalkNames {
+                hits: concat!("count_tree_hits_", $structure),
+                lights: concat!("count_tree_through_", $structure),
+                through: concat!("count_tree_through_", $structure),
+                by_ray: false,
+            },
+        ]
+    };
+}
+
+/// Those that count.
+fn counting(accel: Accel, integrator: Integrator) -> Option<WalkNames> {
+    let [paths, trees] = match accel {
+        Accel::None => counting_names!("exhaustive"),
+        Accel::Bvh => counting_names!("bvh"),
         Accel::Bvh8 => return None,
-        Accel::Octree => ["count_octree", "count_path_octree"],
-        Accel::OctreeParametric => ["count_octree_parametric", "count_path_octree_parametric"],
-        Accel::Grid => ["count_grid", "count_path_grid"],
-        Accel::KdTree => ["count_kdtree", "count_path_kdtree"],
+        Accel::Octree => counting_names!("octree"),
+        Accel::OctreeParametric => counting_names!("octree_parametric"),
+        Accel::Grid => counting_names!("grid"),
+        Accel::KdTree => counting_names!("kdtree"),
     };
     Some(match integrator {
-        Integrator::Whitted => whitted,
-        Integrator::Path => path,
+        Integrator::Path => paths,
+        Integrator::Whitted => trees,
     })
 }
 

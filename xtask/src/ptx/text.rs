@@ -71,7 +71,10 @@ pub(super) fn with_launch_bounds(ptx: &str) -> String {
                 None
             } else if name.starts_with("paths_shade") || name == "trees_shade" {
                 Some(SHADE_BOUNDS)
-            } else if name.starts_with("path_through_") || name.starts_with("tree_through_") {
+            } else if ["path_through_", "tree_through_", "tree_filtered_", "trees_ask", "trees_sum"]
+                .iter()
+                .any(|start| name.starts_with(start))
+            {
                 Some(RENDER_BOUNDS)
             } else if name.starts_with("tree_lights_") {
                 Some(LIGHT_BOUNDS)

@@ -51,7 +51,8 @@ pub(crate) struct DeviceFlags {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1 << 12..=1 << 24), allow_hyphen_values = true)]
     pub(crate) gpu_paths: Option<u32>,
     /// In which order a GPU traces rays. megakernel: each thread follows a sample to its end; queues: rays of all samples in
-    /// rounds, as path tracing always has it; auto: what was faster where such scenes were measured
+    /// rounds, as path tracing always has it; shadow-queues: shadow rays have a queue of their own too (whitted, bvh); auto: what
+    /// was faster where such scenes were measured
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = gpu_schedulers())]
     pub(crate) gpu_scheduler: GpuScheduler,
     /// How the threads of a warp traverse a bvh on GPUs. single: independently; vote: together, through every node that any
@@ -70,7 +71,7 @@ impl DeviceFlags {
         check(&[Need {
             flag: "--gpu-paths",
             is_given: self.gpu_paths.is_some(),
-            is_met: settings.integrator == Integrator::Path || self.gpu_scheduler == GpuScheduler::Queues,
+            is_met: settings.integrator == Integrator::Path || self.gpu_scheduler.is_queued(),
             needs: "--integrator path or --gpu-scheduler queues",
         }])
     }

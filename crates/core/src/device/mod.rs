@@ -4,6 +4,7 @@
 mod deferred;
 mod far_tracer;
 mod launch;
+mod light_queue;
 mod pair_tracer;
 mod pairs;
 mod path_queue;
@@ -15,6 +16,10 @@ mod wide_tracer;
 
 pub use far_tracer::FarTracer;
 pub use launch::{BandLaunch, HitRow, RayTotals};
+pub use light_queue::{
+    LightQueue, NO_LIGHT, PROGRESS_ROWS, light_of_word, light_word, progress_of_rows, row_of_vector,
+    rows_of_progress, vector_of_row,
+};
 pub use pair_tracer::PairTracer;
 pub use pairs::{BvhPair, Link, PAIR_SLACK, PairView, Root, Target, WarpMode};
 pub use path_queue::{

@@ -3,6 +3,7 @@
 //! Nothing is rounded on the way: a path that was written is the path that is read.
 
 use super::launch::RayTotals;
+use super::light_queue::LightQueue;
 use crate::integrator::path::{LightRequest, PathState};
 use crate::integrator::{MAX_DEPTH, PathRay, RayKind};
 use crate::light::LightReceiver;
@@ -298,6 +299,8 @@ pub struct PathLaunch {
     pub stack: *mut u32,
     /// Of trees: a ring of slots that are free.
     pub free: *mut u32,
+    /// Of trees: shadow rays, where they have a queue of their own.
+    pub lights: LightQueue,
     /// Of trees: how many slots there are.
     pub slots: u32,
     /// Paths that there is room for.
@@ -357,6 +360,7 @@ mod tests {
             sorted: null_mut(),
             stack: null_mut(),
             free: null_mut(),
+            lights: LightQueue::NONE,
             slots: 0,
             control: null_mut(),
             sums: null_mut(),

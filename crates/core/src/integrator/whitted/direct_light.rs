@@ -42,7 +42,7 @@ pub fn direct_light<T: Tracer, const W: usize, const COLOURED: bool, const CLOSE
         let mut side = 0;
         while side < sides {
             if let Some(turn) = turns.light(view, point, (key, sample), turn, side) {
-                let LightTurn { light, receiver, filter, specular } = &turn;
+                let LightTurn { light, receiver, filter, specular, .. } = &turn;
                 let got = if W > 1 && samples > 1 {
                     gather::<T, W, COLOURED, CLOSEST>(
                         view,
@@ -73,30 +73,31 @@ pub fn direct_light<T: Tracer, const W: usize, const COLOURED: bool, const CLOSE
 
 /// The lights that points are lit by, one after the other: those that are sampled each, and then lamps that are drawn.
 #[derive(Clone, Copy, Debug)]
-struct LightTurns {
+pub(super) struct LightTurns {
     /// How many are sampled each.
     alone: u32,
     /// How many turns there are.
-    all: u32,
+    pub(super) all: u32,
 }
 
 /// A light, and a side of a point that is lit by it.
 #[derive(Clone, Copy, Debug)]
-struct LightTurn<'a> {
-    /// The light.
-    light: &'a Light,
+pub(super) struct LightTurn<'a> {
+    /// The light, and its number.
+    pub(super) light: &'a Light,
+    pub(super) number: u32,
     /// The side of the point, with the number of the first sample.
-    receiver: Receiver,
+    pub(super) receiver: Receiver,
     /// What shadow rays leave out.
     filter: RayFilter,
     /// The colour of the highlight.
-    specular: Vec3,
+    pub(super) specular: Vec3,
 }
 
 impl LightTurns {
     /// Those of a scene.
     #[inline(always)]
-    fn new(view: &SceneView) -> LightTurns {
+    pub(super) fn new(view: &SceneView) -> LightTurns {
         let alone = lights_alone(view);
         let draws = if are_lamps_drawn(view) { view.settings.lamp_samples } else { 0 };
         LightTurns { alone, all: alone + draws }
@@ -110,7 +111,7 @@ impl LightTurns {
 
     /// Samples of the light of a turn.
     #[inline(always)]
-    fn samples(&self, view: &SceneView, turn: u32) -> u32 {
+    pub(super) fn samples(&self, view: &SceneView, turn: u32) -> u32 {
         // By `get`, which has no panic for GPUs.
         match view.lights.get(self.slot(turn) as usize) {
             Some(light) => light.samples(),
@@ -121,7 +122,7 @@ impl LightTurns {
     /// The light of a turn for a side of a point, which has this key ([`point_key`]) and is of this sample of its pixel; `None`
     /// where no lamp reaches it.
     #[inline(always)]
-    fn light<'a>(
+    pub(super) fn light<'a>(
         &self,
         view: &SceneView<'a>,
         point: &LitPoint,
@@ -143,7 +144,7 @@ impl LightTurns {
             (number, receiver) = draw_lamp(view, &receiver, turn - self.alone)?;
         }
         let light = view.lights.get(number as usize)?;
-        Some(LightTurn { light, receiver, filter: shadow_filter(light, point.id), specular })
+        Some(LightTurn { light, number, receiver, filter: shadow_filter(light, point.id), specular })
     }
 }
 

@@ -7,6 +7,7 @@ mod children;
 mod direct_light;
 mod lamp_draw;
 mod light_lanes;
+mod light_rays;
 mod lit_point;
 mod lobe_light;
 mod local;
@@ -20,6 +21,7 @@ pub use direct_light::{highlight, is_lit_from_behind, light_key, point_key, shad
 pub use lamp_draw::{are_lamps_drawn, draw_lamp, drawn_lamp, lights_alone};
 pub use lamp_draw::{choose_lamps, choose_lamps_from, ways_to_lamps};
 pub use light_lanes::LightLanes;
+pub use light_rays::{LightProgress, LightRay, add_light, light_query, light_ray, light_rays_of_point};
 pub use lit_point::LitPoint;
 pub use lobe_light::{LampLobe, takes_light};
 pub use local::local_radiance;
