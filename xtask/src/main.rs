@@ -3,6 +3,7 @@
 mod albedo;
 mod asan;
 mod browser;
+mod emulate;
 mod fma;
 mod fuzz;
 mod instructions;
@@ -39,6 +40,11 @@ const COMMANDS: &[Command] = &[
         "ptx",
         "build the GPU kernels into crates/cuda/ptx; --check only verifies what is there, --registers what it takes",
         ptx::run,
+    ),
+    (
+        "emulate",
+        "run the tests of GPU pictures on CPUs, by a driver that executes PTX [TEST...]",
+        emulate::run,
     ),
     ("fma", "check that AVX2 and AVX-512 code calls no library fma [BINARY]", fma::run),
     ("fuzz", "run the fuzz targets [--asan] [--stage] [SECONDS [TARGET...]]", fuzz::run),

@@ -4,8 +4,8 @@
 mod common;
 
 use eosphor_core::math::Vec3;
-use eosphor_core::settings::Integrator;
-use eosphor_cuda::{CudaBackend, CudaOptions, Traversal};
+use eosphor_core::settings::{Integrator, ShadowMode};
+use eosphor_cuda::{CudaBackend, CudaOptions, GpuScheduler, Traversal};
 use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, PreparedScene, RenderControl};
 use eosphor_scene::{Animation, CameraMotion, FrameStates, Move, MoveKey, Preset, Scene, SceneData};
 use std::fmt::Display;
@@ -32,6 +32,12 @@ fn assert_identical_by(scene: &Scene, options: CudaOptions) {
     assert_eq!(on_cpu.statistics, on_gpu.statistics, "{way}");
 }
 
+/// The size of a picture; a part of it where an emulator renders it.
+fn size(width: u32, height: u32) -> [u32; 2] {
+    let part = if std::env::var_os("CUDA_EMULATOR").is_some() { 4 } else { 1 };
+    [width, height].map(|side| side.div_ceil(part))
+}
+
 /// The GPU; says so where there is none.
 fn backend(options: CudaOptions) -> Option<CudaBackend> {
     match CudaBackend::new(options) {
@@ -53,7 +59,7 @@ fn skip(reason: &dyn Display) {
 #[test]
 fn cornell_box() {
     let mut scene = common::scene("builtin:cornell", Some(Preset::Pg1)).unwrap();
-    scene.settings.size = [160, 120];
+    scene.settings.size = size(160, 120);
     assert_identical(&scene, Accel::Bvh);
 }
 
@@ -61,7 +67,7 @@ fn cornell_box() {
 fn cornell_box_of_every_preset_and_none() {
     for preset in Preset::ALL.map(Some).into_iter().chain([None]) {
         let mut scene = common::scene("builtin:cornell", preset).unwrap();
-        scene.settings.size = [61, 67];
+        scene.settings.size = size(61, 67);
         scene.settings.samples = 2;
         assert_identical(&scene, Accel::Bvh);
     }
@@ -83,7 +89,7 @@ fn surfaces_of_model_files() {
 #[test]
 fn glass_without_hierarchy() {
     let mut scene = common::scene("glass", None).unwrap();
-    scene.settings.size = [64, 36];
+    scene.settings.size = size(64, 36);
     assert_identical(&scene, Accel::None);
 }
 
@@ -99,7 +105,7 @@ fn every_structure() {
     for accel in structures() {
         for name in ["glass", "surfaces", "builtin:cornell"] {
             let mut scene = common::scene(name, None).unwrap();
-            (scene.settings.size, scene.settings.samples) = ([83, 59], 2);
+            (scene.settings.size, scene.settings.samples) = (size(83, 59), 2);
             assert_identical(&scene, accel);
         }
     }
@@ -110,7 +116,7 @@ fn rays_from_far_away() {
     // Beyond the grid's reach they take another walk, and rounding is larger than a cell.
     for distance in [1e3, 1e5] {
         let mut scene = common::scene("glass", None).unwrap();
-        scene.settings.size = [61, 47];
+        scene.settings.size = size(61, 47);
         let camera = scene.camera.as_mut().unwrap();
         camera.position = camera.position * distance;
         camera.fov_x_degrees = 60.0 / distance;
@@ -123,7 +129,7 @@ fn rays_from_far_away() {
 fn counts_are_those_of_the_cpu() {
     for name in ["builtin:cornell", "glass"] {
         let mut scene = common::scene(name, None).unwrap();
-        scene.settings.size = [61, 47];
+        scene.settings.size = size(61, 47);
         let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
         for accel in structures() {
             let Some(gpu) = backend(CudaOptions { accel, count_work: true, ..CudaOptions::default() }) else {
@@ -149,7 +155,7 @@ fn counts_are_those_of_the_cpu() {
 fn every_block_size() {
     let mut scene = common::scene("glass", None).unwrap();
     // Neither a multiple of a warp's pixels nor of a block's.
-    scene.settings.size = [93, 53];
+    scene.settings.size = size(93, 53);
     for integrator in [Integrator::Whitted, Integrator::Path] {
         scene.settings.integrator = integrator;
         for block_size in [32, 64, 96, 128, 256, 512] {
@@ -162,11 +168,45 @@ fn every_block_size() {
 #[test]
 fn every_number_of_paths() {
     let mut scene = common::scene("glass", None).unwrap();
-    (scene.settings.size, scene.settings.integrator) = ([93, 53], Integrator::Path);
+    (scene.settings.size, scene.settings.integrator) = (size(93, 53), Integrator::Path);
     scene.settings.samples = 8;
     for paths in [1 << 12, 5000, 1 << 15, 1 << 18, 1 << 21] {
         assert_identical_by(&scene, CudaOptions { paths: Some(paths), ..CudaOptions::default() });
     }
+}
+
+/// Every order of Whitted's rays, with shadows of every kind and rounds of several sizes.
+#[test]
+fn every_scheduler() {
+    for (name, shadows, behind) in [
+        ("builtin:cornell-pg1", ShadowMode::Opaque, false),
+        ("glass", ShadowMode::Coloured, false),
+        ("glass", ShadowMode::Coloured, true),
+        ("surfaces", ShadowMode::None, true),
+        ("builtin:lamps", ShadowMode::Opaque, false),
+    ] {
+        let mut scene = common::scene(name, None).unwrap();
+        (scene.settings.size, scene.settings.samples) = (size(64, 36), 2);
+        scene.settings.integrator = Integrator::Whitted;
+        (scene.settings.shadows, scene.settings.light_from_behind) = (shadows, behind);
+        for scheduler in GpuScheduler::ALL {
+            assert_identical_by(&scene, CudaOptions { scheduler, ..CudaOptions::default() });
+        }
+        let paths = Some(1 << 12);
+        for scheduler in [GpuScheduler::Queues, GpuScheduler::ShadowQueues] {
+            assert_identical_by(&scene, CudaOptions { scheduler, paths, ..CudaOptions::default() });
+        }
+    }
+}
+
+/// More shadow rays of a point than there is room for at a time.
+#[test]
+fn very_many_shadow_rays() {
+    let mut scene = common::scene("builtin:cornell", None).unwrap();
+    (scene.settings.size, scene.settings.samples, scene.settings.depth) = ([2, 2], 1, 1);
+    scene.settings.light_samples = 1500;
+    let (scheduler, paths) = (GpuScheduler::ShadowQueues, Some(1 << 12));
+    assert_identical_by(&scene, CudaOptions { scheduler, paths, ..CudaOptions::default() });
 }
 
 /// Rough grounds by paths, bare and under layers.
@@ -174,7 +214,7 @@ fn every_number_of_paths() {
 fn rough_grounds() {
     let mut scene = common::scene("surfaces", None).unwrap();
     scene.settings.integrator = Integrator::Path;
-    scene.settings.size = [93, 53];
+    scene.settings.size = size(93, 53);
     for material in &mut scene.materials {
         material.diffuse_roughness = 0.8;
     }
@@ -187,7 +227,7 @@ fn rough_grounds() {
 fn every_traversal() {
     for name in ["builtin:cornell", "glass"] {
         let mut scene = common::scene(name, None).unwrap();
-        scene.settings.size = [93, 53];
+        scene.settings.size = size(93, 53);
         for traversal in Traversal::ALL {
             assert_identical_by(&scene, CudaOptions { traversal, ..CudaOptions::default() });
         }
@@ -198,7 +238,7 @@ fn every_traversal() {
 #[test]
 fn every_number_of_samples() {
     let mut scene = common::scene("glass", None).unwrap();
-    scene.settings.size = [37, 23];
+    scene.settings.size = size(37, 23);
     for samples in [1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 31, 32, 33, 64, 100] {
         scene.settings.samples = samples;
         assert_identical(&scene, Accel::Bvh);
@@ -239,7 +279,7 @@ fn assert_frames_identical(scene: &Scene, options: CudaOptions) {
 #[test]
 fn frames_of_an_animation() {
     let mut scene = common::scene("glass", None).unwrap();
-    scene.settings.size = [93, 53];
+    scene.settings.size = size(93, 53);
     let orbit = CameraMotion::Orbit { turns: 0.2, around: None };
     scene.animation = Some(Animation { camera: Some(orbit), ..Animation::of_frames(8) });
     assert_frames_identical(&scene, CudaOptions::default());
@@ -249,7 +289,7 @@ fn frames_of_an_animation() {
 #[test]
 fn frames_of_moving_instances() {
     let mut scene = common::scene("glass", None).unwrap();
-    scene.settings.size = [61, 47];
+    scene.settings.size = size(61, 47);
     scene.animation = Some(Animation { fps: 8.0, ..Animation::of_frames(8) });
     // Far beyond where the first frame has them.
     let key =
@@ -270,7 +310,7 @@ fn frames_of_moving_instances() {
 fn frames_of_moving_vertices() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/reed.glb");
     let mut scene = common::scene(path, None).unwrap();
-    scene.settings.size = [61, 47];
+    scene.settings.size = size(61, 47);
     scene.animation = Some(Animation { fps: 4.0, ..Animation::of_frames(8) });
     for accel in structures() {
         assert_frames_identical(&scene, CudaOptions { accel, ..CudaOptions::default() });
@@ -283,7 +323,7 @@ fn frames_of_moving_vertices() {
 #[test]
 fn one_pixel_and_nothing_in_it() {
     let mut scene = Scene { camera: Some(Default::default()), ..Scene::default() };
-    scene.settings.size = [1, 1];
+    scene.settings.size = size(1, 1);
     structures().for_each(|accel| assert_identical(&scene, accel));
 }
 
@@ -294,6 +334,6 @@ fn a_scene_from_a_file() {
         return skip(&"EOSPHOR_TEST_OBJ is not set");
     };
     let mut scene = common::scene(path.to_str().unwrap(), None).unwrap();
-    scene.settings.size = [320, 240];
+    scene.settings.size = size(320, 240);
     assert_identical(&scene, Accel::Bvh);
 }
