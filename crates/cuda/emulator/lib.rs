@@ -83,8 +83,10 @@ $L__BB0_3:
         let place = Place { first_thread: 0, block: 0, block_size: 32, blocks: 1 };
         let mut sums = [0u32; 32];
         let mut warp = Warp::new(&program, place);
+        let argument = sums.as_mut_ptr();
+        let parameters = [&raw const argument as u64];
         // SAFETY: the kernel writes a number for each of its threads.
-        unsafe { warp.run_kernel(program.numbers["sums"], &[sums.as_mut_ptr() as u64], place, 32) };
+        unsafe { warp.run_kernel(program.numbers["sums"], &parameters, place, 32) };
         let sum: u32 = (0..32).map(|thread| if thread % 2 == 1 { 2 * thread } else { thread }).sum();
         assert_eq!(sums, [sum; 32]);
     }
