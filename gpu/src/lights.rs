@@ -35,7 +35,7 @@ unsafe fn points(launch: &PathLaunch) -> u32 {
 #[inline(always)]
 pub(crate) unsafe fn ask(view: &SceneView, launch: &PathLaunch) {
     let lights = &launch.lights;
-    let (width, window) = (view.settings.width.max(1), lights.window.max(1));
+    let window = lights.window.max(1);
     let casts = view.settings.shadow_mode != ShadowMode::None;
     // SAFETY: no thread of this kernel writes it.
     let count = unsafe { points(launch) } * window;
@@ -49,8 +49,7 @@ pub(crate) unsafe fn ask(view: &SceneView, launch: &PathLaunch) {
         if of_point < lights.all {
             // SAFETY: below `room`, since nodes ask once.
             let (point, at) = lit_of_rows(&unsafe { read::<LIT_ROWS>(launch.requests, launch.room, number) });
-            let row = at.place.pixel / width;
-            let pixel = (at.place.pixel - row * width, launch.first_row + row, at.place.sample);
+            let pixel = launch.pixel(view.settings.width, at.place);
             if let Some(ray) = light_ray(view, &point, at.path, pixel, of_point) {
                 word = light_word(ray.light, ray.side);
                 weights = [ray.diffuse, ray.specular];
@@ -70,7 +69,8 @@ pub(crate) unsafe fn ask(view: &SceneView, launch: &PathLaunch) {
     unsafe { Totals::new(launch.totals) }.add(&counts, threads.lane());
 }
 
-/// The query of a shadow ray; `None` where there is no such ray.
+/// The query of a shadow ray; `None` where there is no such ray. (A loop that takes what to do with it as a closure does not
+/// compile to one function.)
 ///
 /// # Safety
 ///
@@ -155,7 +155,7 @@ pub(crate) unsafe fn filter<T: Tracer>(view: &SceneView, tracer: &T, launch: &Pa
 #[inline(always)]
 pub(crate) unsafe fn sum(view: &SceneView, launch: &PathLaunch) {
     let lights = &launch.lights;
-    let (width, window) = (view.settings.width.max(1), lights.window);
+    let window = lights.window;
     let end = lights.first + window;
     let end = if end < lights.all { end } else { lights.all };
     // SAFETY: no thread of this kernel writes it.
@@ -165,8 +165,7 @@ pub(crate) unsafe fn sum(view: &SceneView, launch: &PathLaunch) {
     while number < count {
         // SAFETY: below `room`, since nodes ask once.
         let (point, at) = lit_of_rows(&unsafe { read::<LIT_ROWS>(launch.requests, launch.room, number) });
-        let row = at.place.pixel / width;
-        let pixel = (at.place.pixel - row * width, launch.first_row + row, at.place.sample);
+        let pixel = launch.pixel(view.settings.width, at.place);
         let mut progress = LightProgress::default();
         if lights.first > 0 {
             // SAFETY: below `room`; the window before has written it.

@@ -115,7 +115,7 @@ pub(crate) unsafe fn shade<const MATTE: bool>(view: &SceneView, launch: &PathLau
     // SAFETY: no thread of this kernel writes this part of it.
     let sorted = unsafe { (*launch.control).sorted };
     let count = if MATTE { sorted as u32 } else { (sorted >> 32) as u32 };
-    let (width, room) = (view.settings.width.max(1), launch.room);
+    let room = launch.room;
     let threads = Threads::here();
     let mut counts = RayCounts::default();
     let mut first = threads.first_of_warp();
@@ -138,9 +138,8 @@ pub(crate) unsafe fn shade<const MATTE: bool>(view: &SceneView, launch: &PathLau
             place = own;
             step.pixel = place.pixel;
             counts.count(path.ray.kind);
-            let row = place.pixel / width;
-            let (x, y) = (place.pixel - row * width, launch.first_row + row);
-            let numbers = NumbersByKey::new(view.settings, &path.ray, (x, y, place.sample));
+            let pixel = launch.pixel(view.settings.width, place);
+            let numbers = NumbersByKey::new(view.settings, &path.ray, pixel);
             if !MATTE {
                 bounce(view, &path, &hit, &numbers, &mut step);
             } else if hit.is_miss() {

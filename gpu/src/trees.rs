@@ -208,7 +208,6 @@ pub(crate) unsafe fn shade(view: &SceneView, launch: &PathLaunch) {
     };
     let settings = view.settings;
     let max_depth = depth_limit(settings);
-    let width = settings.width.max(1);
     let turns = warp::hidden(NODE_CHILDREN);
     let threads = Threads::here();
     let mut counts = RayCounts::default();
@@ -228,8 +227,7 @@ pub(crate) unsafe fn shade(view: &SceneView, launch: &PathLaunch) {
             TreeNode::of_rows(&read_rows::<NODE_ROWS>(slot_rows(launch, slot)))
         };
         let TreeNode { mut ray, place, hit, next_branch } = node;
-        let row = place.pixel / width;
-        let at = (place.pixel - row * width, launch.first_row + row, place.sample);
+        let at = launch.pixel(settings.width, place);
         let point = SurfacePoint::new(view, &ray.ray(), &hit);
         let there = point.coverage;
         let is_fresh = next_branch == TreeNode::FRESH;
@@ -323,7 +321,6 @@ pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool, const CLOSEST: bool>
 ) {
     // SAFETY: no thread of this kernel writes it.
     let count = unsafe { ((*launch.control).appended >> 32) as u32 };
-    let width = view.settings.width.max(1);
     let threads = Threads::here();
     let mut counts = RayCounts::default();
     let mut first = threads.first_of_warp();
@@ -333,8 +330,7 @@ pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool, const CLOSEST: bool>
         if number < count {
             // SAFETY: below `room`, since nodes ask once.
             let (point, at) = lit_of_rows(&unsafe { read::<LIT_ROWS>(launch.requests, launch.room, number) });
-            let row = at.place.pixel / width;
-            let pixel = (at.place.pixel - row * width, launch.first_row + row, at.place.sample);
+            let pixel = launch.pixel(view.settings.width, at.place);
             let mut found = at.found;
             found += direct_light::<T, 1, COLOURED, CLOSEST>(
                 view,

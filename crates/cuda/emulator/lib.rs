@@ -5,6 +5,11 @@
 //! memory where no device is. It says nothing of speed, and little of races: the threads of a warp go together wherever they
 //! can, and warps one after the other on each core.
 //!
+//! | variable | says |
+//! |---|---|
+//! | `CUDA_EMULATOR_DEVICES` | how many devices there are, 1 otherwise |
+//! | `CUDA_EMULATOR_BYTES` | what memory they have together, 2^30 otherwise |
+//!
 //! | file | has |
 //! |---|---|
 //! | `driver.rs` | the functions of `libcuda` |

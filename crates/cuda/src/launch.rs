@@ -74,7 +74,7 @@ impl Launcher<'_> {
         }
     }
 
-    /// What launches the kernels of path tracing.
+    /// What launches kernels that work on queues.
     fn paths<'l>(&self, kernels: &'l QueueKernels, rows: Range<u32>) -> QueueLauncher<'l>
     where
         Self: 'l,

@@ -73,7 +73,7 @@ impl SharedNames {
     }
 }
 
-/// Rounds that are launched at a time, at most.
+/// Rounds that are launched at a time, at most. With shadow rays in several windows there are fewer, since each is launched.
 const MOST_ROUNDS: u32 = 256;
 
 /// Rounds that are launched at a time to end the last paths.
@@ -132,7 +132,7 @@ impl QueueLauncher<'_> {
         loop {
             let control = queue(band).control(&stream)?;
             if !control.is_done() {
-                let rounds = self.rounds(&control, queue(band).size().paths);
+                let rounds = self.rounds(&control, queue(band));
                 self.run_rounds::<T>(paths, band, rounds)?;
                 continue;
             }
@@ -164,20 +164,21 @@ impl QueueLauncher<'_> {
             queue(band).is_prepared = true;
         }
         let control = queue(band).begin(&stream, samples)?;
-        let rounds = self.rounds(&control, queue(band).size().paths);
+        let rounds = self.rounds(&control, queue(band));
         self.run_rounds::<T>(paths, band, rounds)
     }
 
     /// How many rounds there may be at least.
-    fn rounds(&self, control: &PathControl, room: u32) -> u32 {
+    fn rounds(&self, control: &PathControl, queue: &QueueRoom) -> u32 {
         let last = self.kernels.depth.saturating_add(1).min(LAST_ROUNDS);
         let taken = u64::from(control.samples - control.samples_left);
         // As fast as until now; at first as fast as can be.
         let full = match taken {
-            0 => u64::from(control.samples_left / room),
+            0 => u64::from(control.samples_left / queue.size().paths),
             taken => u64::from(control.samples_left) * u64::from(control.rounds) / taken,
         };
-        (full as u32 + last).min(MOST_ROUNDS)
+        let windows = queue.size().light_rays.map_or(1, |rays| rays.windows(self.light_rays));
+        (full as u32 + last).min((MOST_ROUNDS / windows).max(1))
     }
 
     fn run_rounds<T: Pixel>(

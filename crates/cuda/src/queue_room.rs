@@ -83,7 +83,7 @@ fn samples_of_pass(depth: u32) -> u32 {
 }
 
 /// Shadow rays that a queue of their own has room for, where a point has not more: as many as keep any device busy.
-const LIGHT_RAYS: u32 = 1 << 22;
+const LIGHT_RAYS: u32 = 1 << 23;
 
 /// The fewest points of a round whose shadow rays have a queue of their own: there are other kernels in a round too.
 const FEWEST_POINTS: u32 = 1 << 15;
@@ -106,6 +106,11 @@ impl LightRays {
     /// For so many points.
     fn new(all: u32, is_coloured: bool, points: u32) -> LightRays {
         LightRays { window: (LIGHT_RAYS / points.max(1)).clamp(1, all.max(1)), is_coloured }
+    }
+
+    /// How many windows there are, where a point has so many rays.
+    pub(crate) fn windows(self, all: u32) -> u32 {
+        all.div_ceil(self.window).max(1)
     }
 
     /// What each point takes.
@@ -421,8 +426,8 @@ mod tests {
         };
         // All of a point at a time, unless it has very many.
         assert_eq!(size(1, None), (1 << 20, 1));
-        assert_eq!(size(100, None), (41_920, 100));
-        assert_eq!(size(5000, None), (1 << 15, 128));
+        assert_eq!(size(100, None), (83_872, 100));
+        assert_eq!(size(5000, None), (1 << 15, 256));
         assert_eq!(size(100, Some(4096)), (4096, 100));
         assert_eq!(size(100, Some(1 << 24)), (1 << 24, 1));
         assert_eq!(size(0, None), (1 << 20, 1));

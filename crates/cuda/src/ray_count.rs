@@ -1,5 +1,6 @@
 //! How many rays a scene's samples take, by a guess.
 
+use eosphor_core::integrator::whitted::light_samples_of_side;
 use eosphor_core::settings::Integrator;
 use eosphor_core::view::SceneView;
 use eosphor_render::Accel;
@@ -16,16 +17,11 @@ pub(crate) fn rays_per_sample(view: &SceneView, accel: Accel) -> f64 {
     (1.0 + lights) * work
 }
 
-/// Shadow rays from a point.
+/// Shadow rays from one side of a point.
 pub(crate) fn shadow_rays(view: &SceneView) -> f64 {
-    if view.light_nodes.is_empty() {
-        return view.lights.iter().map(|light| f64::from(light.samples())).sum();
+    let are_lamps_drawn = !view.light_nodes.is_empty();
+    if are_lamps_drawn && view.settings.integrator == Integrator::Path {
+        return 1.0;
     }
-    match view.settings.integrator {
-        Integrator::Path => 1.0,
-        Integrator::Whitted => {
-            let alone = view.lights.iter().filter(|light| !light.is_lamp()).count();
-            alone as f64 + f64::from(view.settings.lamp_samples)
-        }
-    }
+    light_samples_of_side(view.lights, are_lamps_drawn, view.settings).into()
 }

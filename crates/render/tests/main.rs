@@ -5,6 +5,7 @@ mod closed_form;
 mod doubles;
 mod features;
 mod identity;
+mod light_rays;
 mod locality;
 mod moving_vertices;
 mod regions;

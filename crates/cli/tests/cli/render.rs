@@ -211,7 +211,7 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
         (&["--gpu-paths", "4095"], "4096 to 16777216"),
         (
             &["--gpu-paths", "4096"],
-            "--gpu-paths would do nothing here: it needs --integrator path or --gpu-scheduler queues",
+            "--gpu-paths would do nothing here: it needs --integrator path, or --gpu-scheduler queues or shadow-queues",
         ),
         (
             &["--integrator", "path", "--backend", "cpu", "--gpu-paths", "4096"],

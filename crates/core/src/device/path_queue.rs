@@ -322,6 +322,14 @@ const STRIP_ROWS: u32 = 4;
 const WARP: u32 = 32;
 
 impl PathLaunch {
+    /// Column, row of the picture and sample of a place, in pictures of this width.
+    #[inline(always)]
+    pub fn pixel(&self, width: u32, place: PathPlace) -> (u32, u32, u32) {
+        let width = width.max(1);
+        let row = place.pixel / width;
+        (place.pixel - row * width, self.first_row + row, place.sample)
+    }
+
     /// Which sample of which pixel is the `number`-th of the pass: (column, row of the band, sample). Those that follow each other
     /// are in one tile of 8 x 4 pixels, for as many samples as there are, so that a warp's rays begin close together.
     #[inline(always)]
@@ -386,6 +394,8 @@ mod tests {
                 all.iter().all(|&(x, y, sample)| x < width && y < rows && (3..3 + samples).contains(&sample))
             );
         }
+        let at = |pixel| launch(5, 1).pixel(7, PathPlace { pixel, sample: 4 });
+        assert_eq!([at(0), at(6), at(7), at(34)], [(0, 7, 4), (6, 7, 4), (0, 8, 4), (6, 11, 4)]);
         let first: Vec<_> = (0..32).map(|number| launch(8, 2).sample(16, number)).collect();
         assert!(first.iter().all(|&(x, y, sample)| x < 8 && y < 4 && sample == 3));
     }

@@ -83,8 +83,9 @@ pub(super) struct LightTurns {
 /// A light, and a side of a point that is lit by it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightTurn<'a> {
-    /// The light, and its number.
+    /// The light.
     pub(super) light: &'a Light,
+    /// Its number.
     pub(super) number: u32,
     /// The side of the point, with the number of the first sample.
     pub(super) receiver: Receiver,

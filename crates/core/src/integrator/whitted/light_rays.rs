@@ -27,9 +27,8 @@ pub struct LightRay {
     pub specular: f32,
 }
 
-/// Shadow rays that these lights ask of a point at most, where lamps are drawn or not. They have numbers from 0: light after light,
-/// of each side after side, of each sample after sample. For points with one side those of the second are not there.
-pub fn light_rays_of_point(lights: &[Light], are_lamps_drawn: bool, settings: &Settings) -> u32 {
+/// Samples that Whitted's integrator takes of these lights on one side of a point, where lamps are drawn or not.
+pub fn light_samples_of_side(lights: &[Light], are_lamps_drawn: bool, settings: &Settings) -> u32 {
     let is_alone = |light: &Light| !(are_lamps_drawn && light.is_lamp());
     let alone = lights.iter().take_while(|light| is_alone(light)).count();
     let samples = lights[..alone].iter().fold(0u32, |sum, light| sum.saturating_add(light.samples()));
@@ -37,7 +36,13 @@ pub fn light_rays_of_point(lights: &[Light], are_lamps_drawn: bool, settings: &S
         Some(lamp) => settings.lamp_samples.saturating_mul(lamp.samples()),
         None => 0,
     };
-    samples.saturating_add(drawn).saturating_mul(sides_of_any(settings))
+    samples.saturating_add(drawn)
+}
+
+/// Shadow rays that these lights ask of a point at most. They have numbers from 0: light after light, of each side after side, of
+/// each sample after sample. For points with one side those of the second are not there.
+pub fn light_rays_of_point(lights: &[Light], are_lamps_drawn: bool, settings: &Settings) -> u32 {
+    light_samples_of_side(lights, are_lamps_drawn, settings).saturating_mul(sides_of_any(settings))
 }
 
 /// Sides that any point has.
