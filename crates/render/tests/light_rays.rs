@@ -13,8 +13,8 @@ use eosphor_core::shading::SurfacePoint;
 use eosphor_render::{Accel, Hierarchy, HierarchyOptions, build_hierarchy};
 use eosphor_scene::{LightSelection, LoadOptions, Scene, SceneData, load};
 
-/// Lights points that a camera sees, in windows of so many rays, and compares. Gives back how many there were, and how many had light
-/// on their far side.
+/// Lights points that a camera sees, in windows of so many rays, and compares. Gives back how many there were, and how many had
+/// light on their far side.
 fn assert_same_light(scene: &Scene, window: u32) -> [u32; 2] {
     let data = SceneData::flatten(scene).unwrap().0;
     let view = data.view();

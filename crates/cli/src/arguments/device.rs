@@ -47,7 +47,8 @@ pub(crate) struct DeviceFlags {
     #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
     /// Paths that a GPU has under way at a time, 4096 to 16777216 (needs --integrator path, or --gpu-scheduler queues or
-    /// shadow-queues); fewer where memory is short [default: 1048576, and of path tracing up to 8388608 in an eighth of the free memory]
+    /// shadow-queues); fewer where memory is short [default: 1048576, and of path tracing up to 8388608 in an eighth of the free
+    /// memory]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1 << 12..=1 << 24), allow_hyphen_values = true)]
     pub(crate) gpu_paths: Option<u32>,
     /// In which order a GPU traces rays. megakernel: each thread follows a sample to its end; queues: rays of all samples in
