@@ -82,7 +82,8 @@ fn samples_of_pass(depth: u32) -> u32 {
     65_535 / (2 * depth.min(MAX_DEPTH) + 3)
 }
 
-/// Shadow rays that a queue of their own has room for, where a point has not more: as many as keep any device busy.
+/// Shadow rays that a queue of their own has room for. By measurement: half as many and twice as many are
+/// slower (docs/gpu-speed.md).
 const LIGHT_RAYS: u32 = 1 << 23;
 
 /// The fewest points of a round whose shadow rays have a queue of their own: there are other kernels in a round too.
@@ -429,6 +430,8 @@ mod tests {
         assert_eq!(size(100, None), (83_872, 100));
         assert_eq!(size(5000, None), (1 << 15, 256));
         assert_eq!(size(100, Some(4096)), (4096, 100));
+        // What `very_many_shadow_rays` of the identity tests renders by.
+        assert_eq!(size(1500, Some(1 << 14)), (1 << 14, 512));
         assert_eq!(size(100, Some(1 << 24)), (1 << 24, 1));
         assert_eq!(size(0, None), (1 << 20, 1));
     }

@@ -199,13 +199,13 @@ fn every_scheduler() {
     }
 }
 
-/// More shadow rays of a point than there is room for at a time.
+/// More shadow rays of a point than there is room for at a time, which is 512 with so many paths (`queue_room.rs` tests it).
 #[test]
 fn very_many_shadow_rays() {
     let mut scene = common::scene("builtin:cornell", None).unwrap();
     (scene.settings.size, scene.settings.samples, scene.settings.depth) = ([2, 2], 1, 1);
     scene.settings.light_samples = 1500;
-    let (scheduler, paths) = (GpuScheduler::ShadowQueues, Some(1 << 12));
+    let (scheduler, paths) = (GpuScheduler::ShadowQueues, Some(1 << 14));
     assert_identical_by(&scene, CudaOptions { scheduler, paths, ..CudaOptions::default() });
 }
 
