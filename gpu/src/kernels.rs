@@ -1,14 +1,15 @@
 //! The entry points: those of queues, of which some trace rays over one structure, and those that render a band of rows in one go.
 
 use crate::band::render_band;
+use crate::develop;
 use crate::lights;
 use crate::parameters::{array, indexed, instance_tree};
 use crate::paths;
 use crate::trees;
 use crate::watch::{Counting, Unwatched, Watching};
 use eosphor_core::device::{
-    BandLaunch, BvhPair, Link, PairTracer, PairView, PathLaunch, Root, WarpMode, WideNode, WideTracer,
-    WideView,
+    BandLaunch, BvhPair, DevelopLaunch, Link, PairTracer, PairView, PathLaunch, Root, WarpMode, WideNode,
+    WideTracer, WideView,
 };
 use eosphor_core::geometry::Sphere;
 use eosphor_core::hierarchy::{
@@ -221,6 +222,17 @@ macro_rules! define_path_kernel {
             }
         }
     };
+}
+
+/// Makes bytes of the colours of a band.
+///
+/// # Safety
+///
+/// As for `develop::develop`.
+#[unsafe(no_mangle)]
+pub unsafe extern "ptx-kernel" fn develop_film(launch: DevelopLaunch) {
+    // SAFETY: the launch is as its type says.
+    unsafe { develop::develop(&launch) }
 }
 
 /// Begins a round of paths: one thread.

@@ -8,6 +8,7 @@
 //! | `trees.rs` | the same of Whitted's trees of rays |
 //! | `lights.rs` | the same of these trees' shadow rays, where they have a queue of their own |
 //! | `queue.rs` | what both do with queues |
+//! | `develop.rs` | bytes of colours |
 //! | `band.rs` | which samples of which pixel a thread renders, and the rendering of them |
 //! | `warp.rs` | what the threads of a warp add up together |
 //! | `totals.rs` | rays counted |
@@ -17,6 +18,7 @@
 #![feature(abi_ptx, asm_experimental_arch, stdarch_nvptx)]
 
 mod band;
+mod develop;
 mod kernels;
 mod lights;
 mod parameters;

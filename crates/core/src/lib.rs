@@ -11,6 +11,7 @@
 
 pub mod bsdf;
 pub mod camera;
+pub mod develop;
 pub mod device;
 pub mod environment;
 pub mod geometry;

@@ -1,21 +1,24 @@
 //! The backend: hierarchies are built on the CPU, pictures rendered in bands of rows on one or more devices.
 
 use crate::bands::{BandHeight, Rows, sharing};
+use crate::develop_launch::Developer;
 use crate::device::{Device, devices};
 use crate::launch::{Launched, Launcher};
 use crate::options::CudaOptions;
-use crate::pixel::Pixel;
+use crate::pixel::{Pixel, Rgb};
 use crate::ray_count::rays_per_sample;
 use crate::scene::{DeviceScene, Kernels, ShapedFrame};
 use crate::scheduler::GpuScheduler;
 use crate::structure::{Structure, kernels};
 use crate::traversal::Traversal;
+use eosphor_core::develop::Development;
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_render::{
-    Accel, Backend, BackendError, Film, Hierarchy, HierarchyOptions, HierarchyStatistics, PreparedScene,
-    Progress, RayStatistics, RenderControl, Rendered, SampleSums, Sampled, ShapedScenes, build_hierarchy,
-    check_rows, check_samples, check_scene, options_by_work,
+    Accel, Backend, BackendError, DevelopSettings, Developed, Film, Hierarchy, HierarchyOptions,
+    HierarchyStatistics, PreparedScene, Progress, RayStatistics, RenderControl, Rendered, RenderedBytes,
+    SampleSums, Sampled, ShapedScenes, build_hierarchy, check_rows, check_samples, check_scene,
+    options_by_work,
 };
 use eosphor_scene::SceneData;
 use std::ops::Range;
@@ -118,9 +121,9 @@ impl Backend for CudaBackend {
 /// Bytes of the largest band that a picture is rendered in.
 fn largest_band(width: u32, rows: u32) -> usize {
     fn bytes<T: Pixel>(width: u32, rows: u32) -> usize {
-        width as usize * BandHeight::most::<T>(width).min(rows) as usize * size_of::<T>()
+        T::bytes_on_device(width as usize * BandHeight::most::<T>(width).min(rows) as usize)
     }
-    bytes::<Vec3>(width, rows).max(bytes::<ExactSum>(width, rows))
+    bytes::<Vec3>(width, rows).max(bytes::<ExactSum>(width, rows)).max(bytes::<Rgb>(width, rows))
 }
 
 /// For so many samples of path tracing a triangle, cutting triangles pays, though it is the CPU that does it: an H100 takes an
@@ -184,7 +187,7 @@ impl PreparedScene for PreparedCuda {
         check_rows(&rows, height)?;
         let mut film = Film::new(width, rows.end - rows.start);
         let samples = 0..control.samples_of(self);
-        let (complete, statistics) = self.run(rows, samples, control, &mut film.pixels)?;
+        let (complete, statistics) = self.run((rows, samples), None, control, &mut film.pixels)?;
         Ok(Rendered { film, complete, statistics })
     }
 
@@ -198,8 +201,22 @@ impl PreparedScene for PreparedCuda {
         check_rows(&rows, height)?;
         check_samples(&samples, control.samples_of(self))?;
         let mut sums = SampleSums::new(width, rows.end - rows.start);
-        let (complete, statistics) = self.run(rows, samples, control, &mut sums.sums)?;
+        let (complete, statistics) = self.run((rows, samples), None, control, &mut sums.sums)?;
         Ok(Sampled { sums, complete, statistics })
+    }
+
+    fn render_developed(
+        &self,
+        develop: &DevelopSettings,
+        control: &RenderControl,
+    ) -> Result<RenderedBytes, BackendError> {
+        let (width, height) = control.size_of(self);
+        check_rows(&(0..height), height)?;
+        let mut picture = Developed::black(width, height);
+        let (pixels, _) = picture.rgb.as_chunks_mut::<3>();
+        let all = (0..height, 0..control.samples_of(self));
+        let (complete, statistics) = self.run(all, Some(develop.development()), control, pixels)?;
+        Ok(RenderedBytes::of_bytes(picture, complete, statistics))
     }
 }
 
@@ -217,6 +234,8 @@ struct Task<'a, T> {
     rows: Rows,
     samples: Range<u32>,
     pixels: PixelRows<T>,
+    /// How colours are developed, where bytes are wanted.
+    development: Option<Development>,
     pixels_total: u64,
     done: Mutex<Done>,
     control: &'a RenderControl<'a>,
@@ -228,8 +247,8 @@ impl PreparedCuda {
     /// Renders rows with some samples on all devices. Whether they came to the end.
     fn run<T: Pixel>(
         &self,
-        rows: Range<u32>,
-        samples: Range<u32>,
+        (rows, samples): (Range<u32>, Range<u32>),
+        development: Option<Development>,
         control: &RenderControl,
         pixels: &mut [T],
     ) -> Result<(bool, RayStatistics), BackendError> {
@@ -253,6 +272,7 @@ impl PreparedCuda {
             pixels: PixelRows::new(pixels, rows.start, size.0),
             rows: Rows::new(rows, self.devices.len() as u32),
             samples,
+            development,
             pixels_total,
             done: Mutex::default(),
             control,
@@ -287,8 +307,13 @@ impl PreparedCuda {
         let block_size = self.block_size;
         let sharing = sharing(samples.len() as u32);
         let rays_per_pixel = self.rays_per_sample * samples.len() as f64;
+        let developer = task
+            .development
+            .map(|development| Developer::new(device, block_size, development))
+            .transpose()?;
+        let developer = developer.as_ref();
         let mut launcher =
-            Launcher { scene, parameters, width, block_size, samples, sharing, room: &mut room };
+            Launcher { scene, parameters, width, block_size, samples, sharing, developer, room: &mut room };
         let pixels_at_a_time = device.threads_at_a_time().map_err(fail)? as u32 >> sharing;
         // Paths in queues need sums, whatever is wanted of them.
         let mut band_height = match scene.kernels {

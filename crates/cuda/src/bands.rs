@@ -11,9 +11,11 @@ const LAUNCH_SECONDS: f64 = 0.1;
 /// Rays of a device's first launch, by a guess: a tenth of a second, or less.
 const FIRST_RAYS: f64 = 67_108_864.0;
 
-/// Most pixels of a launch, where they are colours and where they are sums, which take twice the room: enough to keep any
-/// device busy, and 100 MB.
-const MOST_PIXELS: [u32; 2] = [1 << 23, 1 << 22];
+/// Most pixels of a launch where they are colours; where they are sums, which take twice the room; and where they are colours and
+/// then bytes, which take a quarter more: enough to keep any device busy, and 100 MB.
+const MOST_COLORS: u32 = 1 << 23;
+const MOST_SUMS: u32 = MOST_COLORS / 2;
+const MOST_DEVELOPED: u32 = MOST_COLORS / 5 * 4;
 
 /// Among several devices, a band is at most the share of a device in what is left, over this.
 const SHARES: u32 = 2;
@@ -78,7 +80,12 @@ impl BandHeight {
 
     /// The most rows that it will ever be, whatever the rays.
     pub(crate) fn most<T: Pixel>(width: u32) -> u32 {
-        whole_warps(MOST_PIXELS[usize::from(T::IS_SUM)] as f64 / width as f64)
+        let pixels = match (T::IS_SUM, T::IS_DEVELOPED) {
+            (true, _) => MOST_SUMS,
+            (false, true) => MOST_DEVELOPED,
+            (false, false) => MOST_COLORS,
+        };
+        whole_warps(pixels as f64 / width as f64)
     }
 
     /// Learns that `rows` rows took this long; what comes next may be harder, so it grows step by step.
@@ -107,6 +114,7 @@ fn whole_warps(rows: f64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pixel::Rgb;
     use eosphor_core::math::Vec3;
     use eosphor_core::sums::ExactSum;
 
@@ -174,10 +182,12 @@ mod tests {
             let mut height = BandHeight::new::<Vec3>(width, 1e9, 100_000);
             (0..20).for_each(|_| height.learn(height.rows(), 0.0));
             assert!(height.rows().is_multiple_of(WARP_ROWS) && height.rows() > 0);
-            assert!(height.rows() as u64 * width as u64 <= MOST_PIXELS[0] as u64, "{width}");
+            assert!(height.rows() as u64 * width as u64 <= MOST_COLORS as u64, "{width}");
             assert_eq!(height.rows(), BandHeight::most::<Vec3>(width));
             let (colors, sums) = (BandHeight::most::<Vec3>(width), BandHeight::most::<ExactSum>(width));
             assert!(sums > 0 && sums.is_multiple_of(WARP_ROWS) && (colors / 3..=colors / 2).contains(&sums));
+            let developed = BandHeight::most::<Rgb>(width);
+            assert!(developed.is_multiple_of(WARP_ROWS) && (sums..colors).contains(&developed), "{width}");
         }
     }
 }

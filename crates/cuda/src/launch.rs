@@ -1,5 +1,6 @@
 //! Launches: a band of rows of a scene on a device.
 
+use crate::develop_launch::Developer;
 use crate::launch_buffers::{Band, LaunchBuffers};
 use crate::pixel::Pixel;
 use crate::queue_launch::{QueueKernels, QueueLauncher, QueuedBand};
@@ -32,6 +33,8 @@ pub(crate) struct Launcher<'a> {
     pub(crate) samples: Range<u32>,
     /// How many threads share the samples of a pixel, as a power of two.
     pub(crate) sharing: u32,
+    /// What makes bytes of colours, where these are wanted.
+    pub(crate) developer: Option<&'a Developer>,
     pub(crate) room: &'a mut LaunchBuffers,
 }
 
@@ -53,16 +56,15 @@ impl Launcher<'_> {
         rows: Range<u32>,
         band: usize,
     ) -> Result<Launched, DriverError> {
-        let bytes = rows.len() * self.width as usize * size_of::<T>();
+        let pixels = rows.len() * self.width as usize;
         let own = &mut self.room.bands[band];
-        assert!(bytes <= own.pixels.num_bytes(), "the band is larger than its room");
+        assert!(T::bytes_on_device(pixels) <= own.pixels.num_bytes(), "the band is larger than its room");
         own.stream.memset_zeros(&mut own.totals)?;
         let start = own.stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?;
         match &self.scene.kernels {
             Kernels::Whole(kernel) => {
                 self.launch_whole::<T>(kernel, rows.clone(), band)?;
-                let stream = &self.room.bands[band].stream;
-                let end = Some(stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?);
+                let end = Some(self.end::<T>(&rows, band)?);
                 Ok(Launched { rows, band, start, end, paths: None })
             }
             Kernels::Queues(kernels) => {
@@ -72,6 +74,15 @@ impl Launcher<'_> {
                 Ok(Launched { rows, band, start, end: None, paths })
             }
         }
+    }
+
+    /// What is done with the colours of a band, and the end of its work.
+    fn end<T: Pixel>(&self, rows: &Range<u32>, band: usize) -> Result<CudaEvent, DriverError> {
+        let band = &self.room.bands[band];
+        if let (true, Some(developer)) = (T::IS_DEVELOPED, self.developer) {
+            developer.develop(band, rows.len() as u32 * self.width)?;
+        }
+        band.stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))
     }
 
     /// What launches kernels that work on queues.
@@ -132,7 +143,7 @@ impl Launcher<'_> {
             let launcher = self.paths(kernels, launched.rows.clone());
             let band = &mut self.room.bands[launched.band];
             launcher.finish::<T>(paths, band)?;
-            launched.end = Some(band.stream.record_event(Some(CUevent_flags::CU_EVENT_DEFAULT))?);
+            launched.end = Some(self.end::<T>(&launched.rows, launched.band)?);
         }
         let end = launched.end.as_ref().expect("a band that was launched has an end");
         end.synchronize()?;
@@ -140,11 +151,12 @@ impl Launcher<'_> {
         let band = &self.room.bands[launched.band];
         let stream = &band.stream;
         assert!(
-            size_of_val(pixels) <= band.pixels.num_bytes(),
+            T::bytes_on_device(pixels.len()) <= band.pixels.num_bytes(),
             "the band has more pixels than were rendered"
         );
-        // SAFETY: the kernel has written them, as `launch` was told.
-        unsafe { self.room.staging.copy_back(band.pixels.device_ptr(stream).0, pixels) }?;
+        let from = band.pixels.device_ptr(stream).0 + T::offset_on_device(pixels.len()) as u64;
+        // SAFETY: the kernels have written them there, as `launch` was told.
+        unsafe { self.room.staging.copy_back(from, pixels) }?;
         let totals = self.room.staging.copy_totals(band.totals.device_ptr(stream).0)?;
         Ok((statistics(&totals), seconds))
     }

@@ -17,6 +17,7 @@
 
 mod backend;
 mod bands;
+mod develop_launch;
 mod device;
 mod failure;
 mod launch;

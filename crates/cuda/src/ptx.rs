@@ -42,6 +42,7 @@ fn launch_bounds(threads: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::develop_launch;
     use crate::parameters::Kind;
     use crate::ptx_text::{kernel_name, table_name};
     use crate::queue_launch::SharedNames;
@@ -51,7 +52,7 @@ mod tests {
     use crate::scheduler::GpuScheduler;
     use crate::structure::{KernelNames, Structure, Trees, WalkNames, kernels};
     use crate::traversal::Traversal;
-    use eosphor_core::device::{BandLaunch, PathLaunch};
+    use eosphor_core::device::{BandLaunch, DevelopLaunch, PathLaunch};
     use eosphor_core::settings::Integrator;
     use eosphor_core::view::SceneArray;
     use eosphor_render::{Accel, Hierarchy, HierarchyOptions, build_hierarchy};
@@ -95,6 +96,7 @@ mod tests {
             all.extend(prepare.into_iter().chain([begin, generate, settle]).chain(shading.iter().copied()));
             all.extend(lighting.into_iter().flatten());
         }
+        all.push(develop_launch::KERNEL);
         all.sort_unstable();
         all.dedup();
         all
@@ -150,6 +152,8 @@ mod tests {
         let data = SceneData::flatten(&scene).unwrap().0;
         let band = Declared::Structure { align: align_of::<BandLaunch>(), bytes: size_of::<BandLaunch>() };
         let paths = Declared::Structure { align: align_of::<PathLaunch>(), bytes: size_of::<PathLaunch>() };
+        let develop =
+            Declared::Structure { align: align_of::<DevelopLaunch>(), bytes: size_of::<DevelopLaunch>() };
         for (accel, traversal, counts, name) in structure_kernels() {
             let hierarchy = build_hierarchy(accel, &HierarchyOptions::default(), &data).unwrap();
             let structure = match counts {
@@ -161,9 +165,11 @@ mod tests {
             assert_eq!(declared(name), [passed(parameters.kinds()), vec![launch]].concat(), "{name}");
             let of_scene = parameters.kinds().len() - SceneArray::ALL.len();
             for shared in shared_kernels() {
-                let is_alone = ["paths_begin", "trees_begin", "trees_prepare"].contains(&shared);
+                let develops = shared == develop_launch::KERNEL;
+                let is_alone = develops || ["paths_begin", "trees_begin", "trees_prepare"].contains(&shared);
                 let own = if is_alone { &[] } else { &parameters.kinds()[of_scene..] };
-                assert_eq!(declared(shared), [passed(own), vec![paths]].concat(), "{shared}");
+                let launch = if develops { develop } else { paths };
+                assert_eq!(declared(shared), [passed(own), vec![launch]].concat(), "{shared}");
             }
         }
     }

@@ -3,15 +3,18 @@
 
 mod common;
 
+use eosphor_core::develop::{ToneCurve, Transfer};
 use eosphor_core::math::Vec3;
-use eosphor_core::settings::{Integrator, ShadowMode};
+use eosphor_core::settings::{Integrator, LightingModel, ShadowMode};
 use eosphor_cuda::{CudaBackend, CudaOptions, GpuScheduler, Traversal};
-use eosphor_render::{Accel, Backend, CpuBackend, CpuOptions, PreparedScene, RenderControl};
+use eosphor_render::{
+    Accel, Backend, CpuBackend, CpuOptions, DevelopSettings, Developed, PreparedScene, RenderControl,
+};
 use eosphor_scene::{Animation, CameraMotion, FrameStates, Move, MoveKey, Preset, Scene, SceneData};
 use std::fmt::Display;
 use std::io::Write;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Renders on CPU and GPU, over this structure there, and compares films and ray counts.
 fn assert_identical(scene: &Scene, accel: Accel) {
@@ -317,6 +320,70 @@ fn frames_of_moving_vertices() {
     }
     for traversal in Traversal::ALL {
         assert_frames_identical(&scene, CudaOptions { traversal, ..CudaOptions::default() });
+    }
+}
+
+/// Develops on the GPU, and compares with what the CPU makes of its own film. The number of bands, or `None` without a GPU.
+fn assert_developed(scene: &Scene, options: CudaOptions, ways: &[DevelopSettings]) -> Option<u32> {
+    let text = format!("{options:?}");
+    let gpu = backend(options)?;
+    let data = Arc::new(SceneData::flatten(scene).unwrap().0);
+    let cpu = CpuBackend::new(CpuOptions::default()).unwrap();
+    let (on_cpu, _) = common::render(&cpu, &data).unwrap();
+    let (prepared, bands) = (gpu.prepare(data).unwrap(), AtomicU32::new(0));
+    for develop in ways {
+        bands.store(0, Ordering::Relaxed);
+        let on_progress = |_| {
+            bands.fetch_add(1, Ordering::Relaxed);
+        };
+        let cancel = &AtomicBool::new(false);
+        let control = RenderControl { on_progress: &on_progress, cancel, count_work: false, frame: None };
+        let on_gpu = prepared.render_developed(develop, &control).unwrap();
+        assert!(on_gpu.complete && on_gpu.statistics == on_cpu.statistics, "{develop:?}, {text}");
+        let (got, expected) = (on_gpu.developed(), Developed::new(&on_cpu.film, develop));
+        let first = got.rgb.iter().zip(&expected.rgb).position(|(a, b)| a != b);
+        assert!(got == expected, "{develop:?}, {text}: first at byte {first:?} of {}", got.rgb.len());
+        assert!(got.rgb.iter().any(|&byte| byte != got.rgb[0]), "there is something to be seen");
+    }
+    Some(bands.into_inner())
+}
+
+/// Every curve and transfer, with a number of pixels whose bytes are no whole words.
+#[test]
+fn developed_pictures() {
+    let curves = [ToneCurve::None, ToneCurve::Aces, ToneCurve::Agx, ToneCurve::Neutral];
+    let ways = curves.iter().flat_map(|&tone_curve| {
+        let way = |exposure, transfer| DevelopSettings { exposure, tone_curve, transfer };
+        [way(1.5, Transfer::Srgb), way(-0.5, Transfer::Linear)]
+    });
+    let ways: Vec<DevelopSettings> = ways.collect();
+    let mut scene = common::scene("glass", None).unwrap();
+    (scene.settings.size, scene.settings.samples) = (size(49, 27), 2);
+    assert!(scene.settings.size.iter().product::<u32>() % 4 == 3);
+    assert_developed(&scene, CudaOptions::default(), &ways);
+    for scheduler in GpuScheduler::ALL {
+        assert_developed(&scene, CudaOptions { scheduler, ..CudaOptions::default() }, &ways[5..6]);
+    }
+    scene.settings.integrator = Integrator::Path;
+    assert_developed(&scene, CudaOptions::default(), &ways[6..7]);
+    // Fewer pixels than a thread has.
+    (scene.settings.size, scene.settings.integrator) = ([3, 1], Integrator::Whitted);
+    assert_developed(&scene, CudaOptions::default(), &ways[..1]);
+}
+
+/// In several bands, each of which has bytes of its own: many shadow rays are expected, of which unlit surfaces trace none, and
+/// many threads share a pixel.
+#[test]
+fn developed_bands() {
+    let mut scene = common::scene("builtin:cornell", None).unwrap();
+    let is_emulated = std::env::var_os("CUDA_EMULATOR").is_some();
+    scene.settings.size = if is_emulated { [21, 15] } else { [301, 203] };
+    (scene.settings.samples, scene.settings.light_samples) = (32, 65_536);
+    scene.settings.lighting = LightingModel::Diffuse;
+    for scheduler in [GpuScheduler::Megakernel, GpuScheduler::Queues] {
+        let options = CudaOptions { scheduler, ..CudaOptions::default() };
+        let bands = assert_developed(&scene, options, &[DevelopSettings::default()]);
+        assert!(bands.is_none_or(|bands| bands > 1), "{scheduler:?}");
     }
 }
 

@@ -95,6 +95,8 @@ pub use error::Error;
 pub use render::render;
 
 #[doc(inline)]
+pub use eosphor_core::develop::{ToneCurve, Transfer};
+#[doc(inline)]
 pub use eosphor_core::sums::ExactSum;
 #[doc(inline)]
 pub use eosphor_cuda::{
@@ -102,19 +104,20 @@ pub use eosphor_cuda::{
 };
 #[doc(inline)]
 pub use eosphor_picture::output::{
-    DevelopSettings, Developed, Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture,
-    PictureWriter, SaveOptions, Stream, Window, check_writable, explain, partial_path, save, save_developed,
+    Format, Layer, MAX_SIDE, Metadata, OutputError, PICTURE_VERSION, Picture, PictureWriter, SaveOptions,
+    Stream, Window, check_writable, explain, partial_path, save, save_developed, save_developed_within,
     save_within,
 };
 #[doc(inline)]
 pub use eosphor_picture::{CostMap, scene_hash};
 #[doc(inline)]
 pub use eosphor_render::{
-    Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CpuBackend, CpuOptions, Fallback,
-    FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption, HierarchyOptions, HierarchyStatistics,
-    MisfitKind, OptionMisfit, PickedRows, PixelFeatures, PreparedRegion, PreparedRows, PreparedScene,
-    Progress, Quality, QueryTimes, RayStatistics, Region, RenderControl, Rendered, SahCosts, SampleSums,
-    Sampled, Scheduler, ShapedScene, ShapedScenes, SimdLevel, build_hierarchy, check_rows, check_samples,
+    Accel, Backend, BackendError, Bands, Builder, CameraSpeed, CameraWork, CpuBackend, CpuOptions,
+    DevelopSettings, Developed, Fallback, FeaturePass, FeatureRows, Film, Hierarchy, HierarchyOption,
+    HierarchyOptions, HierarchyStatistics, MisfitKind, OptionMisfit, PickedRows, PixelFeatures,
+    PreparedRegion, PreparedRows, PreparedScene, Progress, Quality, QueryTimes, RayStatistics, Region,
+    RenderControl, Rendered, RenderedBytes, SahCosts, SampleSums, Sampled, Scheduler, ShapedScene,
+    ShapedScenes, SimdLevel, build_hierarchy, check_rows, check_samples,
 };
 #[doc(inline)]
 pub use eosphor_scene::{
@@ -126,9 +129,9 @@ pub use eosphor_scene::{
     MaterialTextures, Mesh, Move, MoveKey, Mtl, NO_INDEX, NormalMode, Note, Parallelogram, Pbr,
     PixelSampling, Place, Places, Preset, Problem, READ_FORMATS, RenderSettings, Scene, SceneData,
     SceneError, SceneRequests, ShapedArrays, Shapes, Sky, Snippet, Solid, Sphere, Structure, SunPosition,
-    TexelLayout, Texels, Texture, TextureChannel, TextureContent, ToneCurve, Transfer, Transform,
-    TreeBuilder, Triangle, UnknownPreset, UnknownSolid, View, Warning, config_keys, load, load_image,
-    near_name, scene_over_base, scene_reference, scene_requests, scene_schema, sun_position,
+    TexelLayout, Texels, Texture, TextureChannel, TextureContent, Transform, TreeBuilder, Triangle,
+    UnknownPreset, UnknownSolid, View, Warning, config_keys, load, load_image, near_name, scene_over_base,
+    scene_reference, scene_requests, scene_schema, sun_position,
 };
 
 /// Rendering animations to numbered files: names, the account of the frames, sharing them among processes.

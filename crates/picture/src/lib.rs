@@ -1,4 +1,4 @@
-//! Pictures for the Eosphor ray tracer: developing, picture and video files, comparing; sequences and checkpoints on disk.
+//! Pictures for the Eosphor ray tracer: picture and video files, comparing; sequences and checkpoints on disk.
 //!
 //! The way of the data: [`eosphor_render::Film`] (linear) → [`output::Developed`] (bytes) → [`output::PictureWriter`] → file.
 

@@ -77,9 +77,10 @@ impl Hasher {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use eosphor_core::develop::ToneCurve;
     use eosphor_core::geometry::Sphere;
     use eosphor_core::math::Vec3;
-    use eosphor_scene::{LoadOptions, ToneCurve, load};
+    use eosphor_scene::{LoadOptions, load};
 
     #[test]
     fn everything_that_reaches_a_pixel_counts() {

@@ -22,6 +22,13 @@ impl Film {
     }
 }
 
+/// Bytes of a picture that nobody has written yet.
+pub(crate) fn zeros(length: usize) -> Vec<u8> {
+    let bytes = vec![0; length];
+    ask_for_large_pages(&bytes);
+    bytes
+}
+
 /// Black pixels that nobody has written yet: of floats the library knows that zeros can be had from the system, of colours
 /// it does not, and writes them, on one thread.
 fn black(pixels: usize) -> Vec<Vec3> {
@@ -36,7 +43,7 @@ fn black(pixels: usize) -> Vec<Vec3> {
 /// Asks the system to give memory in large pages. A film is new memory, which comes a page at a time where it is first
 /// written; of the usual 4 kB, that takes longer than a GPU takes for the picture.
 #[cfg(target_os = "linux")]
-fn ask_for_large_pages(pixels: &[Vec3]) {
+fn ask_for_large_pages<T>(pixels: &[T]) {
     const PAGE: usize = 4096;
     let (start, bytes) = (pixels.as_ptr() as usize, size_of_val(pixels));
     let first = start.next_multiple_of(PAGE);
@@ -48,4 +55,4 @@ fn ask_for_large_pages(pixels: &[Vec3]) {
 }
 
 #[cfg(not(target_os = "linux"))]
-fn ask_for_large_pages(_pixels: &[Vec3]) {}
+fn ask_for_large_pages<T>(_pixels: &[T]) {}

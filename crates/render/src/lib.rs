@@ -1,10 +1,12 @@
-//! Rendering for the Eosphor ray tracer: backends, film and statistics. Pictures and their files are `eosphor-picture`'s.
+//! Rendering for the Eosphor ray tracer: backends, film, developing and statistics. Pictures' files are `eosphor-picture`'s.
 //!
-//! The way of the data: `SceneData` → [`Backend::prepare`] → [`PreparedScene::render_rows`] → [`Film`] (linear).
+//! The way of the data: `SceneData` → [`Backend::prepare`] → [`PreparedScene::render_rows`] → [`Film`] (linear) →
+//! [`Developed`] (bytes); or, where bytes are all that is wanted, [`PreparedScene::render_developed`] → [`Developed`].
 
 mod backend;
 mod bands;
 mod cpu;
+mod develop;
 mod features;
 mod film;
 mod picked_rows;
@@ -16,10 +18,11 @@ mod statistics;
 
 pub use backend::{
     Backend, BackendError, Fallback, PreparedRegion, PreparedScene, Progress, Region, RenderControl,
-    Rendered, Sampled, check_rows, check_samples,
+    Rendered, RenderedBytes, Sampled, check_rows, check_samples,
 };
 pub use bands::Bands;
 pub use cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler};
+pub use develop::{DevelopSettings, Developed};
 pub use eosphor_accel::{
     Accel, Builder, Hierarchy, HierarchyOption, HierarchyOptions, HierarchyStatistics, MisfitKind,
     OptionMisfit, Quality, SahCosts, SimdLevel,

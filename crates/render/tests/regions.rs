@@ -1,9 +1,11 @@
 //! Parts of pictures have the bits of the whole, whoever renders them and however.
 
+use eosphor_core::develop::ToneCurve;
 use eosphor_core::sums::ExactSum;
 use eosphor_render::{
-    Accel, Backend, BackendError, CpuBackend, CpuOptions, Hierarchy, HierarchyStatistics, PreparedRegion,
-    PreparedScene, Progress, Region, RenderControl, Rendered, SampleSums, Sampled, Scheduler,
+    Accel, Backend, BackendError, CpuBackend, CpuOptions, DevelopSettings, Developed, Hierarchy,
+    HierarchyStatistics, PreparedRegion, PreparedScene, Progress, Region, RenderControl, Rendered,
+    SampleSums, Sampled, Scheduler,
 };
 use eosphor_scene::{Lens, LoadOptions, SceneData, load};
 use std::ops::Range;
@@ -176,5 +178,29 @@ fn what_the_picture_lacks_is_refused() {
         let pass =
             CpuBackend::new(CpuOptions::default()).unwrap().feature_pass(Arc::clone(&scene), None).unwrap();
         assert!(pass.of_region(region).is_err());
+    }
+}
+
+/// Bytes are those of the film, of a whole picture and of parts.
+#[test]
+fn developed_parts_are_those_of_their_films() {
+    let data = scene("builtin:cornell");
+    let backend = CpuBackend::new(CpuOptions::default()).unwrap();
+    let control = RenderControl {
+        on_progress: &|_| {},
+        cancel: &AtomicBool::new(false),
+        count_work: false,
+        frame: None,
+    };
+    let develop = DevelopSettings { exposure: 1.0, tone_curve: ToneCurve::Agx, ..DevelopSettings::default() };
+    let part = |region| PreparedRegion::new(backend.prepare(Arc::clone(&data)).unwrap(), region).unwrap();
+    for region in regions() {
+        let part = part(region);
+        let bytes = part.render_developed(&develop, &control).unwrap();
+        let film = part.render(&control).unwrap();
+        assert!(bytes.complete && bytes.statistics == film.statistics);
+        let bytes = bytes.developed();
+        assert_eq!((bytes.width, bytes.height), (region.width, region.height));
+        assert!(bytes == Developed::new(&film.film, &develop), "{region:?}");
     }
 }

@@ -30,7 +30,7 @@ const fn budget(kernel: &'static str, registers: u32, spilled: u32, stack: u32) 
 /// fewer to some kernels that call functions for what is rare, and spills around the calls. Since picture version 4 more is
 /// decided in double precision, in functions: that is most of the spills and of the stack. Since version 5 lamps in glossy
 /// lobes are weighted, and textures have the channels of their files: 2 to 5 percent more spills.
-const BUDGETS: [Budget; 49] = [
+const BUDGETS: [Budget; 50] = [
     budget("closest_hits_bvh", 48, 1800, 2700),
     budget("closest_hits_far", 72, 3700, 2700),
     budget("closest_hits_in_step", 48, 1800, 2700),
@@ -39,6 +39,7 @@ const BUDGETS: [Budget; 49] = [
     budget("closest_hits_world_far", 72, 1600, 2700),
     budget("closest_hits_world_in_step", 48, 1200, 2700),
     budget("closest_hits_world_wide", 48, 1500, 2200),
+    budget("develop_film", 48, 0, 16),
     budget("occluded_bvh", 48, 900, 2400),
     budget("occluded_far", 72, 2300, 2500),
     budget("occluded_in_step", 48, 900, 2400),

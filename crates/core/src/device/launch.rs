@@ -1,5 +1,6 @@
 //! What kernels take besides arrays, and what they write: declared once for hosts and devices.
 
+use crate::develop::Development;
 use crate::math::Vec3;
 use crate::ray::{Hit, PrimitiveId, UNKNOWN_REST};
 use crate::sums::ExactSum;
@@ -59,6 +60,47 @@ pub struct RayTotals {
     pub thread_nanoseconds: u64,
 }
 
+/// What the kernel takes that develops: the colours of pixels become bytes.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct DevelopLaunch {
+    /// The colours.
+    pub film: *const Vec3,
+    /// The bytes are written here, three a pixel, as words: [`DevelopLaunch::words`] of them.
+    pub words: *mut u32,
+    /// How many pixels there are.
+    pub pixels: u32,
+    /// How they are developed.
+    pub development: Development,
+}
+
+impl DevelopLaunch {
+    /// Pixels of a thread: their bytes are whole words.
+    pub const PIXELS: u32 = 4;
+
+    /// Words that the bytes of a thread's pixels take.
+    pub const WORDS: u32 = 3;
+
+    /// Threads for so many pixels. The last one may have fewer than the others; its words are written, too.
+    #[inline(always)]
+    pub const fn threads(pixels: u32) -> u32 {
+        pixels.div_ceil(DevelopLaunch::PIXELS)
+    }
+
+    /// Words that so many pixels take.
+    pub const fn words(pixels: u32) -> usize {
+        DevelopLaunch::threads(pixels) as usize * DevelopLaunch::WORDS as usize
+    }
+
+    /// Puts a pixel's bytes behind those that are in words already, from which those of the oldest one drop out. In memory four
+    /// pixels are 12 bytes, the first one first.
+    #[inline(always)]
+    pub fn with_pixel([low, middle, high]: [u32; 3], [r, g, b]: [u8; 3]) -> [u32; 3] {
+        let pixel = r as u32 | (g as u32) << 8 | (b as u32) << 16;
+        [low >> 24 | middle << 8, middle >> 24 | high << 8, high >> 24 | pixel << 8]
+    }
+}
+
 /// A hit as kernels write it: 16 bytes at once. The instance, where there are any, goes to an array of its own.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
@@ -88,5 +130,19 @@ impl From<Hit> for HitRow {
     #[inline(always)]
     fn from(hit: Hit) -> HitRow {
         HitRow { t: hit.t, u: hit.u, v: hit.v, primitive: hit.id.primitive }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_pixels_are_three_words() {
+        let pixels: [[u8; 3]; 4] = [[1, 2, 3], [250, 251, 252], [7, 0, 9], [128, 255, 200]];
+        let words = pixels.into_iter().fold([u32::MAX; 3], DevelopLaunch::with_pixel);
+        assert_eq!(words.map(u32::to_le_bytes).as_flattened(), pixels.as_flattened());
+        assert_eq!([0, 1, 4, 5].map(DevelopLaunch::threads), [0, 1, 1, 2]);
+        assert_eq!([0, 1, 4, 5].map(DevelopLaunch::words), [0, 3, 3, 6]);
     }
 }

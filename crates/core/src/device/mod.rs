@@ -15,7 +15,7 @@ mod wide;
 mod wide_tracer;
 
 pub use far_tracer::FarTracer;
-pub use launch::{BandLaunch, HitRow, RayTotals};
+pub use launch::{BandLaunch, DevelopLaunch, HitRow, RayTotals};
 pub use light_queue::{
     LightQueue, NO_LIGHT, PROGRESS_ROWS, light_of_word, light_word, progress_of_rows, row_of_vector,
     rows_of_progress, vector_of_row,

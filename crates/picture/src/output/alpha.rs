@@ -48,8 +48,8 @@ pub(super) fn developed(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use eosphor_core::develop::Transfer;
     use eosphor_core::math::vec3;
-    use eosphor_scene::Transfer;
 
     /// Three pixels: background, an edge that covers a quarter, what hides it.
     fn rows(background: Vec3) -> (Film, FeatureRows) {

@@ -1,11 +1,9 @@
-//! Pictures in and out: developing a film to bytes, writing files row by row that are whole or not there, reading them
-//! back.
+//! Pictures in and out: writing files row by row that are whole or not there, reading them back.
 
 mod alpha;
 mod atomic;
 mod data;
 mod destination;
-mod develop;
 mod encoder;
 mod error;
 mod exr;
@@ -19,7 +17,6 @@ mod ppm;
 mod save;
 mod share;
 mod stream;
-mod tone_curve;
 #[cfg(feature = "video")]
 mod video;
 mod writer;
@@ -30,13 +27,15 @@ mod tests;
 #[cfg(unix)]
 pub(crate) use atomic::mode_before_rights;
 pub(crate) use atomic::{take_rights_of, write_whole};
-pub use develop::{DevelopSettings, Developed};
+pub use eosphor_render::{DevelopSettings, Developed};
 pub use error::{OutputError, explain};
 pub use exr::Layer;
 pub use format::Format;
 pub use metadata::{Metadata, PICTURE_VERSION};
 pub use picture::{ByteImage, Picture};
-pub use save::{SaveOptions, Window, check_writable, save, save_developed, save_within};
+pub use save::{
+    SaveOptions, Window, check_writable, save, save_developed, save_developed_within, save_within,
+};
 pub(crate) use share::bands;
 pub use share::{BAND_ROWS, ShareError, ShareHeader, ShareReader, ShareWriter, merge, share_path};
 pub use stream::Stream;

@@ -94,6 +94,18 @@ pub fn save_developed(picture: &Developed, path: &Path, options: &SaveOptions) -
     writer.finish()
 }
 
+/// As [`save_developed`], with the file in `folder` until it is whole, as [`save_within`] has it.
+pub fn save_developed_within(
+    folder: &Path,
+    picture: &Developed,
+    path: &Path,
+    options: &SaveOptions,
+) -> Result<(), OutputError> {
+    let mut writer = PictureWriter::open_within(folder, path, (picture.width, picture.height), options)?;
+    writer.write_developed(picture)?;
+    writer.finish()
+}
+
 /// Whether [`save`] could write there: a known ending, a folder that exists and may be written to. It leaves nothing
 /// behind. Call it before minutes of rendering.
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {

@@ -1,7 +1,7 @@
 //! A backend with another one in reserve.
 
-use super::{Backend, BackendError, PreparedScene, RenderControl, Rendered, Sampled};
-use crate::{Hierarchy, HierarchyStatistics, Region};
+use super::{Backend, BackendError, PreparedScene, RenderControl, Rendered, RenderedBytes, Sampled};
+use crate::{DevelopSettings, Hierarchy, HierarchyStatistics, Region};
 use eosphor_scene::SceneData;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -165,12 +165,20 @@ impl PreparedScene for PreparedFallback {
     ) -> Result<Sampled, BackendError> {
         self.with_reserve(|prepared| prepared.sample_region(region, samples.clone(), control))
     }
+
+    fn render_developed(
+        &self,
+        develop: &DevelopSettings,
+        control: &RenderControl,
+    ) -> Result<RenderedBytes, BackendError> {
+        self.with_reserve(|prepared| prepared.render_developed(develop, control))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{CpuBackend, CpuOptions};
+    use crate::{CpuBackend, CpuOptions, Developed};
     use eosphor_scene::{LoadOptions, load};
     use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -262,6 +270,10 @@ mod tests {
                 let got = prepared.sample_rows(rows.clone(), 0..1, &control).unwrap();
                 assert!(got.complete && got.sums.film(1) == want.film, "{what} {rows:?}");
             }
+            let develop = DevelopSettings { exposure: 0.5, ..DevelopSettings::default() };
+            let got = prepared.render_developed(&develop, &control).unwrap();
+            let want = Developed::new(&expected.render(&control).unwrap().film, &develop);
+            assert!(got.complete && got.developed() == want, "{what}");
             assert!(backend.describe().starts_with("failing, then CPU"), "{}", backend.describe());
             let told = told.lock().unwrap();
             assert!(told.len() == 1 && told[0].contains(what), "{told:?}");

@@ -4,12 +4,14 @@ mod fallback;
 
 pub use fallback::Fallback;
 
+mod bytes;
 mod region;
 
+pub use bytes::RenderedBytes;
 pub(crate) use region::check_region;
 pub use region::{PreparedRegion, Region};
 
-use crate::{Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
+use crate::{DevelopSettings, Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
 use eosphor_scene::{FrameState, SceneData};
 use region::sample_whole_rows;
 use std::ops::Range;
@@ -93,6 +95,20 @@ pub trait PreparedScene: Send + Sync {
     /// Renders the whole picture, as [`PreparedScene::render_rows`] does.
     fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
         self.render_rows(0..control.size_of(self).1, control)
+    }
+
+    /// Renders the whole picture where only its bytes are wanted, and the linear film is not: devices with a memory of their own
+    /// may develop it there and send back a quarter. The bytes are those of the film, whoever makes them.
+    ///
+    /// # Errors
+    ///
+    /// As of [`PreparedScene::render_rows`].
+    fn render_developed(
+        &self,
+        develop: &DevelopSettings,
+        control: &RenderControl,
+    ) -> Result<RenderedBytes, BackendError> {
+        Ok(RenderedBytes::of_film(self.render(control)?, *develop))
     }
 }
 

@@ -45,9 +45,7 @@ pub use moves::{Move, MoveKey};
 pub use pbr::Pbr;
 pub(crate) use quadrilateral::Quadrilateral;
 pub(crate) use schema_types::Vector;
-pub use settings::{
-    Composition, LightSelection, LightUnits, NormalMode, PixelSampling, RenderSettings, ToneCurve, Transfer,
-};
+pub use settings::{Composition, LightSelection, LightUnits, NormalMode, PixelSampling, RenderSettings};
 pub use sky::Sky;
 pub(crate) use texture::share_words;
 pub use texture::{Image, TexelLayout, Texels, Texture, TextureContent};

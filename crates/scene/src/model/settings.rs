@@ -1,6 +1,7 @@
 //! How to render a scene.
 
 use super::schema_types::Color;
+use eosphor_core::develop::{ToneCurve, Transfer};
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::{FresnelMode, Integrator, LightingModel, ShadowMode};
 use schemars::JsonSchema;
@@ -148,30 +149,6 @@ pub enum LightUnits {
     Physical,
     /// The formula of the reference systems, without the pi: a matte surface reflects rho times what arrives.
     Plain,
-}
-
-/// What becomes of light that is brighter than a screen. See `docs/units.md`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ToneCurve {
-    /// It is cut.
-    None,
-    /// ACES by Stephen Hill's fit: strong contrast, bright colours become white.
-    Aces,
-    /// AgX by Troy Sobotka, without a look: soft contrast, all colours become white bit by bit.
-    Agx,
-    /// Khronos PBR Neutral: colours stay as they are up to 0.8, less a reflection of 0.04; the rest is compressed.
-    Neutral,
-}
-
-/// How linear colours become bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Transfer {
-    /// IEC 61966-2-1.
-    Srgb,
-    /// As they are.
-    Linear,
 }
 
 impl RenderSettings {

@@ -2,10 +2,10 @@
 
 use crate::files::{LoadOptions, LoadedScene, load, load_from_memory};
 use crate::model::{
-    Camera, CameraMotion, EnvironmentMap, EnvironmentSource, Light, PixelSampling, RenderSettings, Scene,
-    Sky, ToneCurve,
+    Camera, CameraMotion, EnvironmentMap, EnvironmentSource, Light, PixelSampling, RenderSettings, Scene, Sky,
 };
 use crate::{SceneData, SceneError, scene_over_base, scene_requests};
+use eosphor_core::develop::ToneCurve;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::Integrator;
 use std::path::PathBuf;

@@ -5,8 +5,8 @@ use crate::files::{LoadOptions, load, load_from_memory};
 use crate::flatten::SceneData;
 use crate::model::{
     Camera, CameraMotion, DeviceKind, EnvironmentMap, Image, Lens, Light, PixelSampling, Scene, Sky, Texels,
-    ToneCurve,
 };
+use eosphor_core::develop::ToneCurve;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{Integrator, LightingModel, ShadowMode};
 use proptest::prelude::*;

@@ -3,7 +3,8 @@
 use crate::model::{
     Camera, Composition, Light, LightSelection, LightUnits, Material, MaterialKind, Mtl, NormalMode,
 };
-use crate::model::{PixelSampling, RenderSettings, Scene, Transfer, double};
+use crate::model::{PixelSampling, RenderSettings, Scene, double};
+use eosphor_core::develop::Transfer;
 use eosphor_core::math::{Vec3, vec3};
 use eosphor_core::settings::{FresnelMode, LightingModel, ShadowMode};
 use std::fmt;

@@ -1,11 +1,13 @@
 //! Developing: linear film to display bytes.
 
-use super::tone_curve::{self, PIXELS, Planes};
+use crate::film::{Film, zeros};
 use eosphor_accel::SimdLevel;
-use eosphor_core::math::elementary::{exp2, linear_to_srgb};
-use eosphor_core::math::{Vec3, min};
-use eosphor_render::Film;
-use eosphor_scene::{RenderSettings, ToneCurve, Transfer};
+use eosphor_core::develop::{
+    Development, PIXELS, Planes, ToneCurve, Transfer, bend, exposed, quantised, transferred,
+};
+use eosphor_core::math::Vec3;
+use eosphor_core::math::elementary::exp2;
+use eosphor_scene::RenderSettings;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -23,6 +25,14 @@ pub struct DevelopSettings {
 impl Default for DevelopSettings {
     fn default() -> DevelopSettings {
         DevelopSettings { exposure: 0.0, tone_curve: ToneCurve::None, transfer: Transfer::Srgb }
+    }
+}
+
+impl DevelopSettings {
+    /// The same as devices take it.
+    pub fn development(&self) -> Development {
+        let DevelopSettings { exposure, tone_curve, transfer } = *self;
+        Development { gain: exp2(exposure), tone_curve, transfer }
     }
 }
 
@@ -50,14 +60,20 @@ impl Developed {
     /// Exposure, tone curve, clamp to 0..1, transfer, then rounding half up. NaN becomes 0. The same film gives the same bytes on
     /// every machine.
     pub fn new(film: &Film, settings: &DevelopSettings) -> Developed {
-        let gain = exp2(settings.exposure);
+        let development = settings.development();
         let width = film.width as usize;
-        let mut rgb = vec![0; film.pixels.len() * 3];
+        let mut developed = Developed::black(film.width, film.height);
         if width > 0 {
-            let rows = rgb.par_chunks_mut(width * 3).zip(film.pixels.par_chunks(width));
-            rows.for_each(|(bytes, colours)| develop_row(bytes, colours, gain, settings));
+            let rows = developed.rgb.par_chunks_mut(width * 3).zip(film.pixels.par_chunks(width));
+            rows.for_each(|(bytes, colours)| develop_row(bytes, colours, &development));
         }
-        Developed { width: film.width, height: film.height, rgb, alpha: Vec::new() }
+        developed
+    }
+
+    /// A black picture of this width and height in pixels, without alpha.
+    pub fn black(width: u32, height: u32) -> Developed {
+        let rgb = zeros(width as usize * height as usize * 3);
+        Developed { width, height, rgb, alpha: Vec::new() }
     }
 
     /// The bytes of one row, from the left.
@@ -69,138 +85,95 @@ impl Developed {
 
 /// Develops a row with the best instructions that the CPU has: without them each fused multiply-add of the curve is a
 /// library call. All give the same bytes. `cargo xtask fma` looks for these functions by name.
-fn develop_row(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
+fn develop_row(bytes: &mut [u8], colours: &[Vec3], development: &Development) {
     // Rows without a tone curve have code of their own, which compiles as if there were none.
-    match (SimdLevel::best(), settings.tone_curve) {
+    match (SimdLevel::best(), development.tone_curve) {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `SimdLevel::best` returns only levels that the CPU has, and both of these have AVX2 and FMA.
         (SimdLevel::Avx2 | SimdLevel::Avx512, ToneCurve::None) => unsafe {
-            develop_row_avx2(bytes, colours, gain, settings.transfer);
+            develop_row_avx2(bytes, colours, development);
         },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `SimdLevel::best` returns only levels that the CPU has, and both of these have AVX2 and FMA.
         (SimdLevel::Avx2 | SimdLevel::Avx512, _) => unsafe {
-            bent_row_avx2(bytes, colours, gain, settings);
+            bent_row_avx2(bytes, colours, development);
         },
-        (_, ToneCurve::None) => develop_row_with(bytes, colours, gain, settings.transfer),
-        _ => bent_row_with(bytes, colours, gain, settings),
+        (_, ToneCurve::None) => develop_row_with(bytes, colours, development),
+        _ => bent_row_with(bytes, colours, development),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn develop_row_avx2(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
-    develop_row_with(bytes, colours, gain, transfer);
+unsafe fn develop_row_avx2(bytes: &mut [u8], colours: &[Vec3], development: &Development) {
+    develop_row_with(bytes, colours, development);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt,lzcnt")]
-unsafe fn bent_row_avx2(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
-    bent_row_with(bytes, colours, gain, settings);
+unsafe fn bent_row_avx2(bytes: &mut [u8], colours: &[Vec3], development: &Development) {
+    bent_row_with(bytes, colours, development);
 }
 
+/// Takes no notice of the tone curve.
 #[inline(always)]
-fn develop_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, transfer: Transfer) {
+fn develop_row_with(bytes: &mut [u8], colours: &[Vec3], development: &Development) {
     for (bytes, colours) in bytes.chunks_mut(3 * PIXELS).zip(colours.chunks(PIXELS)) {
-        let mut values = [0.0; 3 * PIXELS];
-        for (values, colour) in values.as_chunks_mut::<3>().0.iter_mut().zip(colours) {
-            *values = [colour.x * gain, colour.y * gain, colour.z * gain];
-        }
-        match transfer {
-            Transfer::Srgb => {
-                for value in &mut values {
-                    *value = linear_to_srgb(cut(*value));
-                }
-            }
-            Transfer::Linear => {
-                for value in &mut values {
-                    *value = cut(*value);
-                }
-            }
-        }
-        let mut developed = [0; 3 * PIXELS];
-        for (byte, value) in developed.iter_mut().zip(&values) {
-            *byte = quantise(*value);
-        }
-        bytes.copy_from_slice(&developed[..bytes.len()]);
-    }
-}
-
-/// The same with a tone curve.
-#[inline(always)]
-fn bent_row_with(bytes: &mut [u8], colours: &[Vec3], gain: f32, settings: &DevelopSettings) {
-    for (bytes, colours) in bytes.chunks_mut(3 * PIXELS).zip(colours.chunks(PIXELS)) {
-        let mut values = exposed(colours, gain);
-        bend(settings.tone_curve, &mut values);
-        transferred(&mut values, settings.transfer);
+        let mut values = channels(colours, development.gain);
+        transferred(&mut values, development.transfer);
         write(bytes, &values);
     }
 }
 
+/// The same with the tone curve.
 #[inline(always)]
-fn exposed(colours: &[Vec3], gain: f32) -> [f32; 3 * PIXELS] {
-    let mut values = [0.0; 3 * PIXELS];
-    for (values, colour) in values.as_chunks_mut::<3>().0.iter_mut().zip(colours) {
-        *values = [colour.x * gain, colour.y * gain, colour.z * gain];
+fn bent_row_with(bytes: &mut [u8], colours: &[Vec3], development: &Development) {
+    for (bytes, colours) in bytes.chunks_mut(3 * PIXELS).zip(colours.chunks(PIXELS)) {
+        let mut values = channels(colours, development.gain);
+        bend_all(development.tone_curve, &mut values);
+        transferred(&mut values, development.transfer);
+        write(bytes, &values);
     }
-    values
 }
 
+/// The channels of all pixels, pixel after pixel, times the gain.
 #[inline(always)]
-fn transferred(values: &mut [f32; 3 * PIXELS], transfer: Transfer) {
-    match transfer {
-        Transfer::Srgb => {
-            for value in values {
-                *value = linear_to_srgb(cut(*value));
-            }
-        }
-        Transfer::Linear => {
-            for value in values {
-                *value = cut(*value);
-            }
-        }
+fn channels(colours: &[Vec3], gain: f32) -> [f32; 3 * PIXELS] {
+    let mut values = [0.0; 3 * PIXELS];
+    for (values, colour) in values.as_chunks_mut::<3>().0.iter_mut().zip(colours) {
+        *values = exposed(*colour, gain);
     }
+    values
 }
 
 #[inline(always)]
 fn write(bytes: &mut [u8], values: &[f32; 3 * PIXELS]) {
     let mut developed = [0; 3 * PIXELS];
     for (byte, value) in developed.iter_mut().zip(values) {
-        *byte = quantise(*value);
+        *byte = quantised(*value);
     }
     bytes.copy_from_slice(&developed[..bytes.len()]);
 }
 
 /// Applies a tone curve, to all pixels at once.
 #[inline(always)]
-fn bend(curve: ToneCurve, values: &mut [f32; 3 * PIXELS]) {
+fn bend_all(curve: ToneCurve, values: &mut [f32; 3 * PIXELS]) {
     let mut planes: Planes = [[0.0; PIXELS]; 3];
     for (pixel, colour) in values.as_chunks::<3>().0.iter().enumerate() {
         for (plane, value) in planes.iter_mut().zip(colour) {
             plane[pixel] = *value;
         }
     }
-    tone_curve::apply(curve, &mut planes);
+    bend(curve, &mut planes);
     for (pixel, colour) in values.as_chunks_mut::<3>().0.iter_mut().enumerate() {
         *colour = [planes[0][pixel], planes[1][pixel], planes[2][pixel]];
     }
 }
 
-/// Clamps to 0..1, before the transfer curve: outside its value does not matter, and NaN must not reach it.
-#[inline(always)]
-fn cut(linear: f32) -> f32 {
-    if linear > 0.0 { min(linear, 1.0) } else { 0.0 }
-}
-
-/// 0..1 to 0..255, half up (a cast of what is not negative rounds down).
-#[inline(always)]
-fn quantise(x: f32) -> u8 {
-    (x * 255.0 + 0.5) as i32 as u8
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use eosphor_core::develop::developed;
 
     fn develop(linear: f32, settings: DevelopSettings) -> u8 {
         let film = Film { width: 1, height: 1, pixels: vec![Vec3::splat(linear)] };
@@ -251,7 +224,7 @@ mod tests {
 
     const CURVES: [ToneCurve; 4] = [ToneCurve::None, ToneCurve::Aces, ToneCurve::Agx, ToneCurve::Neutral];
 
-    /// Grey of 0.18, white, and light of 100, in bytes: sRGB of what `tone_curve/truth.py` prints.
+    /// Grey of 0.18, white, and light of 100, in bytes: sRGB of what core's `develop/tone_curve/truth.py` prints.
     #[test]
     fn tone_curves_come_before_the_transfer_curve() {
         let bytes = CURVES.map(|tone_curve| {
@@ -295,13 +268,18 @@ mod tests {
             CURVES.into_iter().flat_map(|c| [(c, Transfer::Srgb), (c, Transfer::Linear)])
         {
             let settings = DevelopSettings { exposure: 0.5, tone_curve, transfer };
+            let development = settings.development();
             let [mut plain, mut best] = [(); 2].map(|()| vec![0; colours.len() * 3]);
             match tone_curve {
-                ToneCurve::None => develop_row_with(&mut plain, &colours, exp2(0.5), transfer),
-                _ => bent_row_with(&mut plain, &colours, exp2(0.5), &settings),
+                ToneCurve::None => develop_row_with(&mut plain, &colours, &development),
+                _ => bent_row_with(&mut plain, &colours, &development),
             }
-            develop_row(&mut best, &colours, exp2(0.5), &settings);
+            develop_row(&mut best, &colours, &development);
             assert!(plain == best, "{settings:?}");
+            // As devices do it, pixel by pixel.
+            for (colour, bytes) in colours.iter().zip(best.as_chunks::<3>().0) {
+                assert_eq!(developed(*colour, &development), *bytes, "{settings:?}");
+            }
             // All shades are there.
             assert!((0..=255).all(|byte| best.contains(&byte)), "{settings:?}");
         }

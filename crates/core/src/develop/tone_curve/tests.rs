@@ -7,7 +7,7 @@ const CURVES: [(&str, ToneCurve); 3] =
 /// What a curve makes of a colour, cut to 0 and 1.
 fn after(curve: ToneCurve, color: [f32; 3]) -> [f32; 3] {
     let mut planes = color.map(|x| [x; PIXELS]);
-    apply(curve, &mut planes);
+    bend(curve, &mut planes);
     planes.map(|plane| {
         assert!(plane.iter().all(|x| x.to_bits() == plane[0].to_bits() && x.is_finite()), "{plane:?}");
         plane[0].clamp(0.0, 1.0)

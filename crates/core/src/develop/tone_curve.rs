@@ -2,20 +2,17 @@
 //!
 //! Everything is arithmetic of core in straight lines, so that a loop over pixels vectorises and has the same bits on every
 //! machine. No closures and no `map` of arrays: what is not inlined is compiled for the baseline, where each fused multiply-add is
-//! a library call. `truth.py` beside this computes the same from the publications.
+//! a library call. `tone_curve/truth.py` computes the same from the publications.
 
-use eosphor_core::math::elementary::{log2, pow};
-use eosphor_core::math::{clamp, fma, max, min};
-use eosphor_scene::ToneCurve;
+use super::{PIXELS, ToneCurve};
+use crate::math::elementary::{log2, pow};
+use crate::math::{clamp, fma, max, min};
 
 #[cfg(test)]
 mod tests;
 
-/// Pixels that are developed together.
-pub(super) const PIXELS: usize = 16;
-
 /// Colours of pixels: all reds, all greens, all blues.
-pub(super) type Planes = [[f32; PIXELS]; 3];
+pub type Planes<const N: usize = PIXELS> = [[f32; N]; 3];
 
 /// More light than this is this much: all curves are white long before, and squares of it are finite.
 const MOST: f32 = 4_294_967_296.0;
@@ -24,7 +21,7 @@ type Matrix = [[f32; 3]; 3];
 
 /// Applies a curve to each pixel. What is no light (NaN, less than 0) counts as 0. Colours may come out a little outside 0 to 1.
 #[inline(always)]
-pub(super) fn apply(curve: ToneCurve, [red, green, blue]: &mut Planes) {
+pub fn bend<const N: usize>(curve: ToneCurve, [red, green, blue]: &mut Planes<N>) {
     match curve {
         ToneCurve::None => {}
         ToneCurve::Aces => {
