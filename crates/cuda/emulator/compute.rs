@@ -115,6 +115,7 @@ pub(crate) fn computed(op: Op, [a, b, c]: [u64; 3]) -> u64 {
         }
         Op::ShiftRight(_) => a.checked_shr(b as u32).unwrap_or(0),
         Op::FunnelRight => (b << 32 | a) >> (c & 31) & 0xffff_ffff,
+        Op::FunnelLeft => (b << 32 | a) << (c & 31) >> 32,
         Op::Field(of) => field(of, a, b, c),
         Op::ReverseBits => (a as u32).reverse_bits().into(),
         Op::CountOnes => a.count_ones().into(),
@@ -208,5 +209,17 @@ fn compare(comparison: Comparison, of: Type, is_unordered: bool, a: u64, b: u64)
         (Comparison::LessOrEqual, Some(order)) => order != Greater,
         (Comparison::Greater, Some(order)) => order == Greater,
         (Comparison::GreaterOrEqual, Some(order)) => order != Less,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_words_move_as_one() {
+        let moved = |op, by| computed(op, [0xddcc_bbaa, 0x4433_2211, by]);
+        assert_eq!([8, 40, 0].map(|by| moved(Op::FunnelLeft, by)), [0x3322_11dd, 0x3322_11dd, 0x4433_2211]);
+        assert_eq!([8, 40, 0].map(|by| moved(Op::FunnelRight, by)), [0x11dd_ccbb, 0x11dd_ccbb, 0xddcc_bbaa]);
     }
 }

@@ -70,7 +70,7 @@ pub(crate) fn computation(parts: &[&str], of: Type) -> Option<Op> {
         "add" | "sub" | "mul" | "fma" | "div" | "rcp" | "sqrt" if is_float => middle == ["rn"],
         "mul" => middle == ["lo"] || middle == ["wide"] && of == Type::U32,
         "mad" => middle == ["lo"],
-        "shf" => middle == ["r", "wrap"],
+        "shf" => middle == ["r", "wrap"] || middle == ["l", "wrap"],
         _ => middle.is_empty(),
     };
     if !is_plain {
@@ -97,6 +97,7 @@ pub(crate) fn computation(parts: &[&str], of: Type) -> Option<Op> {
         "not" => Op::Not(of),
         "shl" => Op::ShiftLeft(of),
         "shr" => Op::ShiftRight(of),
+        "shf" if middle == ["l", "wrap"] => Op::FunnelLeft,
         "shf" => Op::FunnelRight,
         "bfe" if matches!(of, Type::U32 | Type::S32) => Op::Field(of),
         "brev" if of == Type::U32 => Op::ReverseBits,

@@ -86,6 +86,8 @@ pub(crate) enum Op {
     ShiftRight(Type),
     /// The lower half of `b` over `a`, moved down by `c` modulo 32.
     FunnelRight,
+    /// The upper half of `b` over `a`, moved up by `c` modulo 32.
+    FunnelLeft,
     /// Bits of `a` from `b` on, as many as `c`.
     Field(Type),
     ReverseBits,
