@@ -1,9 +1,14 @@
 //! Jobs give the bytes of an undisturbed one, whatever ends them and however they are shared out.
 
 use eosphor::job::{Cancel, Event, FrameNames, JobControl, JobError, Output, Sequence, Share, Still, merge};
-use eosphor::{CpuBackend, CpuOptions, Format, LoadOptions, Region, Scene, load};
+use eosphor::{
+    Backend, BackendError, CpuBackend, CpuOptions, DevelopSettings, Developed, Film, Format, Hierarchy,
+    HierarchyStatistics, LoadOptions, PreparedScene, Region, RenderControl, Rendered, RenderedBytes, Sampled,
+    Scene, SceneData, ToneCurve, load,
+};
 use std::fs;
 use std::io::{self, Write};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -205,4 +210,127 @@ fn a_video_is_the_same_however_often_it_was_begun() {
     assert!(sequence.write_video(&video("b.mp4"), &JobControl::default()).unwrap().complete);
     let bytes = ["a.mp4", "b.mp4"].map(|name| fs::read(folder.path().join(name)).unwrap());
     assert!(bytes[0] == bytes[1], "byte for byte");
+}
+
+/// A device that develops by itself, and tells how often.
+struct Developing {
+    cpu: CpuBackend,
+    developed: Arc<AtomicUsize>,
+}
+
+struct PreparedDeveloping {
+    scene: Box<dyn PreparedScene>,
+    developed: Arc<AtomicUsize>,
+}
+
+impl Backend for Developing {
+    fn describe(&self) -> String {
+        "developing".into()
+    }
+
+    fn prepare(&self, scene: Arc<SceneData>) -> Result<Box<dyn PreparedScene>, BackendError> {
+        let developed = Arc::clone(&self.developed);
+        Ok(Box::new(PreparedDeveloping { scene: self.cpu.prepare(scene)?, developed }))
+    }
+}
+
+impl PreparedScene for PreparedDeveloping {
+    fn hierarchy_statistics(&self) -> HierarchyStatistics {
+        self.scene.hierarchy_statistics()
+    }
+
+    fn hierarchy(&self) -> Option<Arc<Hierarchy>> {
+        self.scene.hierarchy()
+    }
+
+    fn size(&self) -> (u32, u32) {
+        self.scene.size()
+    }
+
+    fn samples(&self) -> u32 {
+        self.scene.samples()
+    }
+
+    fn pixels_at_a_time(&self) -> u64 {
+        self.scene.pixels_at_a_time()
+    }
+
+    fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
+        self.scene.render_rows(rows, control)
+    }
+
+    fn sample_rows(
+        &self,
+        rows: Range<u32>,
+        samples: Range<u32>,
+        control: &RenderControl,
+    ) -> Result<Sampled, BackendError> {
+        self.scene.sample_rows(rows, samples, control)
+    }
+
+    fn render_developed(
+        &self,
+        develop: &DevelopSettings,
+        control: &RenderControl,
+    ) -> Result<RenderedBytes, BackendError> {
+        self.developed.fetch_add(1, Ordering::Relaxed);
+        let Rendered { film, complete, statistics } = self.scene.render(control)?;
+        Ok(RenderedBytes::of_bytes(developed(&film, develop), complete, statistics))
+    }
+}
+
+/// Pixel by pixel.
+fn developed(film: &Film, develop: &DevelopSettings) -> Developed {
+    let pixels = film.pixels.chunks(1).map(|pixel| Film { width: 1, height: 1, pixels: pixel.to_vec() });
+    let rgb = pixels.flat_map(|pixel| Developed::new(&pixel, develop).rgb).collect();
+    Developed { width: film.width, height: film.height, rgb, alpha: Vec::new() }
+}
+
+/// Frames of which bytes are wanted may be developed by the device; of linear formats the film is wanted.
+#[test]
+fn files_of_frames_are_the_same_whoever_develops() {
+    let mut scene = scene();
+    (scene.settings.samples, scene.settings.tone_curve) = (1, ToneCurve::Agx);
+    scene.turntable(3).unwrap();
+    let count = Arc::new(AtomicUsize::new(0));
+    let developing = Developing { cpu: backend(), developed: Arc::clone(&count) };
+    let (cpu, folder) = (backend(), tempfile::tempdir().unwrap());
+    let control = JobControl::default();
+    for (ending, expected) in [("png", 3), ("jpg", 3), ("ppm", 3), ("data", 3), ("exr", 0), ("hdr", 0)] {
+        count.store(0, Ordering::Relaxed);
+        let backends: [(&str, &dyn Backend); 2] = [("cpu", &cpu), ("developing", &developing)];
+        for (name, backend) in backends {
+            let pattern = folder.path().join(name).join(format!("%d.{ending}"));
+            let outcome = Sequence::new(&scene, backend)
+                .write_frames(&FrameNames::pattern(&pattern).unwrap(), &control)
+                .unwrap();
+            assert!(outcome.complete && outcome.frames.iter().all(|done| done.milliseconds > 0.0));
+        }
+        for frame in 0..3 {
+            let path = |folder_name: &str| folder.path().join(folder_name).join(format!("{frame}.{ending}"));
+            let [a, b] = ["cpu", "developing"].map(|name| fs::read(path(name)).unwrap());
+            assert!(a == b, "{frame}.{ending}");
+        }
+        assert_eq!(count.load(Ordering::Relaxed), expected, "{ending}");
+    }
+}
+
+#[cfg(feature = "video")]
+#[test]
+fn a_video_is_the_same_whoever_develops() {
+    let mut scene = scene();
+    scene.settings.samples = 1;
+    scene.turntable(3).unwrap();
+    let count = Arc::new(AtomicUsize::new(0));
+    let developing = Developing { cpu: backend(), developed: Arc::clone(&count) };
+    let (cpu, folder) = (backend(), tempfile::tempdir().unwrap());
+    let backends: [(&str, &dyn Backend); 2] = [("a.mp4", &cpu), ("b.mp4", &developing)];
+    let [a, b] = backends.map(|(name, backend)| {
+        let path = folder.path().join(name);
+        let video = eosphor::job::Video::new(&path);
+        assert!(Sequence::new(&scene, backend).write_video(&video, &JobControl::default()).unwrap().complete);
+        fs::read(path).unwrap()
+    });
+    assert!(a == b, "byte for byte");
+    assert_eq!(count.load(Ordering::Relaxed), 3);
 }

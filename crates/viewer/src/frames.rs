@@ -50,9 +50,10 @@ pub(crate) fn show_moving(client: &Client, stage: &Stage, wanted: &Wanted) -> Re
     let never = AtomicBool::new(false);
     let (picture, rendered) = match wanted.view.show {
         Show::Picture => {
-            let film = stage.prepared.render(&control(&state, &never))?.film;
+            let develop = DevelopSettings::from(&settings);
+            let picture = stage.prepared.render_developed(&develop, &control(&state, &never))?;
             let rendered = Instant::now();
-            (Developed::new(&film, &DevelopSettings::from(&settings)), rendered)
+            (picture.developed(), rendered)
         }
         show => {
             let features = stage.features()?.rows(0..state.settings.height, Some(&state), &never)?;

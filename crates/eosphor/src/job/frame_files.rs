@@ -1,12 +1,11 @@
 //! Frames as numbered files.
 
 use super::files::{check_output, make_folder};
-use super::frames::FrameSink;
+use super::frames::{FramePicture, FrameSink};
 use super::sequence::{FlatSequence, MadeFrom};
 use super::{JobControl, JobError, Sequence, SequenceOutcome};
 use eosphor_picture::frames::{FramePattern, Manifest, PatternError, Wanted};
-use eosphor_picture::output::{Format, SaveOptions, save_within};
-use eosphor_render::Film;
+use eosphor_picture::output::{DevelopSettings, Format, SaveOptions, save_developed_within, save_within};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -90,7 +89,7 @@ impl Sequence<'_> {
         let manifest = Manifest::open(&names.manifest_path(), &identity, wanted)?;
         let missing: Vec<u32> = range.filter(|&frame| !manifest.is_done(frame, &names.path(frame))).collect();
         let part = manifest.part();
-        let sink = Files { names, part: &part, manifest: &manifest, options: &flat.options };
+        let sink = Files { names, part: &part, manifest: &manifest, format, options: &flat.options };
         let outcome = flat.render(&missing, &sink, None)?;
         if outcome.complete {
             manifest.finish()?;
@@ -104,13 +103,24 @@ struct Files<'a> {
     names: &'a FrameNames,
     part: &'a Path,
     manifest: &'a Manifest,
+    format: Format,
+    /// Of frames: without layers and alpha, which would need more than bytes.
     options: &'a SaveOptions,
 }
 
 impl FrameSink for Files<'_> {
-    fn take(&self, frame: u32, film: Film) -> Result<(), JobError> {
+    fn develop(&self) -> Option<DevelopSettings> {
+        (!self.format.is_linear() && !self.options.needs_features()).then_some(self.options.develop)
+    }
+
+    fn take(&self, frame: u32, picture: FramePicture) -> Result<(), JobError> {
         let path = self.names.path(frame);
-        save_within(self.part, &film, &path, self.options)?;
+        match picture {
+            FramePicture::Film(rendered) => save_within(self.part, &rendered.film, &path, self.options)?,
+            FramePicture::Bytes(rendered) => {
+                save_developed_within(self.part, &rendered.developed(), &path, self.options)?;
+            }
+        }
         Ok(self.manifest.note(frame, &path)?)
     }
 

@@ -2,7 +2,8 @@
 //! and written.
 
 use super::{Event, JobControl, JobError};
-use eosphor_render::{Film, PreparedScene, Progress, RayStatistics, RenderControl};
+use eosphor_picture::output::{DevelopSettings, Developed};
+use eosphor_render::{PreparedScene, Progress, RayStatistics, RenderControl, Rendered, RenderedBytes};
 use eosphor_scene::FrameStates;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -10,12 +11,50 @@ use std::time::Instant;
 
 /// Where frames go to.
 pub(super) trait FrameSink: Sync {
+    /// How frames are developed, where it takes nothing but their bytes; `None`: it takes films.
+    fn develop(&self) -> Option<DevelopSettings>;
+
     /// A frame that is whole. Called from several threads, in any order.
-    fn take(&self, frame: u32, film: Film) -> Result<(), JobError>;
+    fn take(&self, frame: u32, picture: FramePicture) -> Result<(), JobError>;
 
     /// Asked before a frame is rendered. `false`: it is somebody else's.
     fn claim(&self, _frame: u32) -> Result<bool, JobError> {
         Ok(true)
+    }
+}
+
+/// A frame as its sink takes it.
+pub(super) enum FramePicture {
+    Film(Rendered),
+    Bytes(RenderedBytes),
+}
+
+impl FramePicture {
+    fn render(
+        prepared: &dyn PreparedScene,
+        develop: Option<&DevelopSettings>,
+        control: &RenderControl,
+    ) -> Result<FramePicture, JobError> {
+        Ok(match develop {
+            None => FramePicture::Film(prepared.render(control)?),
+            Some(develop) => FramePicture::Bytes(prepared.render_developed(develop, control)?),
+        })
+    }
+
+    /// Whether all of it was rendered, and by which rays.
+    fn done(&self) -> (bool, RayStatistics) {
+        match self {
+            FramePicture::Film(rendered) => (rendered.complete, rendered.statistics),
+            FramePicture::Bytes(rendered) => (rendered.complete, rendered.statistics),
+        }
+    }
+
+    /// Its bytes.
+    pub(super) fn developed(self, develop: &DevelopSettings) -> Developed {
+        match self {
+            FramePicture::Film(rendered) => Developed::new(&rendered.film, develop),
+            FramePicture::Bytes(rendered) => rendered.developed(),
+        }
     }
 }
 
@@ -24,7 +63,7 @@ pub(super) trait FrameSink: Sync {
 pub struct FrameDone {
     /// Number of the frame, from 0.
     pub frame: u32,
-    /// Wall-clock milliseconds that it was rendered for, without developing and writing.
+    /// Wall-clock milliseconds that it was rendered for, without writing. Where a GPU develops, that is in it; on CPUs it is not.
     pub milliseconds: f64,
     /// Rays that the frame took, and the work on them where it was counted.
     pub statistics: RayStatistics,
@@ -146,16 +185,19 @@ impl Frames<'_> {
         let cancel = self.control.cancel.asked();
         let (count_work, state) = (self.count_work, Some(&state));
         let control = RenderControl { on_progress: &on_progress, cancel, count_work, frame: state };
-        let (rendered, milliseconds) = {
+        let develop = sink.develop();
+        let (picture, milliseconds) = {
             let _mine = self.one_at_a_time.then(|| turn.lock().unwrap_or_else(PoisonError::into_inner));
             let start = Instant::now();
-            (self.prepared.render(&control)?, start.elapsed().as_secs_f64() * 1e3)
+            let picture = FramePicture::render(self.prepared, develop.as_ref(), &control)?;
+            (picture, start.elapsed().as_secs_f64() * 1e3)
         };
-        if !rendered.complete {
+        let (complete, statistics) = picture.done();
+        if !complete {
             return Ok(None);
         }
-        sink.take(frame, rendered.film)?;
-        Ok(Some(FrameDone { frame, milliseconds, statistics: rendered.statistics }))
+        sink.take(frame, picture)?;
+        Ok(Some(FrameDone { frame, milliseconds, statistics }))
     }
 
     /// Tells what can be told in order.

@@ -2,15 +2,14 @@
 
 use super::files::make_folder;
 use super::frame_files::manifest_path;
-use super::frames::{FrameSink, FramesDone};
+use super::frames::{FramePicture, FrameSink, FramesDone};
 use super::sequence::FlatSequence;
 use super::{Event, JobControl, JobError, Sequence, SequenceOutcome};
 use eosphor_picture::frames::{Manifest, Wanted};
 use eosphor_picture::output::{
-    DevelopSettings, Developed, FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, OutputError,
-    VideoOptions, VideoWriter, padded_size,
+    DevelopSettings, FfmpegOptions, FfmpegPipe, FrameRate, InvalidFrameRate, OutputError, VideoOptions,
+    VideoWriter, padded_size,
 };
-use eosphor_render::Film;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -194,8 +193,12 @@ struct Encoder {
 }
 
 impl FrameSink for Encoder {
-    fn take(&self, frame: u32, film: Film) -> Result<(), JobError> {
-        Ok(self.writer.write_frame(frame - self.first, &Developed::new(&film, &self.develop))?)
+    fn develop(&self) -> Option<DevelopSettings> {
+        Some(self.develop)
+    }
+
+    fn take(&self, frame: u32, picture: FramePicture) -> Result<(), JobError> {
+        Ok(self.writer.write_frame(frame - self.first, &picture.developed(&self.develop))?)
     }
 }
 
@@ -205,8 +208,12 @@ struct Piped {
 }
 
 impl FrameSink for Piped {
-    fn take(&self, _frame: u32, film: Film) -> Result<(), JobError> {
-        let frame = Developed::new(&film, &self.develop);
+    fn develop(&self) -> Option<DevelopSettings> {
+        Some(self.develop)
+    }
+
+    fn take(&self, _frame: u32, picture: FramePicture) -> Result<(), JobError> {
+        let frame = picture.developed(&self.develop);
         Ok(self.pipe.lock().unwrap_or_else(PoisonError::into_inner).write_frame(&frame)?)
     }
 }
