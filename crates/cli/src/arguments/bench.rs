@@ -75,6 +75,9 @@ pub(crate) struct BenchRenderFlags {
     /// Repetitions before those that count, 0 to 100
     #[arg(long, value_name = "N", default_value = "1", value_parser = whole::<usize>(0..=100), allow_hyphen_values = true)]
     pub(crate) warm_up: usize,
+    /// Time until the picture is bytes, as frames of videos are: developed by the GPU, or by the CPU after it has rendered
+    #[arg(long)]
+    pub(crate) developed: bool,
     /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -38,3 +38,24 @@ fn a_picture_is_timed_and_not_written() {
     assert!(number("rays") > 16.0 * 12.0 && number("milliseconds") > 0.0, "{report}");
     assert!(number("shortest_milliseconds") <= number("milliseconds"), "{report}");
 }
+
+/// What is hashed are the bytes then, which a picture file has, and no film.
+#[test]
+fn developed_pictures_are_timed() {
+    let place = Place::new();
+    let arguments = ["bench", "render", "builtin:cornell", "--preset", "pg1", "--size", "16x12"];
+    let settings = ["--light-samples", "2", "--repeats", "2", "--backend", "cpu"];
+    let run = |more: &[&str]| place.run(&[&arguments[..], &settings[..], more].concat()).succeeded();
+    let report = run(&["--developed", "--json"]).json();
+    assert_eq!(report["developed"], true, "{report}");
+    assert!(report["milliseconds"].as_f64().unwrap() > 0.0, "{report}");
+    assert!(run(&["--developed"]).stdout.contains("\ndeveloped "));
+    let answer = |more: &[&str]| {
+        let line = run(&[more, &["--lines"]].concat()).stdout;
+        serde_json::from_str::<serde_json::Value>(&line).unwrap()["answer"].clone()
+    };
+    let [film, bytes, brighter] =
+        [&[][..], &["--developed"], &["--developed", "--exposure", "1"]].map(answer);
+    assert!(film != bytes && bytes != brighter && brighter != film);
+    assert_eq!(film, answer(&["--exposure", "1"]), "a film is linear");
+}

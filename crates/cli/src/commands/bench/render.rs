@@ -7,7 +7,9 @@ use crate::commands::scene::apply;
 use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
-use eosphor::{RenderControl, SceneData, load};
+use eosphor::{
+    BackendError, DevelopSettings, Developed, Film, PreparedScene, RenderControl, SceneData, load,
+};
 use eosphor_lab::{Stopwatch, Times};
 use serde::Serialize;
 use std::sync::Arc;
@@ -23,6 +25,8 @@ struct Report {
     rays: u64,
     /// The hierarchy, and on a GPU the way there.
     prepare_milliseconds: f64,
+    /// The times are until the picture is bytes, not until its film is there.
+    developed: bool,
     /// Median over the repetitions: of the whole picture, on a GPU with the way back.
     milliseconds: f64,
     shortest_milliseconds: f64,
@@ -43,20 +47,18 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     let prepare_milliseconds = start.elapsed().as_secs_f64() * 1e3;
     let (cancel, watch) = (AtomicBool::new(false), |_| ());
     let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false, frame: None };
+    let develop = flags.developed.then(|| DevelopSettings::from(&scene.settings));
     let (mut rays, mut answer) = (0, blake3::Hasher::new());
     let mut times = Times::default();
     for repeat in 0..flags.warm_up + flags.repeats {
         let watch = Stopwatch::start();
-        let rendered = prepared.render(&control)?;
+        let (picture, traced) = Picture::render(&*prepared, develop.as_ref(), &control)?;
         if repeat >= flags.warm_up {
             watch.stop(&mut times);
         }
-        rays = rendered.statistics.total_rays();
+        rays = traced;
         if flags.lines && repeat + 1 == flags.warm_up + flags.repeats {
-            let channels = rendered.film.pixels.iter().flat_map(|color| [color.x, color.y, color.z]);
-            channels.for_each(|channel| {
-                answer.update(&channel.to_bits().to_le_bytes());
-            });
+            picture.hash(&mut answer);
         }
     }
     if flags.lines {
@@ -72,6 +74,7 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
         height,
         rays,
         prepare_milliseconds,
+        developed: flags.developed,
         milliseconds,
         shortest_milliseconds,
         mrays_per_second: rays as f64 * 1e-3 / milliseconds.max(1e-9),
@@ -79,13 +82,56 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     if flags.json { streams::json(&report) } else { streams::result(&report.table()) }
 }
 
+/// What is waited for.
+enum Picture {
+    Film(Film),
+    Bytes(Developed),
+}
+
+impl Picture {
+    /// The bytes where it is said how they are developed, and the number of rays that it took.
+    fn render(
+        prepared: &dyn PreparedScene,
+        develop: Option<&DevelopSettings>,
+        control: &RenderControl,
+    ) -> Result<(Picture, u64), BackendError> {
+        Ok(match develop {
+            None => {
+                let rendered = prepared.render(control)?;
+                (Picture::Film(rendered.film), rendered.statistics.total_rays())
+            }
+            Some(develop) => {
+                let rendered = prepared.render_developed(develop, control)?;
+                let rays = rendered.statistics.total_rays();
+                (Picture::Bytes(rendered.developed()), rays)
+            }
+        })
+    }
+
+    /// All bits of it, in order.
+    fn hash(&self, hasher: &mut blake3::Hasher) {
+        match self {
+            Picture::Film(film) => {
+                let channels = film.pixels.iter().flat_map(|color| [color.x, color.y, color.z]);
+                channels.for_each(|channel| {
+                    hasher.update(&channel.to_bits().to_le_bytes());
+                });
+            }
+            Picture::Bytes(picture) => {
+                hasher.update(&picture.rgb);
+            }
+        }
+    }
+}
+
 impl Report {
     fn table(&self) -> String {
+        let measured = if self.developed { "developed" } else { "render" };
         format!(
             "{}; {} triangles\n\
              picture   {} x {}, {} rays\n\
              prepare   {:.1} ms\n\
-             render    {:.3} ms, {:.3} at best\n\
+             {measured:<9} {:.3} ms, {:.3} at best\n\
              speed     {:.1} Mrays/s\n",
             self.backend,
             grouped(self.triangles as u64),
