@@ -6,6 +6,7 @@ use crate::lights;
 use crate::parameters::{array, indexed, instance_tree};
 use crate::paths;
 use crate::trees;
+use crate::walks;
 use crate::watch::{Counting, Unwatched, Watching};
 use eosphor_core::device::{
     BandLaunch, BvhPair, DevelopLaunch, Link, PairTracer, PairView, PathLaunch, Root, WarpMode, WideNode,
@@ -99,98 +100,47 @@ macro_rules! megakernel {
     };
 }
 
-/// Defines the kernels of queues over a structure that trace rays. Of paths and of Whitted's trees they find what rays hit, and
-/// which lights are seen, where light may come through surfaces too.
+/// Defines the kernels of queues over a structure: those that find what rays hit, and which lights are seen, of paths and of
+/// Whitted's trees, and those that find what comes through surfaces, of each of the two.
 macro_rules! walk_kernels {
     (
         $(#[$doc:meta])*
-        $hits:ident, $lights:ident, $through:ident, $tree_hits:ident, $tree_lights:ident, $tree_through:ident,
+        $hits:ident, $seen:ident, $paths_crossed:ident, $trees_crossed:ident, $watching:ident,
         ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
         structure_kernel! {
-            $(#[$doc])* $tree_hits, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| trees::find_hits(&view, &tracer, &launch, &watch)
+            $(#[$doc])* $hits, $watching, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| walks::find_hits(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
-            $(#[$doc])* $tree_lights, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| trees::light::<_, false, false>(&view, &tracer, &launch, &watch)
+            $(#[$doc])* $seen, $watching, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| walks::see(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
-            $(#[$doc])* $tree_through, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| trees::light::<_, true, true>(&view, &tracer, &launch, &watch)
+            $(#[$doc])* $paths_crossed, $watching, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| paths::cross(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
-            $(#[$doc])* $hits, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::find_hits(&view, &tracer, &launch, &watch)
-        }
-        structure_kernel! {
-            $(#[$doc])* $lights, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, false>(&view, &tracer, &launch, &watch)
-        }
-        structure_kernel! {
-            $(#[$doc])* $through, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, true>(&view, &tracer, &launch, &watch)
+            $(#[$doc])* $trees_crossed, $watching, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| lights::cross(&view, &tracer, &launch, &watch)
         }
     };
 }
 
-/// Defines the kernels over a structure that trace shadow rays which have a queue of their own.
-macro_rules! shadow_kernels {
-    (
-        $(#[$doc:meta])*
-        $seen:ident, $filtered:ident, ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
-    ) => {
-        structure_kernel! {
-            $(#[$doc])* $seen, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| lights::see(&view, &tracer, &launch)
-        }
-        structure_kernel! {
-            $(#[$doc])* $filtered, Unwatched, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| lights::filter(&view, &tracer, &launch)
-        }
-    };
-}
-
-/// Defines those that also count and time what queries do. Light may come through surfaces.
-macro_rules! count_kernels {
-    (
-        $(#[$doc:meta])*
-        $hits:ident, $through:ident, $tree_hits:ident, $tree_through:ident,
-        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
-    ) => {
-        structure_kernel! {
-            $(#[$doc])* $tree_hits, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| trees::find_hits(&view, &tracer, &launch, &watch)
-        }
-        structure_kernel! {
-            $(#[$doc])* $tree_through, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| trees::light::<_, true, false>(&view, &tracer, &launch, &watch)
-        }
-        structure_kernel! {
-            $(#[$doc])* $hits, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::find_hits(&view, &tracer, &launch, &watch)
-        }
-        structure_kernel! {
-            $(#[$doc])* $through, Counting, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::see_lights::<_, true>(&view, &tracer, &launch, &watch)
-        }
-    };
-}
-
-/// Defines the kernels of queues over a structure, and those that count.
+/// Defines these, and the same that also count and time what queries do.
 macro_rules! walk_and_count_kernels {
     (
         $(#[$doc:meta])*
-        $hits:ident, $lights:ident, $through:ident, $tree_hits:ident, $tree_lights:ident, $tree_through:ident,
-        $count_hits:ident, $count_through:ident, $count_tree_hits:ident, $count_tree_through:ident,
+        $hits:ident, $seen:ident, $paths_crossed:ident, $trees_crossed:ident,
+        $count_hits:ident, $count_seen:ident, $count_paths_crossed:ident, $count_trees_crossed:ident,
         ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
         walk_kernels! {
-            $(#[$doc])* $hits, $lights, $through, $tree_hits, $tree_lights, $tree_through,
+            $(#[$doc])* $hits, $seen, $paths_crossed, $trees_crossed, Unwatched,
             ($($own: $type),*) |$primitives, $work| $tracer
         }
-        count_kernels! {
-            $(#[$doc])* $count_hits, $count_through, $count_tree_hits, $count_tree_through,
+        walk_kernels! {
+            $(#[$doc])* $count_hits, $count_seen, $count_paths_crossed, $count_trees_crossed, Counting,
             ($($own: $type),*) |$primitives, $work| $tracer
         }
     };
@@ -294,7 +244,12 @@ path_kernel! {
 }
 
 path_kernel! {
-    /// What their rays do where they have met something.
+    /// What their rays do that end, in the scene or beyond it.
+    trees_shade_ends, |view, launch| trees::shade_ends(&view, &launch)
+}
+
+path_kernel! {
+    /// What the others do where they have met something.
     trees_shade, |view, launch| trees::shade(&view, &launch)
 }
 
@@ -310,9 +265,8 @@ path_kernel! {
 
 walk_and_count_kernels! {
     /// Without any structure: the reference.
-    path_hits_exhaustive, path_lights_exhaustive, path_through_exhaustive,
-    tree_hits_exhaustive, tree_lights_exhaustive, tree_through_exhaustive,
-    count_path_hits_exhaustive, count_path_through_exhaustive, count_tree_hits_exhaustive, count_tree_through_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
+    hits_exhaustive, seen_exhaustive, paths_crossed_exhaustive, trees_crossed_exhaustive,
+    count_hits_exhaustive, count_seen_exhaustive, count_paths_crossed_exhaustive, count_trees_crossed_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
 }
 
 /// Hands a definition what the kernels over a bounding volume hierarchy take, and the tracer.
@@ -352,53 +306,38 @@ over_bvh! {
 }
 
 over_bvh! {
-    shadow_kernels,
-    /// Over a bounding volume hierarchy.
-    tree_seen_bvh, tree_filtered_bvh; placed true, in step false
-}
-
-over_bvh! {
-    shadow_kernels,
-    /// The same where there is no instance but the world.
-    tree_seen_bvh_world, tree_filtered_bvh_world; placed false, in step false
-}
-
-over_bvh! {
     walk_kernels,
     /// Over a bounding volume hierarchy.
-    path_hits_bvh, path_lights_bvh, path_through_bvh, tree_hits_bvh, tree_lights_bvh, tree_through_bvh;
+    hits_bvh, seen_bvh, paths_crossed_bvh, trees_crossed_bvh, Unwatched;
     placed true, in step false
 }
 
 over_bvh! {
     walk_kernels,
     /// The same where there is no instance but the world.
-    path_hits_bvh_world, path_lights_bvh_world, path_through_bvh_world,
-    tree_hits_bvh_world, tree_lights_bvh_world, tree_through_bvh_world;
+    hits_bvh_world, seen_bvh_world, paths_crossed_bvh_world, trees_crossed_bvh_world, Unwatched;
     placed false, in step false
 }
 
 over_bvh! {
     walk_kernels,
     /// The same with the threads of a warp in step.
-    path_hits_bvh_in_step, path_lights_bvh_in_step, path_through_bvh_in_step,
-    tree_hits_bvh_in_step, tree_lights_bvh_in_step, tree_through_bvh_in_step;
+    hits_bvh_in_step, seen_bvh_in_step, paths_crossed_bvh_in_step, trees_crossed_bvh_in_step, Unwatched;
     placed true, in step true
 }
 
 walk_kernels! {
     /// Over a hierarchy with eight children a node.
-    path_hits_bvh_wide, path_lights_bvh_wide, path_through_bvh_wide,
-    tree_hits_bvh_wide, tree_lights_bvh_wide, tree_through_bvh_wide, (
+    hits_bvh_wide, seen_bvh_wide, paths_crossed_bvh_wide, trees_crossed_bvh_wide, Unwatched, (
         nodes: &WideNode,
         roots: &Root<u32>,
         instance_root: u32
     ) |primitives, _work| WideTracer::<true>::new(WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, primitives })
 }
 
-count_kernels! {
+walk_kernels! {
     /// Over a bounding volume hierarchy as CPUs read it, whose walk counts.
-    count_path_hits_bvh, count_path_through_bvh, count_tree_hits_bvh, count_tree_through_bvh, (
+    count_hits_bvh, count_seen_bvh, count_paths_crossed_bvh, count_trees_crossed_bvh, Counting, (
         nodes: &BvhNode,
         roots: &u32,
         instance_nodes: &BvhNode,
@@ -414,9 +353,8 @@ count_kernels! {
 
 walk_and_count_kernels! {
     /// Over an octree, all octants that a ray meets.
-    path_hits_octree, path_lights_octree, path_through_octree,
-    tree_hits_octree, tree_lights_octree, tree_through_octree,
-    count_path_hits_octree, count_path_through_octree, count_tree_hits_octree, count_tree_through_octree, (
+    hits_octree, seen_octree, paths_crossed_octree, trees_crossed_octree,
+    count_hits_octree, count_seen_octree, count_paths_crossed_octree, count_trees_crossed_octree, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -434,9 +372,8 @@ walk_and_count_kernels! {
 
 walk_and_count_kernels! {
     /// Over an octree, octants in the order of the ray.
-    path_hits_octree_parametric, path_lights_octree_parametric, path_through_octree_parametric,
-    tree_hits_octree_parametric, tree_lights_octree_parametric, tree_through_octree_parametric,
-    count_path_hits_octree_parametric, count_path_through_octree_parametric, count_tree_hits_octree_parametric, count_tree_through_octree_parametric, (
+    hits_octree_parametric, seen_octree_parametric, paths_crossed_octree_parametric, trees_crossed_octree_parametric,
+    count_hits_octree_parametric, count_seen_octree_parametric, count_paths_crossed_octree_parametric, count_trees_crossed_octree_parametric, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -454,9 +391,8 @@ walk_and_count_kernels! {
 
 walk_and_count_kernels! {
     /// Over a uniform grid.
-    path_hits_grid, path_lights_grid, path_through_grid,
-    tree_hits_grid, tree_lights_grid, tree_through_grid,
-    count_path_hits_grid, count_path_through_grid, count_tree_hits_grid, count_tree_through_grid, (
+    hits_grid, seen_grid, paths_crossed_grid, trees_crossed_grid,
+    count_hits_grid, count_seen_grid, count_paths_crossed_grid, count_trees_crossed_grid, (
         starts: &u32,
         roots: &GridRoot,
         references: &u32,
@@ -474,9 +410,8 @@ walk_and_count_kernels! {
 
 walk_and_count_kernels! {
     /// Over a kd-tree.
-    path_hits_kdtree, path_lights_kdtree, path_through_kdtree,
-    tree_hits_kdtree, tree_lights_kdtree, tree_through_kdtree,
-    count_path_hits_kdtree, count_path_through_kdtree, count_tree_hits_kdtree, count_tree_through_kdtree, (
+    hits_kdtree, seen_kdtree, paths_crossed_kdtree, trees_crossed_kdtree,
+    count_hits_kdtree, count_seen_kdtree, count_paths_crossed_kdtree, count_trees_crossed_kdtree, (
         nodes: &KdNode,
         roots: &KdRoot,
         references: &u32,

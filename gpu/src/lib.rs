@@ -2,11 +2,12 @@
 //!
 //! | file | has |
 //! |---|---|
-//! | `kernels.rs` | the entry points that render, one for each structure, and the parameters that all of them take |
+//! | `kernels.rs` | the entry points that render, over each structure and without any, and the parameters that they take |
 //! | `parameters.rs` | arrays out of parameters |
 //! | `paths.rs` | what path tracing does with queues of paths, kernel by kernel |
 //! | `trees.rs` | the same of Whitted's trees of rays |
-//! | `lights.rs` | the same of these trees' shadow rays, where they have a queue of their own |
+//! | `lights.rs` | the same of these trees' shadow rays |
+//! | `walks.rs` | what both do whose rays are traced |
 //! | `queue.rs` | what both do with queues |
 //! | `develop.rs` | bytes of colours |
 //! | `band.rs` | which samples of which pixel a thread renders, and the rendering of them |
@@ -27,6 +28,7 @@ mod queue;
 mod rays;
 mod totals;
 mod trees;
+mod walks;
 mod warp;
 mod watch;
 

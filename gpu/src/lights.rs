@@ -1,16 +1,17 @@
-//! What kernels do with shadow rays of Whitted's trees that have a queue of their own, in place of `trees::light`: `ask` → `see` or
-//! `filter` → `sum`, as often as points have more rays than there is room for. A thread has a ray, so that all do the same.
+//! What kernels do with shadow rays of Whitted's trees: `ask` → `walks::see` → `cross`, where light comes through surfaces, →
+//! `sum`, as often as points have more rays than there is room for. A thread has a ray, so that all do the same.
 
 use crate::queue::{Threads, read, write};
 use crate::totals::Totals;
 use crate::trees::add_saturating;
+use crate::watch::Watching;
 use eosphor_core::device::{
     LIT_ROWS, NO_LIGHT, PROGRESS_ROWS, PathLaunch, Row, light_of_word, light_word, lit_of_rows,
     progress_of_rows, row_of_vector, rows_of_progress, vector_of_row,
 };
 use eosphor_core::hierarchy::Tracer;
-use eosphor_core::integrator::whitted::{LightProgress, add_light, light_query, light_ray};
-use eosphor_core::integrator::{RayCounts, transmittance_beyond};
+use eosphor_core::integrator::whitted::{LightProgress, LightSample, add_light, light_query, light_ray};
+use eosphor_core::integrator::{RayCounts, transmittance};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{PrimitiveId, Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
@@ -31,22 +32,25 @@ unsafe fn points(launch: &PathLaunch) -> u32 {
 ///
 /// # Safety
 ///
-/// As for `trees::shade`; the arrays of `lights` have room for `window` rays of each of `room` points.
+/// As for `trees::shade`; the arrays of `lights` have room for the rays of `room` points.
 #[inline(always)]
 pub(crate) unsafe fn ask(view: &SceneView, launch: &PathLaunch) {
     let lights = &launch.lights;
-    let window = lights.window.max(1);
     let casts = view.settings.shadow_mode != ShadowMode::None;
     // SAFETY: no thread of this kernel writes it.
-    let count = unsafe { points(launch) } * window;
+    let points = unsafe { points(launch) };
     let threads = Threads::here();
+    if threads.number == 0 {
+        // SAFETY: the control is there, and no other thread of this kernel touches this part of it.
+        unsafe { (*launch.control).hidden = 0 };
+    }
     let mut counts = RayCounts::default();
-    let mut index = threads.number;
+    let (mut index, count) = (threads.number, lights.rays(points));
     while index < count {
-        let number = index / window;
-        let of_point = lights.first + (index - number * window);
+        let (number, of_window) = lights.point(index);
+        let of_point = lights.first + of_window;
         let (mut word, mut weights) = (NO_LIGHT, [0.0; 2]);
-        if of_point < lights.all {
+        if number < points && of_point < lights.all {
             // SAFETY: below `room`, since nodes ask once.
             let (point, at) = lit_of_rows(&unsafe { read::<LIT_ROWS>(launch.requests, launch.room, number) });
             let pixel = launch.pixel(view.settings.width, at.place);
@@ -76,7 +80,7 @@ pub(crate) unsafe fn ask(view: &SceneView, launch: &PathLaunch) {
 ///
 /// As for [`ask`], which has made the ray.
 #[inline(always)]
-unsafe fn query(view: &SceneView, launch: &PathLaunch, index: u32) -> Option<(Ray, RayFilter)> {
+pub(crate) unsafe fn query(view: &SceneView, launch: &PathLaunch, index: u32) -> Option<(Ray, RayFilter)> {
     let lights = &launch.lights;
     // SAFETY: a ray of the queue, whose point is below `room`.
     unsafe {
@@ -84,7 +88,7 @@ unsafe fn query(view: &SceneView, launch: &PathLaunch, index: u32) -> Option<(Ra
         if word == NO_LIGHT {
             return None;
         }
-        let number = (index / lights.window.max(1)) as usize;
+        let number = lights.point(index).0 as usize;
         let direction = vector_of_row(*lights.directions.add(index as usize));
         // As `rows_of_lit` has them.
         let row = |k: usize| *launch.requests.add(k * launch.room as usize + number);
@@ -95,30 +99,23 @@ unsafe fn query(view: &SceneView, launch: &PathLaunch, index: u32) -> Option<(Ra
     }
 }
 
-/// Finds which lights are seen.
+/// Notes whether something is in the way of a shadow ray. Through what it is, if light comes through, [`cross`] finds out.
 ///
 /// # Safety
 ///
-/// As for [`ask`], which has made the rays.
+/// As for [`ask`], which has made the ray.
 #[inline(always)]
-pub(crate) unsafe fn see<T: Tracer>(view: &SceneView, tracer: &T, launch: &PathLaunch) {
-    if view.settings.shadow_mode == ShadowMode::None {
-        return;
-    }
-    // SAFETY: no thread of this kernel writes it.
-    let count = unsafe { points(launch) } * launch.lights.window;
-    let threads = Threads::here();
-    let mut index = threads.number;
-    while index < count {
-        // SAFETY: a ray of the queue; each is one thread's.
-        unsafe {
-            if let Some((ray, filter)) = query(view, launch, index) {
-                if tracer.occluded(&ray, &filter) {
-                    *launch.lights.weights.add(index as usize) = [0.0; 2];
-                }
+pub(crate) unsafe fn note_seen(launch: &PathLaunch, index: u32, is_hidden: bool) {
+    let lights = &launch.lights;
+    // SAFETY: a ray of the queue; each is one thread's.
+    unsafe {
+        if lights.through.is_null() {
+            if is_hidden {
+                *lights.weights.add(index as usize) = [0.0; 2];
             }
+        } else if !is_hidden {
+            *lights.through.add(index as usize) = row_of_vector(Vec3::ONE, 0.0);
         }
-        index += threads.all;
     }
 }
 
@@ -126,37 +123,42 @@ pub(crate) unsafe fn see<T: Tracer>(view: &SceneView, tracer: &T, launch: &PathL
 ///
 /// # Safety
 ///
-/// As for [`see`]; `through` is there.
+/// As for [`ask`], which has made the rays; `through` and `hidden` are there.
 #[inline(always)]
-pub(crate) unsafe fn filter<T: Tracer>(view: &SceneView, tracer: &T, launch: &PathLaunch) {
+pub(crate) unsafe fn cross<T: Tracer>(
+    view: &SceneView,
+    tracer: &T,
+    launch: &PathLaunch,
+    watching: &impl Watching,
+) {
     // SAFETY: no thread of this kernel writes it.
-    let count = unsafe { points(launch) } * launch.lights.window;
+    let count = unsafe { (*launch.control).hidden } as u32;
     let threads = Threads::here();
-    let mut index = threads.number;
-    while index < count {
-        // SAFETY: a ray of the queue; each is one thread's.
+    let mut place = threads.number;
+    while place < count {
+        // SAFETY: what is listed are rays of the queue; each is one thread's.
         unsafe {
+            let index = *launch.hidden.add(place as usize);
             if let Some((ray, filter)) = query(view, launch, index) {
-                // As in `direct_light` with the closest hit.
-                let hit = tracer.closest_hit(&ray, &filter);
-                let through = transmittance_beyond(view, tracer, &ray, &filter, &hit);
+                let through = transmittance(view, tracer, &ray, &filter);
                 *launch.lights.through.add(index as usize) = row_of_vector(through, 0.0);
             }
         }
-        index += threads.all;
+        place += threads.all;
     }
+    // SAFETY: the totals are there.
+    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
 }
 
 /// Adds up what lights give to points, and in the end adds that to pixels.
 ///
 /// # Safety
 ///
-/// As for [`see`], which has traced the rays.
+/// As for [`ask`], whose rays `walks::see` and [`cross`] have traced.
 #[inline(always)]
 pub(crate) unsafe fn sum(view: &SceneView, launch: &PathLaunch) {
     let lights = &launch.lights;
-    let window = lights.window;
-    let end = lights.first + window;
+    let end = lights.first + lights.window;
     let end = if end < lights.all { end } else { lights.all };
     // SAFETY: no thread of this kernel writes it.
     let count = unsafe { points(launch) };
@@ -165,7 +167,6 @@ pub(crate) unsafe fn sum(view: &SceneView, launch: &PathLaunch) {
     while number < count {
         // SAFETY: below `room`, since nodes ask once.
         let (point, at) = lit_of_rows(&unsafe { read::<LIT_ROWS>(launch.requests, launch.room, number) });
-        let pixel = launch.pixel(view.settings.width, at.place);
         let mut progress = LightProgress::default();
         if lights.first > 0 {
             // SAFETY: below `room`; the window before has written it.
@@ -173,18 +174,20 @@ pub(crate) unsafe fn sum(view: &SceneView, launch: &PathLaunch) {
             progress = progress_of_rows(rows);
         }
         let sample = |of_point: u32| {
-            let index = (number * window + (of_point - lights.first)) as usize;
+            let index = lights.ray(number, of_point - lights.first) as usize;
             // SAFETY: a ray of the queue, which `ask` has made.
             unsafe {
                 let [diffuse, specular] = *lights.weights.add(index);
+                let word = *lights.lights.add(index);
+                let light = if word == NO_LIGHT { None } else { Some(light_of_word(word).0) };
                 let mut through = Vec3::ONE;
-                if !lights.through.is_null() && *lights.lights.add(index) != NO_LIGHT {
+                if !lights.through.is_null() && light.is_some() {
                     through = vector_of_row(*lights.through.add(index)).0;
                 }
-                (through, diffuse, specular)
+                LightSample { light, through, diffuse, specular }
             }
         };
-        add_light(view, &point, at.path, pixel, (lights.first, end), &mut progress, sample);
+        add_light(view, &point, (lights.first, end), &mut progress, sample);
         // SAFETY: the pixel is one of the band; each point is one thread's.
         unsafe {
             if end < lights.all {

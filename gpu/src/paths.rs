@@ -1,5 +1,6 @@
-//! What kernels do with paths in queues: a round is `begin` → `generate` → `find_hits` → `shade` → `see_lights`, and at the end of
-//! a pass comes `settle`. All but the first go through as many items as the queues have, however many threads there are.
+//! What kernels do with paths in queues: a round is `begin` → `generate` → `walks::find_hits` → `shade` → `walks::see` → `cross`,
+//! and at the end of a pass comes `settle`. All but the first go through as many items as the queues have, however many threads
+//! there are.
 
 use crate::queue::{Places, Threads, read, write};
 use crate::totals::Totals;
@@ -7,8 +8,8 @@ use crate::watch::Watching;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::device::{
-    HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, PathPlace, REQUEST_ROWS, hit_of_rows, is_outside,
-    path_of_rows, query_of_rows, request_of_rows, rows_of_hit, rows_of_path, rows_of_request,
+    HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, PathPlace, REQUEST_ROWS, Row, hit_of_rows, is_outside,
+    path_of_rows, query_of_request, request_of_rows, rows_of_hit, rows_of_path, rows_of_request,
 };
 use eosphor_core::hierarchy::Tracer;
 use eosphor_core::integrator::path::{
@@ -17,6 +18,7 @@ use eosphor_core::integrator::path::{
 };
 use eosphor_core::integrator::{RayCounts, camera_ray, pixel_color};
 use eosphor_core::math::Vec3;
+use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
 
@@ -56,52 +58,22 @@ pub(crate) unsafe fn generate(view: &SceneView, launch: &PathLaunch) {
     }
 }
 
-/// Finds what the paths hit, and sorts them by that.
+/// Notes what a path has hit. Says whether it has left the scene or met what is matte.
 ///
 /// # Safety
 ///
-/// As for [`generate`]; `totals` are there.
+/// As for [`generate`]; the number is one of a path, which this thread alone has.
 #[inline(always)]
-pub(crate) unsafe fn find_hits<T: Tracer>(
+pub(crate) unsafe fn note_hit(
     view: &SceneView,
-    tracer: &T,
     launch: &PathLaunch,
-    watching: &impl Watching,
-) {
-    // SAFETY: no thread of this kernel writes this part of it.
-    let count = unsafe { (*launch.control).paths };
-    let threads = Threads::here();
-    let mut first = threads.first_of_warp();
-    while first < count {
-        let number = first + threads.lane();
-        first += threads.all;
-        let (mut is_matte, mut is_other) = (false, false);
-        if number < count {
-            // SAFETY: below `room`; each number is one thread's.
-            unsafe {
-                let rows = read::<3>(launch.paths, launch.room, number);
-                let (ray, filter) = query_of_rows(rows, view.settings.cull_back_faces);
-                let hit = tracer.closest_hit(&ray, &filter);
-                write::<HIT_ROWS>(launch.hits, launch.room, number, rows_of_hit(&hit));
-                is_matte = hit.is_miss() || is_outside(&rows) && is_matte_outside(view, &hit);
-                is_other = !is_matte;
-            }
-        }
-        // SAFETY: the control is there, and this part of it is touched by additions like this alone.
-        let places =
-            unsafe { Places::take(&raw mut (*launch.control).sorted, threads.lane(), [is_matte, is_other]) };
-        // SAFETY: each path is of one kind, so the two do not meet, and each place is one thread's.
-        unsafe {
-            if places.has(0) {
-                *launch.sorted.add(places.at(0) as usize) = number;
-            }
-            if places.has(1) {
-                *launch.sorted.add((launch.room - 1 - places.at(1)) as usize) = number;
-            }
-        }
-    }
-    // SAFETY: the totals are there.
-    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
+    number: u32,
+    rows: &[Row; 3],
+    hit: &Hit,
+) -> bool {
+    // SAFETY: by this function's contract.
+    unsafe { write::<HIT_ROWS>(launch.hits, launch.room, number, rows_of_hit(hit)) };
+    hit.is_miss() || is_outside(rows) && is_matte_outside(view, hit)
 }
 
 /// Shades what the paths have hit: adds what they find, asks of lights, and writes the paths that go on. If `MATTE`, those that
@@ -253,33 +225,56 @@ unsafe fn add(launch: &PathLaunch, pixel: u32, found: Vec3) {
     }
 }
 
-/// Adds what lights give where they are seen; where something is in the way, what comes through it, if `COLOURED`.
+/// The shadow ray of a request.
 ///
 /// # Safety
 ///
-/// As for [`shade`].
+/// As for [`shade`], which has made the request.
 #[inline(always)]
-pub(crate) unsafe fn see_lights<T: Tracer, const COLOURED: bool>(
+pub(crate) unsafe fn light_query(launch: &PathLaunch, number: u32) -> (Ray, RayFilter) {
+    // SAFETY: below `room`, since paths ask once.
+    query_of_request(unsafe { read::<3>(launch.requests, launch.room, number) })
+}
+
+/// Adds what a light gives that is seen.
+///
+/// # Safety
+///
+/// As for [`light_query`].
+#[inline(always)]
+pub(crate) unsafe fn add_light(launch: &PathLaunch, number: u32) {
+    // SAFETY: by this function's contract; the pixel is one of the band.
+    unsafe {
+        let (request, pixel) = request_of_rows(&read::<REQUEST_ROWS>(launch.requests, launch.room, number));
+        add(launch, pixel, request.contribution);
+    }
+}
+
+/// Adds what comes of lights through what is in the way.
+///
+/// # Safety
+///
+/// As for [`shade`]; `hidden` is there.
+#[inline(always)]
+pub(crate) unsafe fn cross<T: Tracer>(
     view: &SceneView,
     tracer: &T,
     launch: &PathLaunch,
     watching: &impl Watching,
 ) {
     // SAFETY: no thread of this kernel writes it.
-    let count = unsafe { ((*launch.control).appended >> 32) as u32 };
+    let count = unsafe { (*launch.control).hidden } as u32;
     let threads = Threads::here();
-    let mut number = threads.number;
-    while number < count {
-        // SAFETY: below `room`, since paths ask once.
-        let (request, pixel) =
-            request_of_rows(&unsafe { read::<REQUEST_ROWS>(launch.requests, launch.room, number) });
-        let mut seen = Vec3::ONE;
-        if tracer.occluded(&request.ray, &request.filter) {
-            seen = if COLOURED { through(view, tracer, &request) } else { Vec3::ZERO };
+    let mut place = threads.number;
+    while place < count {
+        // SAFETY: what is listed are numbers of requests; the pixel is one of the band.
+        unsafe {
+            let number = *launch.hidden.add(place as usize);
+            let (request, pixel) =
+                request_of_rows(&read::<REQUEST_ROWS>(launch.requests, launch.room, number));
+            add(launch, pixel, request.contribution * through(view, tracer, &request));
         }
-        // SAFETY: the pixel is one of the band.
-        unsafe { add(launch, pixel, request.contribution * seen) };
-        number += threads.all;
+        place += threads.all;
     }
     // SAFETY: the totals are there.
     watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());

@@ -88,7 +88,9 @@ impl Places {
         let takers = [warp::lanes(warp::unknown(first)), warp::lanes(warp::unknown(second))];
         let taken = (takers[0].count_ones() as u64) | (takers[1].count_ones() as u64) << 32;
         // SAFETY: by this function's contract.
-        let add = || unsafe { AtomicU64::from_ptr(lengths) }.fetch_add(taken, Ordering::Relaxed);
+        let lengths = unsafe { AtomicU64::from_ptr(lengths) };
+        // All warps add to one address: those that want nothing spare themselves that.
+        let add = || if taken > 0 { lengths.fetch_add(taken, Ordering::Relaxed) } else { 0 };
         Places { lane, first: warp::from_first_lane(lane, add), takers }
     }
 

@@ -1,24 +1,22 @@
-//! What kernels do with Whitted's trees of rays: a round is `begin` → `generate` → `find_hits` → `shade` → `light`, as for paths
-//! (`paths.rs`). Nodes lie in slots, and those that wait in a stack: rounds take the last ones, so that there are never many more
-//! than one tree is deep.
+//! What kernels do with Whitted's trees of rays: a round is `begin` → `generate` → `walks::find_hits` → `shade_ends`, `shade`, as
+//! for paths (`paths.rs`), and then come lights (`lights.rs`). Nodes lie in slots, and those that wait in a stack: rounds take
+//! the last ones, so that there are never many more than one tree is deep.
 
 use crate::queue::{Places, Threads, read, write};
 use crate::totals::Totals;
 use crate::warp;
-use crate::watch::Watching;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::device::{
     FRESH_NODE_ROWS, LIT_ROWS, LitPlace, NODE_CHILDREN, NODE_ROWS, NODE_STRIDE, PathLaunch, PathPlace, Row,
-    TreeNode, in_ring, lit_of_rows, query_of_rows, rows_of_fresh_node, rows_of_hit, rows_of_lit, was_traced,
+    TreeNode, in_ring, rows_of_fresh_node, rows_of_hit, rows_of_lit,
 };
-use eosphor_core::hierarchy::Tracer;
 use eosphor_core::integrator::whitted::{
-    LampLobe, LitPoint, branches_at, child_ray, depth_limit, direct_light, local_radiance, ray_behind,
-    takes_light,
+    LampLobe, LitPoint, branches_at, child_ray, depth_limit, ends_at, local_radiance, ray_behind, takes_light,
 };
 use eosphor_core::integrator::{PathRay, RayCounts, camera_ray, weight_at};
 use eosphor_core::math::Vec3;
+use eosphor_core::ray::Hit;
 use eosphor_core::shading::SurfacePoint;
 use eosphor_core::sums::ExactSum;
 use eosphor_core::view::SceneView;
@@ -128,73 +126,160 @@ pub(crate) unsafe fn generate(view: &SceneView, launch: &PathLaunch) {
     unsafe { Totals::new(launch.totals) }.add(&counts, threads.lane());
 }
 
-/// Finds what the nodes' rays hit, and lists those that hit something or have more to do.
+/// The slot of a node of this round, and the rows that a query reads of it.
 ///
 /// # Safety
 ///
-/// As for [`generate`]; `totals` are there.
+/// As for [`generate`]; there are more nodes in this round.
 #[inline(always)]
-pub(crate) unsafe fn find_hits<T: Tracer>(
-    view: &SceneView,
-    tracer: &T,
-    launch: &PathLaunch,
-    watching: &impl Watching,
-) {
+pub(crate) unsafe fn asked(launch: &PathLaunch, waiting: u32, number: u32) -> (u32, [Row; 3]) {
+    // SAFETY: inside of the stack, whose slots are those of nodes.
+    unsafe {
+        let slot = *launch.stack.add((waiting + number) as usize);
+        (slot, read_rows::<3>(slot_rows(launch, slot)))
+    }
+}
+
+/// Notes what a node's ray has hit; where that is nothing, what surrounds the scene is added. Says whether the ray ends there.
+///
+/// # Safety
+///
+/// As for [`generate`]; the slot is one of a node, which this thread alone has.
+#[inline(always)]
+pub(crate) unsafe fn note_hit(view: &SceneView, launch: &PathLaunch, slot: u32, hit: &Hit) -> bool {
+    // SAFETY: by this function's contract; the pixel is one of the band.
+    unsafe {
+        let node = slot_rows(launch, slot);
+        if hit.is_miss() {
+            let [Row([x, y, z, _]), Row([pixel, ..])] = read_rows::<2>(node.add(3));
+            let weight = Vec3 { x: f32::from_bits(x), y: f32::from_bits(y), z: f32::from_bits(z) };
+            add_saturating(launch, pixel, weight * view.settings.background);
+            return true;
+        }
+        write_rows(node.add(FRESH_NODE_ROWS), rows_of_hit(hit));
+    }
+    launch.lists_ends != 0 && ends_at(view, hit)
+}
+
+/// Frees the slots of nodes whose rays have left the scene.
+///
+/// # Safety
+///
+/// As for [`note_hit`]. All threads of a warp come here.
+#[inline(always)]
+pub(crate) unsafe fn free_missed(launch: &PathLaunch, lane: u32, slot: u32, is_miss: bool) {
+    // SAFETY: the control is there, and this part of it is touched by additions like this alone; each place is one thread's, and
+    // there are no more than nodes.
+    unsafe {
+        let control = launch.control;
+        let places = Places::take(&raw mut (*control).missed, lane, [is_miss, false]);
+        if places.has(0) {
+            // From the end, since those that are shaded begin at the first.
+            let at = in_ring((*control).end_free + ((*control).paths - 1 - places.at(0)), launch.slots);
+            *launch.free.add(at as usize) = slot;
+        }
+    }
+}
+
+/// The number-th node of the list of those whose rays end, or of the other one. Its slot becomes free if `is_one`.
+///
+/// # Safety
+///
+/// As for [`generate`]; the list has so many.
+#[inline(always)]
+unsafe fn take_node<const ENDS: bool>(launch: &PathLaunch, number: u32, is_one: bool) -> TreeNode {
+    // SAFETY: what the lists name are slots of nodes; each node of the round is in one of them or has left the scene, so each is
+    // freed once.
+    unsafe {
+        let (in_list, freed) = match ENDS {
+            true => (number, number),
+            false => (launch.room - 1 - number, (*launch.control).sorted as u32 + number),
+        };
+        let slot = *launch.sorted.add(in_list as usize);
+        if is_one {
+            *launch.free.add(in_ring((*launch.control).end_free + freed, launch.slots) as usize) = slot;
+        }
+        TreeNode::of_rows(&read_rows::<NODE_ROWS>(slot_rows(launch, slot)))
+    }
+}
+
+/// What a node asks of lights, and what it gives where it asks for nothing.
+struct Lighting {
+    asks: bool,
+    lit: MaybeUninit<[Row; LIT_ROWS]>,
+}
+
+impl Lighting {
+    const NONE: Lighting = Lighting { asks: false, lit: MaybeUninit::uninit() };
+
+    /// Adds what a point gives by itself, here or with its light. The point shows by this share.
+    ///
+    /// # Safety
+    ///
+    /// As for [`shade`].
+    #[inline(always)]
+    unsafe fn begin(
+        &mut self,
+        view: &SceneView,
+        launch: &PathLaunch,
+        point: &SurfacePoint,
+        (ray, t, there): (&PathRay, f32, f32),
+        place: PathPlace,
+    ) {
+        let found = local_radiance(view, point, ray, t);
+        let weight = ray.weight * there;
+        if view.settings.lighting_model.is_lit() & !view.lights.is_empty() {
+            let lobe = LampLobe::new(view, point, ray, depth_limit(view.settings));
+            if takes_light(point, &lobe) {
+                self.asks = true;
+                let at = LitPlace { place, path: ray.path, found, weight };
+                self.lit.write(rows_of_lit(&LitPoint::new(point, &lobe), &at));
+            }
+        }
+        if !self.asks {
+            // SAFETY: the pixel is one of the band.
+            unsafe { add_saturating(launch, place.pixel, weight * found) };
+        }
+    }
+}
+
+/// Shades what rays have hit that end there.
+///
+/// # Safety
+///
+/// As for [`shade`].
+#[inline(always)]
+pub(crate) unsafe fn shade_ends(view: &SceneView, launch: &PathLaunch) {
     // SAFETY: no thread of this kernel writes this part of it.
-    let (count, waiting, end_free) =
-        unsafe { ((*launch.control).paths, (*launch.control).waiting, (*launch.control).end_free) };
+    let count = unsafe { (*launch.control).sorted as u32 };
     let threads = Threads::here();
     let mut first = threads.first_of_warp();
     while first < count {
         let number = first + threads.lane();
         first += threads.all;
-        let (mut is_miss, mut is_listed, mut slot) = (false, false, 0);
+        let mut lighting = Lighting::NONE;
         if number < count {
-            // SAFETY: inside of the stack, whose slots are those of nodes; each number is one thread's.
+            // SAFETY: the list has so many; the pixel is one of the band.
             unsafe {
-                slot = *launch.stack.add((waiting + number) as usize);
-                let node = slot_rows(launch, slot);
-                let rows = read_rows::<3>(node);
-                if !was_traced(&rows[0]) {
-                    let (ray, filter) = query_of_rows(rows, view.settings.cull_back_faces);
-                    let hit = tracer.closest_hit(&ray, &filter);
-                    is_miss = hit.is_miss();
-                    if !is_miss {
-                        write_rows(node.add(FRESH_NODE_ROWS), rows_of_hit(&hit));
-                    } else {
-                        let [weight, place] = read_rows::<2>(node.add(3));
-                        let weight = of_row(weight);
-                        add_saturating(launch, place.0[0], weight * view.settings.background);
-                    }
-                }
-                is_listed = !is_miss;
+                let TreeNode { mut ray, place, hit, .. } = take_node::<true>(launch, number, true);
+                let point = SurfacePoint::new(view, &ray.ray(), &hit);
+                ray.weight = weight_at(view, &point, &ray, hit.t);
+                lighting.begin(view, launch, &point, (&ray, hit.t, 1.0), place);
             }
         }
-        // SAFETY: the control is there, and this part of it is touched by additions like this alone.
-        let places =
-            unsafe { Places::take(&raw mut (*launch.control).sorted, threads.lane(), [is_miss, is_listed]) };
-        // SAFETY: each place is one thread's, and there are no more than nodes.
+        let asked = [false, lighting.asks];
+        // SAFETY: the control is there, and this part of it is touched by additions like this alone; there is room, and each
+        // place is one thread's. What there is was written.
         unsafe {
-            if places.has(0) {
-                // From the end, since those that are shaded begin at the first.
-                let at = in_ring(end_free + (count - 1 - places.at(0)), launch.slots);
-                *launch.free.add(at as usize) = slot;
-            }
+            let places = Places::take(&raw mut (*launch.control).appended, threads.lane(), asked);
             if places.has(1) {
-                *launch.sorted.add(places.at(1) as usize) = slot;
+                write(launch.requests, launch.room, places.at(1), *lighting.lit.assume_init_ref());
             }
         }
     }
-    // SAFETY: the totals are there.
-    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
 }
 
-#[inline(always)]
-fn of_row(Row([x, y, z, _]): Row) -> Vec3 {
-    Vec3 { x: f32::from_bits(x), y: f32::from_bits(y), z: f32::from_bits(z) }
-}
-
-/// Shades what the rays have hit: adds what is found there, asks for light, and begins the rays that go on.
+/// Shades what the other rays have hit: adds what is found there, asks for light, and begins the rays that go on.
 ///
 /// # Safety
 ///
@@ -202,9 +287,9 @@ fn of_row(Row([x, y, z, _]): Row) -> Vec3 {
 #[inline(always)]
 pub(crate) unsafe fn shade(view: &SceneView, launch: &PathLaunch) {
     // SAFETY: no thread of this kernel writes these parts of it.
-    let (count, waiting, first_free, end_free) = unsafe {
+    let (count, waiting, first_free) = unsafe {
         let control = launch.control;
-        (((*control).sorted >> 32) as u32, (*control).waiting, (*control).first_free, (*control).end_free)
+        (((*control).sorted >> 32) as u32, (*control).waiting, (*control).first_free)
     };
     let settings = view.settings;
     let max_depth = depth_limit(settings);
@@ -218,39 +303,20 @@ pub(crate) unsafe fn shade(view: &SceneView, launch: &PathLaunch) {
         let is_one = number < count;
         // Threads without a node of their own look at the last one and keep it to themselves, since votes need them.
         let number = if is_one { number } else { count - 1 };
-        // SAFETY: below the list's length; what it names are slots of nodes.
-        let node = unsafe {
-            let slot = *launch.sorted.add(number as usize);
-            if is_one {
-                *launch.free.add(in_ring(end_free + number, launch.slots) as usize) = slot;
-            }
-            TreeNode::of_rows(&read_rows::<NODE_ROWS>(slot_rows(launch, slot)))
-        };
+        // SAFETY: below the list's length.
+        let node = unsafe { take_node::<false>(launch, number, is_one) };
         let TreeNode { mut ray, place, hit, next_branch } = node;
         let at = launch.pixel(settings.width, place);
         let point = SurfacePoint::new(view, &ray.ray(), &hit);
         let there = point.coverage;
         let is_fresh = next_branch == TreeNode::FRESH;
         let mut next_branch = if is_fresh { 0 } else { next_branch };
-        let mut asks = false;
-        let mut lit = MaybeUninit::uninit();
+        let mut lighting = Lighting::NONE;
         if is_fresh {
             ray.weight = weight_at(view, &point, &ray, hit.t);
             if is_one & (there > 0.0) {
-                let found = local_radiance(view, &point, &ray, hit.t);
-                let weight = ray.weight * there;
-                if settings.lighting_model.is_lit() & !view.lights.is_empty() {
-                    let lobe = LampLobe::new(view, &point, &ray, max_depth);
-                    if takes_light(&point, &lobe) {
-                        asks = true;
-                        let lit_place = LitPlace { place, path: ray.path, found, weight };
-                        lit.write(rows_of_lit(&LitPoint::new(&point, &lobe), &lit_place));
-                    }
-                }
-                if !asks {
-                    // SAFETY: the pixel is one of the band.
-                    unsafe { add_saturating(launch, place.pixel, weight * found) };
-                }
+                // SAFETY: the pixel is one of the band.
+                unsafe { lighting.begin(view, launch, &point, (&ray, hit.t, there), place) };
             }
         }
         let branches = branches_at(&point, ray.depth, max_depth);
@@ -278,8 +344,9 @@ pub(crate) unsafe fn shade(view: &SceneView, launch: &PathLaunch) {
                 next_branch += 1;
             }
             // SAFETY: the control is there, and this part of it is touched by additions like this alone.
+            let appended = [goes_on, lighting.asks];
             let places =
-                unsafe { Places::take(&raw mut (*launch.control).appended, threads.lane(), [goes_on, asks]) };
+                unsafe { Places::take(&raw mut (*launch.control).appended, threads.lane(), appended) };
             // SAFETY: there is room, by `begin_round_of_trees`; each place is one thread's. What there is was written.
             unsafe {
                 if places.has(0) {
@@ -296,58 +363,15 @@ pub(crate) unsafe fn shade(view: &SceneView, launch: &PathLaunch) {
                     }
                 }
                 if places.has(1) {
-                    write(launch.requests, launch.room, places.at(1), *lit.assume_init_ref());
+                    write(launch.requests, launch.room, places.at(1), *lighting.lit.assume_init_ref());
                 }
             }
-            asks = false;
+            lighting.asks = false;
             turn += 1;
         }
     }
     // SAFETY: the totals are there.
     unsafe { Totals::new(launch.totals) }.add(&counts, threads.lane());
-}
-
-/// Lights points, and adds what they give. Coloured shadows begin with the closest hit if `CLOSEST`, else with any, as on CPUs.
-///
-/// # Safety
-///
-/// As for [`shade`].
-#[inline(always)]
-pub(crate) unsafe fn light<T: Tracer, const COLOURED: bool, const CLOSEST: bool>(
-    view: &SceneView,
-    tracer: &T,
-    launch: &PathLaunch,
-    watching: &impl Watching,
-) {
-    // SAFETY: no thread of this kernel writes it.
-    let count = unsafe { ((*launch.control).appended >> 32) as u32 };
-    let threads = Threads::here();
-    let mut counts = RayCounts::default();
-    let mut first = threads.first_of_warp();
-    while first < count {
-        let number = first + threads.lane();
-        first += threads.all;
-        if number < count {
-            // SAFETY: below `room`, since nodes ask once.
-            let (point, at) = lit_of_rows(&unsafe { read::<LIT_ROWS>(launch.requests, launch.room, number) });
-            let pixel = launch.pixel(view.settings.width, at.place);
-            let mut found = at.found;
-            found += direct_light::<T, 1, COLOURED, CLOSEST>(
-                view,
-                tracer,
-                &point,
-                at.path,
-                pixel,
-                &mut counts.shadow,
-            );
-            // SAFETY: the pixel is one of the band.
-            unsafe { add_saturating(launch, at.place.pixel, at.weight * found) };
-        }
-    }
-    // SAFETY: the totals are there.
-    let totals = unsafe { Totals::new(launch.totals) };
-    totals.add(&counts, threads.lane());
-    watching.add_to(&totals, threads.lane());
 }
 
 /// Adds a contribution to a pixel. Trees have no bound, so sums may be full: then they stay so. What would wrap is seen by whoever

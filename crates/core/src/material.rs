@@ -1,6 +1,6 @@
 //! What surfaces do with light, in the form that shading reads.
 
-use crate::math::Vec3;
+use crate::math::{Vec3, max};
 
 /// "No texture", "no primitive", "no light", "no material".
 pub const NONE: u32 = u32::MAX;
@@ -154,6 +154,14 @@ impl Material {
             _ => self.shadow_filter,
         };
         is_there & (passes.max_component() <= 0.0)
+    }
+
+    /// Whether Whitted's rays end on its surfaces, whatever its textures say.
+    #[inline(always)]
+    pub fn ends_rays(&self) -> bool {
+        let is_whole = (self.alpha == AlphaUse::Ignore) & !self.single_sided;
+        let goes_on = max(self.reflection.max_component(), self.transmission.max_component()) > 0.0;
+        is_whole & (self.model != SurfaceModel::MetallicRoughness) & !goes_on
     }
 
     /// Whether what is made of it is a light to path tracing: it shines, and nothing passes it straight. Other emitters are found

@@ -296,6 +296,24 @@ unsafe extern "C" fn cuModuleGetFunction(
 }
 
 #[unsafe(no_mangle)]
+unsafe extern "C" fn cuModuleGetGlobal_v2(
+    address: *mut usize,
+    bytes: *mut usize,
+    module: *mut c_void,
+    name: *const c_char,
+) -> Answer {
+    let program: &Program = &*module.cast::<Program>();
+    let name = CStr::from_ptr(name).to_string_lossy();
+    match program.globals.get(&*name) {
+        Some(&(at, size)) => {
+            write(bytes, size);
+            write(address, at as usize)
+        }
+        None => NOT_FOUND,
+    }
+}
+
+#[unsafe(no_mangle)]
 unsafe extern "C" fn cuFuncGetAttribute(
     value: *mut c_int,
     attribute: c_int,

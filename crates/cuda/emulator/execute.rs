@@ -3,7 +3,6 @@
 use crate::compute::computed;
 use crate::program::{Function, Instruction, NONE, Op, Special, Type};
 use std::collections::HashMap;
-use std::sync::Arc;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -14,8 +13,8 @@ pub(crate) struct Program {
     pub(crate) numbers: HashMap<String, usize>,
     /// Of each function and each of its calls, which function that is.
     pub(crate) callees: Vec<Vec<usize>>,
-    /// The constants of the module; kept for as long as instructions name them.
-    pub(crate) _data: Vec<Arc<[u128]>>,
+    /// Address and bytes of each array of the module.
+    pub(crate) globals: HashMap<String, (u64, usize)>,
 }
 
 /// Threads of a warp.

@@ -5,7 +5,6 @@ use crate::names::{comparison, computation, memory_type, special, type_of};
 use crate::operands::{inside, split, vector};
 use crate::program::{CallSite, Function, Instruction, NONE, Op, Type};
 use std::collections::HashMap;
-use std::sync::Arc;
 
 /// Reads a module.
 pub(crate) fn read(text: &str) -> Result<Program, String> {
@@ -14,8 +13,9 @@ pub(crate) fn read(text: &str) -> Result<Program, String> {
     let mut numbers = HashMap::new();
     let mut lines = text.lines().map(without_comment);
     while let Some(line) = lines.next() {
-        if line.starts_with(".global") || line.starts_with(".const") {
-            globals.add(line)?;
+        let data = line.strip_prefix(".visible ").unwrap_or(line);
+        if data.starts_with(".global") || data.starts_with(".const") {
+            globals.add(data)?;
         }
         if !(line.contains(".entry ") || line.contains(".func ")) {
             continue;
@@ -48,7 +48,7 @@ pub(crate) fn read(text: &str) -> Result<Program, String> {
         .iter()
         .map(|function: &Function| function.calls.iter().map(callee).collect())
         .collect::<Result<_, String>>()?;
-    Ok(Program { functions, numbers, callees, _data: globals.data })
+    Ok(Program { functions, numbers, callees, globals: globals.places })
 }
 
 fn without_comment(line: &str) -> &str {
@@ -59,18 +59,20 @@ fn without_comment(line: &str) -> &str {
     line.split("//").next().unwrap_or("").trim()
 }
 
-/// Constants of the module.
+/// Arrays of the module.
 #[derive(Default)]
 struct Globals {
     addresses: HashMap<String, u64>,
-    data: Vec<Arc<[u128]>>,
+    /// Address and bytes of each.
+    places: HashMap<String, (u64, usize)>,
 }
 
 impl Globals {
-    /// `.global .align 4 .b8 name[40] = {0, 1};`
+    /// `.global .align 4 .b8 name[40] = {0, 1};`, or without contents.
     fn add(&mut self, line: &str) -> Result<(), String> {
         let bad = || format!("cannot read: {line}");
-        let (head, bytes) = line.split_once('=').ok_or_else(bad)?;
+        let line = line.trim_end_matches(';');
+        let (head, bytes) = line.split_once('=').unwrap_or((line, ""));
         let name_and_size = head.split_whitespace().last().ok_or_else(bad)?;
         let (name, size) = name_and_size.split_once('[').ok_or_else(bad)?;
         if !head.contains(".b8") {
@@ -78,18 +80,20 @@ impl Globals {
         }
         let size: usize = size.trim_end_matches(']').parse().map_err(|_| bad())?;
         let mut data = vec![0u8; size.next_multiple_of(16)];
-        let bytes = bytes.trim_matches([' ', ';', '{', '}']);
+        let bytes = bytes.trim_matches([' ', '{', '}']);
         for (place, byte) in
             data.iter_mut().zip(bytes.split(',').map(str::trim).filter(|byte| !byte.is_empty()))
         {
             *place = byte.parse().map_err(|_| bad())?;
         }
-        let words: Arc<[u128]> = data
+        let words: Box<[u128]> = data
             .chunks_exact(16)
             .map(|chunk| u128::from_le_bytes(chunk.try_into().expect("16 bytes")))
             .collect();
-        self.addresses.insert(name.into(), words.as_ptr() as u64);
-        self.data.push(words);
+        // Modules are kept: processes with this driver are short.
+        let words = Box::leak(words).as_mut_ptr();
+        self.addresses.insert(name.into(), words as u64);
+        self.places.insert(name.into(), (words as u64, size));
         Ok(())
     }
 }

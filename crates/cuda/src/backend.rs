@@ -92,8 +92,7 @@ impl Backend for CudaBackend {
             false => Structure::new(&hierarchy, self.traversal, moving)?,
         };
         let (placed, integrator) = (scene.instances.len() > 1, scene.settings.integrator);
-        let scheduler = self.scheduler.of_scene(&scene.view());
-        let names = kernels(self.accel, self.traversal, placed, self.count_work, integrator, scheduler)?;
+        let names = kernels(self.accel, self.traversal, placed, self.count_work, integrator, self.scheduler)?;
         let band_bytes = largest_band(scene.settings.width, scene.settings.height) as u64;
         let view = scene.view();
         let kernels = (names, self.block_size, self.paths);
@@ -302,8 +301,8 @@ impl PreparedCuda {
         let (width, height) = task.size;
         let samples = task.samples.clone();
         let band_bytes = largest_band(width, height);
-        let mut room = scene.take_room(device, band_bytes, samples.len() as u32).map_err(fail)?;
         let parameters = &scene.at(device, control.frame, task.shaped.as_ref())?;
+        let mut room = scene.take_room(device, parameters, band_bytes, samples.len() as u32).map_err(fail)?;
         let block_size = self.block_size;
         let sharing = sharing(samples.len() as u32);
         let rays_per_pixel = self.rays_per_sample * samples.len() as f64;

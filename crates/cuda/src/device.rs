@@ -1,11 +1,13 @@
 //! Devices: which there are, and kernels on one of them.
 
 use crate::failure::{failure, reason};
+use crate::memory;
 use crate::ptx;
 use cudarc::driver::result::{self, DriverError};
 use cudarc::driver::sys::{self, CUdevice_attribute_enum as Attribute, CUfunction_attribute};
-use cudarc::driver::{CudaContext, CudaFunction, CudaStream};
+use cudarc::driver::{CudaContext, CudaFunction, CudaStream, DevicePtrMut};
 use cudarc::nvrtc::Ptx;
+use eosphor_core::bsdf::large_tables;
 use eosphor_render::BackendError;
 use std::collections::HashMap;
 use std::fmt;
@@ -120,8 +122,17 @@ impl Device {
             names.into_iter().filter(|name| !known().contains_key(name)).collect();
         if !missing.is_empty() {
             let fail = |error| self.failure("loading the kernel", error);
-            let text = Ptx::from_src(ptx::text(&missing, threads));
-            let module = self.stream.context().load_module(text).map_err(fail)?;
+            let text = ptx::text(&missing, threads);
+            let tables = large_tables().into_iter().filter(|(table, _)| text.contains(table));
+            let tables: Vec<_> = tables.collect();
+            let module = self.stream.context().load_module(Ptx::from_src(text)).map_err(fail)?;
+            for (table, items) in tables {
+                let mut place = module.get_global(table, &self.stream).map_err(fail)?;
+                assert_eq!(place.len(), size_of_val(items), "{table} has its size");
+                let address = place.device_ptr_mut(&self.stream).0;
+                // SAFETY: the table is there and as long; no kernel of the module runs yet.
+                unsafe { memory::write(&self.stream, address, 0, items) }.map_err(fail)?;
+            }
             for name in missing {
                 let kernel = module.load_function(name).map_err(fail)?;
                 known().insert(name, kernel);

@@ -95,7 +95,7 @@ impl Launcher<'_> {
             values: &self.parameters.values,
             scene_values: self.scene.structure_values,
             counts: self.parameters.counts,
-            light_rays: self.parameters.light_rays,
+            frame: &self.parameters.kind,
             width: self.width,
             rows,
             block_size: self.block_size,

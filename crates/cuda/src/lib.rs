@@ -22,6 +22,7 @@ mod device;
 mod failure;
 mod launch;
 mod launch_buffers;
+mod light_room;
 mod memory;
 mod options;
 mod parameters;

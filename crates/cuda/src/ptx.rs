@@ -67,13 +67,12 @@ mod tests {
                 for (integrator, scheduler) in [
                     (Integrator::Whitted, GpuScheduler::Megakernel),
                     (Integrator::Whitted, GpuScheduler::Queues),
-                    (Integrator::Whitted, GpuScheduler::ShadowQueues),
                     (Integrator::Path, GpuScheduler::Queues),
                 ] {
                     let names = match kernels(accel, traversal, placed, counts, integrator, scheduler) {
                         Ok(KernelNames::Whole(name)) => vec![name],
-                        Ok(KernelNames::Queues(WalkNames { hits, lights, through, .. })) => {
-                            vec![hits, lights, through]
+                        Ok(KernelNames::Queues(WalkNames { hits, seen, crossed })) => {
+                            vec![hits, seen, crossed]
                         }
                         Err(_) => continue,
                     };
@@ -202,8 +201,8 @@ mod tests {
         // Tables of constants stand before the kernels.
         let tables = |text: &str| text.lines().filter_map(table_name).map(str::to_owned).collect::<Vec<_>>();
         let all_tables = tables(PTX);
-        let of_structures = structure_kernels().into_iter().map(|(_, traversal, _, name)| (traversal, name));
-        for (traversal, name) in of_structures.chain(shared.iter().map(|&name| (Traversal::Auto, name))) {
+        let of_structures = structure_kernels().into_iter().map(|(.., name)| name);
+        for name in of_structures.chain(shared.iter().copied()) {
             let traces = !shared.contains(&name);
             let larger = text(&[name], MOST_THREADS);
             let text = text(&[name], USUAL_THREADS);
@@ -220,9 +219,7 @@ mod tests {
             for function in ["intersect_triangle(", "intersect_sphere("] {
                 assert_eq!(text.matches(function).count(), usize::from(traces), "{name}");
             }
-            let finds =
-                name.contains("_hits_") || name.starts_with("tree_through") || !name.contains("_bvh_wide");
-            let is_wide = traversal == Traversal::Wide && finds;
+            let is_wide = name == "hits_bvh_wide";
             assert_eq!(text.matches("closest_hit_of_any_ray_wide(").count(), is_wide as usize);
             let (mut called, mut defined) = (Vec::new(), Vec::new());
             for line in text.lines() {

@@ -35,6 +35,7 @@ pub(crate) fn with_kernels(ptx: &str, kernels: &[&str]) -> String {
 
 /// The name of the table of constants that a line is.
 pub(crate) fn table_name(line: &str) -> Option<&str> {
+    let line = line.strip_prefix(".visible ").unwrap_or(line);
     line.strip_prefix(".global .align ")?.split_once(".b8 ")?.1.split('[').next()
 }
 

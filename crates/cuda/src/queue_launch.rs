@@ -23,13 +23,26 @@ pub(crate) struct QueueKernels {
     pub(crate) generate: CudaFunction,
     pub(crate) find_hits: CudaFunction,
     pub(crate) shading: Vec<ShadeKernel>,
+    /// Nodes of trees whose rays end at a surface are listed apart, for the first of these.
+    pub(crate) lists_ends: bool,
     /// Finds which lights are seen.
     pub(crate) see_lights: CudaFunction,
-    /// What makes shadow rays and what adds up their light, where these have a queue of their own.
+    /// The name of what finds out what comes through surfaces that are in the way: it is loaded where shadows have colours.
+    pub(crate) crossed: &'static str,
+    /// What makes shadow rays and what adds up their light, of trees.
     pub(crate) lighting: Option<[CudaFunction; 2]>,
     pub(crate) settle: CudaFunction,
+}
+
+/// What a frame says of the rays in queues.
+#[derive(Clone)]
+pub(crate) struct FrameKind {
     /// Bounces that paths may have.
     pub(crate) depth: u32,
+    /// How many shadow rays a point has at most.
+    pub(crate) light_rays: u32,
+    /// Finds what comes through surfaces that are in the way; `None` where shadows have no colour.
+    pub(crate) cross: Option<CudaFunction>,
 }
 
 /// A kernel that shades.
@@ -44,8 +57,9 @@ pub(crate) struct SharedNames {
     pub(crate) prepare: Option<&'static str>,
     pub(crate) begin: &'static str,
     pub(crate) generate: &'static str,
+    /// Of trees those of nodes whose rays end, and of the others.
     pub(crate) shading: &'static [&'static str],
-    /// What makes shadow rays and adds up their light, where these can have a queue of their own.
+    /// What makes shadow rays and adds up their light, of trees.
     pub(crate) lighting: Option<[&'static str; 2]>,
     pub(crate) settle: &'static str,
 }
@@ -65,7 +79,7 @@ impl SharedNames {
                 prepare: Some("trees_prepare"),
                 begin: "trees_begin",
                 generate: "trees_generate",
-                shading: &["trees_shade"],
+                shading: &["trees_shade_ends", "trees_shade"],
                 lighting: Some(["trees_ask", "trees_sum"]),
                 settle: "paths_settle",
             },
@@ -95,8 +109,7 @@ pub(crate) struct QueueLauncher<'a> {
     pub(crate) values: &'a [u64],
     pub(crate) scene_values: usize,
     pub(crate) counts: SceneCounts,
-    /// Shadow rays of a point, at most.
-    pub(crate) light_rays: u32,
+    pub(crate) frame: &'a FrameKind,
     pub(crate) width: u32,
     pub(crate) rows: Range<u32>,
     pub(crate) block_size: u32,
@@ -153,7 +166,7 @@ impl QueueLauncher<'_> {
         let stream = Arc::clone(&band.stream);
         // Numbers of samples are of 32 bits.
         let most =
-            (u32::MAX / self.pixels().max(1)).min(self.kernels.of.samples_of_pass(self.kernels.depth)).max(1);
+            (u32::MAX / self.pixels().max(1)).min(self.kernels.of.samples_of_pass(self.frame.depth)).max(1);
         let end = paths.left.end.min(paths.left.start.saturating_add(most));
         paths.pass = paths.left.start..end;
         paths.left.start = end;
@@ -170,14 +183,14 @@ impl QueueLauncher<'_> {
 
     /// How many rounds there may be at least.
     fn rounds(&self, control: &PathControl, queue: &QueueRoom) -> u32 {
-        let last = self.kernels.depth.saturating_add(1).min(LAST_ROUNDS);
+        let last = self.frame.depth.saturating_add(1).min(LAST_ROUNDS);
         let taken = u64::from(control.samples - control.samples_left);
         // As fast as until now; at first as fast as can be.
         let full = match taken {
             0 => u64::from(control.samples_left / queue.size().paths),
             taken => u64::from(control.samples_left) * u64::from(control.rounds) / taken,
         };
-        let windows = queue.size().light_rays.map_or(1, |rays| rays.windows(self.light_rays));
+        let windows = queue.size().light_rays.map_or(1, |rays| rays.windows(self.frame.light_rays));
         (full as u32 + last).min((MOST_ROUNDS / windows).max(1))
     }
 
@@ -191,7 +204,7 @@ impl QueueLauncher<'_> {
         let room = queue(band).size().paths;
         for _ in 0..rounds {
             let launch = self.launch::<T>(paths, band, &stream);
-            let QueueKernels { begin, generate, find_hits, shading, see_lights, lighting, .. } = self.kernels;
+            let QueueKernels { begin, generate, find_hits, shading, lighting, .. } = self.kernels;
             self.start_alone(&stream, begin, &launch, 1)?;
             self.start_kernel(&stream, generate, &launch, Shape::For(room))?;
             self.start_kernel(&stream, find_hits, &launch, Shape::Traced(room))?;
@@ -199,14 +212,15 @@ impl QueueLauncher<'_> {
                 self.start_kernel(&stream, kernel, &launch, Shape::Blocks(*blocks))?;
             }
             match lighting {
-                None => self.start_kernel(&stream, see_lights, &launch, Shape::Traced(room))?,
+                None => self.trace_light(&stream, &launch, room)?,
                 Some([ask, sum]) => {
-                    let (all, window) = (self.light_rays, launch.lights.window);
+                    let (all, window) = (self.frame.light_rays, launch.lights.window);
                     for first in (0..all.max(1)).step_by(window as usize) {
                         let lights = LightQueue { first, all, ..launch.lights };
                         let launch = PathLaunch { lights, ..launch };
-                        self.start_kernel(&stream, ask, &launch, Shape::For(room * lights.window))?;
-                        self.start_kernel(&stream, see_lights, &launch, Shape::Traced(room * lights.window))?;
+                        let rays = room * lights.window;
+                        self.start_kernel(&stream, ask, &launch, Shape::For(rays))?;
+                        self.trace_light(&stream, &launch, rays)?;
                         self.start_kernel(&stream, sum, &launch, Shape::For(room))?;
                     }
                 }
@@ -216,13 +230,28 @@ impl QueueLauncher<'_> {
         Ok(())
     }
 
+    /// Traces as many shadow rays, at most.
+    fn trace_light(
+        &self,
+        stream: &Arc<CudaStream>,
+        launch: &PathLaunch,
+        rays: u32,
+    ) -> Result<(), DriverError> {
+        self.start_kernel(stream, &self.kernels.see_lights, launch, Shape::Traced(rays))?;
+        match &self.frame.cross {
+            Some(cross) => self.start_kernel(stream, cross, launch, Shape::Traced(rays)),
+            None => Ok(()),
+        }
+    }
+
     fn launch<T: Pixel>(&self, paths: &QueuedBand, band: &mut Band, stream: &Arc<CudaStream>) -> PathLaunch {
         let pixels = band.pixels.device_ptr(stream).0;
         let totals = band.totals.device_ptr(stream).0 as *mut RayTotals;
         let queue = queue(band);
         let addresses = queue.addresses(stream, paths.is_odd);
         let QueueAddresses { paths: own, next, hits, requests, sorted, stack, free, slots, .. } = addresses;
-        let QueueAddresses { control, sums, before, lights, .. } = addresses;
+        let QueueAddresses { control, sums, before, lights, hidden, .. } = addresses;
+        let hidden = if self.frame.cross.is_some() { hidden } else { null_mut() };
         // Sums are merged where they are wanted; colours are made of them at the end.
         let (before, film) =
             if T::IS_SUM { (pixels as *mut ExactSum, null_mut()) } else { (before, pixels as *mut Vec3) };
@@ -233,10 +262,12 @@ impl QueueLauncher<'_> {
             hits,
             requests,
             sorted,
+            hidden,
             stack,
             free,
             lights,
             slots,
+            lists_ends: self.kernels.lists_ends.into(),
             control,
             sums,
             before,

@@ -1,5 +1,6 @@
 //! A device's room for queues.
 
+use crate::light_room::{LightRays, PointRays, WARP};
 use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DriverError};
 use eosphor_core::device::{
     HIT_ROWS, LIT_ROWS, LightQueue, NODE_STRIDE, PATH_ROWS, PROGRESS_ROWS, PathControl, REQUEST_ROWS, Row,
@@ -82,46 +83,6 @@ fn samples_of_pass(depth: u32) -> u32 {
     65_535 / (2 * depth.min(MAX_DEPTH) + 3)
 }
 
-/// Shadow rays that a queue of their own has room for. By measurement: half as many and twice as many are
-/// slower (docs/gpu-speed.md).
-const LIGHT_RAYS: u32 = 1 << 23;
-
-/// The fewest points of a round whose shadow rays have a queue of their own: there are other kernels in a round too.
-const FEWEST_POINTS: u32 = 1 << 15;
-
-/// How large the queue of shadow rays is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct LightRays {
-    /// How many of each point are traced together.
-    window: u32,
-    /// Whether shadows have colours.
-    is_coloured: bool,
-}
-
-impl LightRays {
-    /// Points of a round whose rays find room, where each has so many.
-    fn points(all: u32) -> u32 {
-        (LIGHT_RAYS / all.max(1)).max(FEWEST_POINTS)
-    }
-
-    /// For so many points.
-    fn new(all: u32, is_coloured: bool, points: u32) -> LightRays {
-        LightRays { window: (LIGHT_RAYS / points.max(1)).clamp(1, all.max(1)), is_coloured }
-    }
-
-    /// How many windows there are, where a point has so many rays.
-    pub(crate) fn windows(self, all: u32) -> u32 {
-        all.div_ceil(self.window).max(1)
-    }
-
-    /// What each point takes.
-    fn bytes(&self) -> u64 {
-        let through = if self.is_coloured { size_of::<Row>() } else { 0 };
-        let ray = size_of::<Row>() + size_of::<u32>() + size_of::<[f32; 2]>() + through;
-        u64::from(self.window) * ray as u64 + (PROGRESS_ROWS * size_of::<Row>()) as u64
-    }
-}
-
 /// How large queues are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct QueueSize {
@@ -132,38 +93,40 @@ pub(crate) struct QueueSize {
     pub(crate) pixels: usize,
     /// Whether samples are taken in more than one pass.
     pub(crate) has_passes: bool,
-    /// The queue of shadow rays, where these have one.
+    /// The queue of shadow rays, of trees.
     pub(crate) light_rays: Option<LightRays>,
 }
 
 impl QueueSize {
     /// For pictures of these settings, in bands whose pixels take at most so many bytes, where there are so many bytes for a queue.
     /// It has room for as many paths as are asked for, or for fewer, where there is not so much memory or no use for them.
-    /// `light_rays` says how many shadow rays a point has, where these have a queue of their own.
+    /// `light_rays` are the shadow rays of a point that Whitted's integrator has.
     pub(crate) fn new(
         settings: &Settings,
         band_bytes: u64,
         asked: Option<u32>,
-        light_rays: Option<u32>,
+        light_rays: PointRays,
         bytes: u64,
     ) -> QueueSize {
         let of = Queued::of(settings);
+        let light_rays = (of == Queued::Trees).then_some(light_rays);
         let size = QueueSize { of, paths: 0, pixels: 0, has_passes: false, light_rays: None };
         let size = size.for_bands(band_bytes as usize, settings.samples, settings.max_depth);
         let samples = size.pixels as u64 * u64::from(settings.samples);
         let is_coloured = settings.shadow_mode == ShadowMode::Coloured;
         let up_to = |most: u32| {
-            let paths = samples.max(FEWEST_PATHS.into()).min(most.into()) as u32 / 32 * 32;
+            let paths = samples.max(FEWEST_PATHS.into()).min(most.into()) as u32 / WARP * WARP;
             QueueSize {
                 paths,
-                light_rays: light_rays.map(|all| LightRays::new(all, is_coloured, paths)),
+                light_rays: light_rays.map(|rays| LightRays::new(rays, is_coloured, paths)),
                 ..size
             }
         };
         if let Some(asked) = asked {
             return up_to(asked).within(bytes);
         }
-        let few = up_to(light_rays.map_or(MANY_PATHS, LightRays::points).min(MANY_PATHS)).within(bytes);
+        let points = light_rays.map_or(MANY_PATHS, |rays| LightRays::points(rays.all));
+        let few = up_to(points.min(MANY_PATHS)).within(bytes);
         if size.of == Queued::Trees {
             return few;
         }
@@ -180,10 +143,22 @@ impl QueueSize {
         }
     }
 
-    /// With fewer paths, where these take more than so many bytes; never with fewer than the fewest.
+    /// With as many shadow rays, for frames whose shadows have colours or not.
+    pub(crate) fn for_shadows(self, is_coloured: bool) -> QueueSize {
+        QueueSize { light_rays: self.light_rays.map(|rays| LightRays { is_coloured, ..rays }), ..self }
+    }
+
+    /// With fewer paths, where these take more than so many bytes, and with fewer shadow rays where there are few paths; never with
+    /// fewer than the fewest.
     fn within(mut self, bytes: u64) -> QueueSize {
-        while self.bytes() > bytes && self.paths > FEWEST_PATHS {
-            self.paths = (self.paths / 2).max(FEWEST_PATHS);
+        while self.bytes() > bytes {
+            match &mut self.light_rays {
+                _ if self.paths > FEWEST_PATHS => {
+                    self.paths = (self.paths / 2 / WARP * WARP).max(FEWEST_PATHS);
+                }
+                Some(rays) if rays.window > 1 => rays.window /= 2,
+                _ => break,
+            }
         }
         self
     }
@@ -275,23 +250,6 @@ impl QueueRoom {
         Ok(unsafe { std::mem::transmute::<[u64; CONTROL_WORDS], PathControl>(words) })
     }
 
-    /// Where shadow rays are, from an address on.
-    fn light_queue(&self, first: *mut Row) -> LightQueue {
-        let Some(LightRays { window, is_coloured }) = self.size.light_rays else {
-            return LightQueue::NONE;
-        };
-        let points = self.size.paths as usize;
-        let rays = points * window as usize;
-        // What is larger comes first, so that all are aligned.
-        let progress = first;
-        let directions = progress.wrapping_add(PROGRESS_ROWS * points);
-        let through = directions.wrapping_add(rays);
-        let weights: *mut [f32; 2] = through.wrapping_add(if is_coloured { rays } else { 0 }).cast();
-        let lights = weights.wrapping_add(rays).cast();
-        let through = if is_coloured { through } else { null_mut() };
-        LightQueue { directions, lights, weights, through, progress, first: 0, window, all: 0 }
-    }
-
     /// Where everything is on the device. By turns the paths of a round lie in one array or in another: `is_odd` says which.
     pub(crate) fn addresses(&self, stream: &Arc<CudaStream>, is_odd: bool) -> QueueAddresses {
         let first = self.rows.device_ptr(stream).0 as *mut Row;
@@ -304,6 +262,7 @@ impl QueueRoom {
             hits: null_mut(),
             requests: null_mut(),
             sorted: null_mut(),
+            hidden: null_mut(),
             stack: null_mut(),
             free: null_mut(),
             lights: LightQueue::NONE,
@@ -321,6 +280,8 @@ impl QueueRoom {
                     hits: at(2 * PATH_ROWS),
                     requests: at(2 * PATH_ROWS + HIT_ROWS),
                     sorted: at(ROWS).cast(),
+                    // Paths are shaded by then.
+                    hidden: at(ROWS).cast(),
                     ..none
                 }
             }
@@ -330,10 +291,15 @@ impl QueueRoom {
                 let sorted: *mut u32 = at(requests + LIT_ROWS).cast();
                 let stack = sorted.wrapping_add(self.size.paths as usize);
                 let free = stack.wrapping_add(slots);
-                let lights = self.light_queue(free.wrapping_add(slots).cast());
+                let after = free.wrapping_add(slots).cast();
+                let (lights, hidden) = match self.size.light_rays {
+                    Some(rays) => light_queue(rays, self.size.paths, after),
+                    None => (LightQueue::NONE, null_mut()),
+                };
                 QueueAddresses {
                     requests: at(requests),
                     sorted,
+                    hidden,
                     stack,
                     free,
                     lights,
@@ -345,6 +311,25 @@ impl QueueRoom {
     }
 }
 
+/// Where shadow rays of so many points are, from an address on, and where those are listed that have something in their way.
+fn light_queue(rays: LightRays, points: u32, first: *mut Row) -> (LightQueue, *mut u32) {
+    let LightRays { window, is_coloured, group_bits } = rays;
+    let (points, rays) = (points as usize, points as usize * window as usize);
+    // What is larger comes first, so that all are aligned.
+    let progress = first;
+    let directions = progress.wrapping_add(PROGRESS_ROWS * points);
+    let through = directions.wrapping_add(rays);
+    let weights: *mut [f32; 2] = through.wrapping_add(if is_coloured { rays } else { 0 }).cast();
+    let lights: *mut u32 = weights.wrapping_add(rays).cast();
+    let (through, hidden) = match is_coloured {
+        true => (through, lights.wrapping_add(rays)),
+        false => (null_mut(), null_mut()),
+    };
+    let queue =
+        LightQueue { directions, lights, weights, through, progress, first: 0, window, all: 0, group_bits };
+    (queue, hidden)
+}
+
 /// What [`PathLaunch`] says of a queue.
 ///
 /// [`PathLaunch`]: eosphor_core::device::PathLaunch
@@ -354,6 +339,7 @@ pub(crate) struct QueueAddresses {
     pub(crate) hits: *mut Row,
     pub(crate) requests: *mut Row,
     pub(crate) sorted: *mut u32,
+    pub(crate) hidden: *mut u32,
     pub(crate) stack: *mut u32,
     pub(crate) free: *mut u32,
     pub(crate) lights: LightQueue,
@@ -374,12 +360,14 @@ mod tests {
         Settings { samples, integrator, max_depth: 8, ..SceneData::flatten(&scene).unwrap().0.settings }
     }
 
+    const RAYS: PointRays = PointRays { all: 1, share_lights: false };
+
     #[test]
     fn queues_have_room_for_what_is_of_use_and_fits() {
         // A million pixels.
         let band = size_of::<ExactSum>() as u64 * 1_000_000;
         let paths =
-            |samples, asked, bytes| QueueSize::new(&settings(samples), band, asked, None, bytes).paths;
+            |samples, asked, bytes| QueueSize::new(&settings(samples), band, asked, RAYS, bytes).paths;
         assert_eq!(paths(64, None, 40 << 30), 1 << 23);
         assert_eq!(paths(1, None, 40 << 30), 1_000_000);
         assert_eq!(paths(64, Some(4096), 40 << 30), 4096);
@@ -395,7 +383,7 @@ mod tests {
         assert_eq!(paths(64, None, 0), FEWEST_PATHS);
         let trees = |asked, bytes| {
             let settings = Settings { integrator: Integrator::Whitted, ..settings(64) };
-            QueueSize::new(&settings, band, asked, None, bytes)
+            QueueSize::new(&settings, band, asked, RAYS, bytes)
         };
         assert_eq!(
             trees(None, 40 << 30),
@@ -404,16 +392,37 @@ mod tests {
                 paths: 1 << 20,
                 pixels: 1_000_000,
                 has_passes: false,
-                light_rays: None
+                light_rays: Some(LightRays { window: 1, is_coloured: false, group_bits: 5 })
             }
         );
         assert_eq!(trees(None, 700 << 20).paths, 1 << 19);
         assert_eq!(trees(Some(1 << 23), 40 << 30).paths, 1 << 23);
         for bytes in [200 << 20, 700 << 20, 3 << 30, 11 << 30, 40 << 30] {
             for asked in [None, Some(1 << 24)] {
-                assert!(QueueSize::new(&settings(64), band, asked, None, bytes).bytes() <= bytes);
+                assert!(QueueSize::new(&settings(64), band, asked, RAYS, bytes).bytes() <= bytes);
                 assert!(trees(asked, bytes).bytes() <= bytes);
             }
+        }
+    }
+
+    #[test]
+    fn shadow_rays_end_where_their_room_does() {
+        for (is_coloured, window, points) in [(false, 1, 32), (true, 1, 32), (true, 7, 96), (false, 100, 64)]
+        {
+            let rays = LightRays { window, is_coloured, group_bits: 5 };
+            let first = std::ptr::without_provenance_mut::<Row>(1 << 20);
+            let (queue, hidden) = light_queue(rays, points, first);
+            let all = points * window;
+            let end = if is_coloured {
+                hidden.wrapping_add(all as usize)
+            } else {
+                queue.lights.wrapping_add(all as usize)
+            };
+            assert_eq!((end.addr() - first.addr()) as u64, rays.bytes() * u64::from(points));
+            assert_eq!((queue.through.is_null(), hidden.is_null()), (!is_coloured, !is_coloured));
+            assert!(
+                queue.through.is_aligned() && queue.directions.is_aligned() && queue.weights.is_aligned()
+            );
         }
     }
 
@@ -422,7 +431,8 @@ mod tests {
         let band = size_of::<ExactSum>() as u64 * 1_000_000;
         let settings = Settings { integrator: Integrator::Whitted, ..settings(64) };
         let size = |all, asked| {
-            let size = QueueSize::new(&settings, band, asked, Some(all), 40 << 30);
+            let rays = PointRays { all, share_lights: true };
+            let size = QueueSize::new(&settings, band, asked, rays, 40 << 30);
             (size.paths, size.light_rays.expect("they have").window)
         };
         // All of a point at a time, unless it has very many.
@@ -434,5 +444,12 @@ mod tests {
         assert_eq!(size(1500, Some(1 << 14)), (1 << 14, 512));
         assert_eq!(size(100, Some(1 << 24)), (1 << 24, 1));
         assert_eq!(size(0, None), (1 << 20, 1));
+        // Groups of points are whole, however little memory there is.
+        for mebibytes in 0..200 {
+            let rays = PointRays { all: 100, share_lights: false };
+            let size = QueueSize::new(&settings, band, None, rays, mebibytes << 20);
+            assert!(size.paths.is_multiple_of(32) && size.light_rays.expect("they have").group_bits == 5);
+            assert!(size.bytes() <= (mebibytes << 20).max(band + 16 << 20), "{size:?}");
+        }
     }
 }

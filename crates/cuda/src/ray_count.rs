@@ -1,6 +1,7 @@
 //! How many rays a scene's samples take, by a guess.
 
 use eosphor_core::integrator::whitted::light_samples_of_side;
+use eosphor_core::light::Light;
 use eosphor_core::settings::Integrator;
 use eosphor_core::view::SceneView;
 use eosphor_render::Accel;
@@ -24,4 +25,15 @@ pub(crate) fn shadow_rays(view: &SceneView) -> f64 {
         return 1.0;
     }
     light_samples_of_side(view.lights, are_lamps_drawn, view.settings).into()
+}
+
+/// A light with as many samples is worth a part of a warp for itself.
+const MANY_SAMPLES: u32 = 8;
+
+/// Whether most shadow rays of Whitted's integrator go to lights with many samples each.
+pub(crate) fn many_rays_share_lights(view: &SceneView) -> bool {
+    let samples = |lights: &mut dyn Iterator<Item = u32>| lights.map(u64::from).sum::<u64>();
+    let all = samples(&mut view.lights.iter().map(Light::samples));
+    let many = samples(&mut view.lights.iter().map(Light::samples).filter(|&n| n >= MANY_SAMPLES));
+    2 * many > all
 }

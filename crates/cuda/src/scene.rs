@@ -1,18 +1,23 @@
 //! A scene on a device.
 
+use crate::develop_launch;
 use crate::device::Device;
 use crate::launch_buffers::{BANDS, LaunchBuffers};
+use crate::light_room::PointRays;
 use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
-use crate::queue_launch::{QueueKernels, ShadeKernel, SharedNames};
+use crate::queue_launch::{FrameKind, QueueKernels, ShadeKernel, SharedNames};
 use crate::queue_room::{QueueSize, Queued};
+use crate::ray_count::many_rays_share_lights;
 use crate::structure::{KernelNames, Structure, WalkNames, add_structure};
 use crate::top_level::{Taken, TopLevel};
 use crate::traversal::Traversal;
 use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
 use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::integrator::whitted::light_rays_of_point;
-use eosphor_core::settings::ShadowMode;
+use eosphor_core::light::{Light, LightNode};
+use eosphor_core::material::Material;
+use eosphor_core::settings::{Settings, ShadowMode};
 use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneView, SceneVisitor};
 use eosphor_render::{BackendError, ShapedScene};
 use eosphor_scene::{FrameState, SceneData};
@@ -38,8 +43,9 @@ pub(crate) struct DeviceScene {
     pub(crate) structure_values: usize,
     /// How many items the scene's arrays have.
     counts: SceneCounts,
-    /// How many shadow rays a point has at most.
-    light_rays: u32,
+    /// Of the rays in queues.
+    kind: FrameKind,
+    block_size: u32,
     /// Of queues, where kernels work on them.
     queue: Option<QueueSize>,
     top_level: TopLevel,
@@ -58,7 +64,7 @@ impl Kernels {
         view: &SceneView,
     ) -> Result<(Kernels, u64), BackendError> {
         let fail = |error| device.failure("loading the kernels", error);
-        let WalkNames { hits, lights, through, by_ray } = match names {
+        let WalkNames { hits, seen, crossed } = match names {
             KernelNames::Whole(name) => {
                 let kernel = device.kernel(name, block_size)?;
                 let stacks = device.stack_bytes(&kernel).map_err(fail)?;
@@ -67,28 +73,40 @@ impl Kernels {
             KernelNames::Queues(names) => names,
         };
         let of = Queued::of(view.settings);
-        let lights = if view.settings.shadow_mode == ShadowMode::Coloured { through } else { lights };
+        let is_coloured = view.settings.shadow_mode == ShadowMode::Coloured;
         let SharedNames { prepare, begin, generate, shading, lighting, settle } = SharedNames::of(of);
-        let lighting = if by_ray { lighting } else { None };
+        let lists_ends = of == Queued::Trees && view.materials.iter().any(Material::ends_rays);
+        let shading = match of {
+            Queued::Paths => shading,
+            // Those that the scene has something for.
+            Queued::Trees if view.materials.iter().all(Material::ends_rays) && lists_ends => &shading[..1],
+            Queued::Trees if lists_ends => shading,
+            Queued::Trees => &shading[1..],
+        };
+        let traced = [hits, seen].into_iter().chain(is_coloured.then_some(crossed));
+        let large: Vec<&'static str> = shading.iter().copied().chain(traced).collect();
         // Apart, since the driver compiles a text on one thread, and keeps it: those that structures share are compiled once.
-        let (shading, (prepare, [begin, generate, settle], lighting), [find_hits, see_lights]) =
-            std::thread::scope(|scope| {
-                let alone = |&name| scope.spawn(move || device.kernel(name, block_size));
-                let shading: Vec<_> = shading.iter().map(alone).collect();
-                let prepare = prepare.map(|name| device.kernel(name, block_size)).transpose()?;
-                let small = device.kernels([begin, generate, settle], block_size)?;
-                let lighting = lighting.map(|names| device.kernels(names, block_size)).transpose()?;
-                let walks = device.kernels([hits, lights], block_size);
-                let join = |worker: std::thread::ScopedJoinHandle<'_, _>| {
-                    worker.join().unwrap_or_else(|panic| resume_unwind(panic))
-                };
-                let shading = shading.into_iter().map(join).collect::<Result<Vec<_>, BackendError>>()?;
-                Ok::<_, BackendError>((shading, (prepare, small, lighting), walks?))
-            })?;
+        let (mut large, (prepare, [begin, generate, settle, _], lighting)) = std::thread::scope(|scope| {
+            let alone = |name| scope.spawn(move || device.kernel(name, block_size));
+            let large: Vec<_> = large.into_iter().map(alone).collect();
+            let prepare = prepare.map(|name| device.kernel(name, block_size)).transpose();
+            // Bytes may be asked for later.
+            let small = device.kernels([begin, generate, settle, develop_launch::KERNEL], block_size);
+            let lighting = lighting.map(|names| device.kernels(names, block_size)).transpose();
+            let join = |worker: std::thread::ScopedJoinHandle<'_, _>| {
+                worker.join().unwrap_or_else(|panic| resume_unwind(panic))
+            };
+            let large = large.into_iter().map(join).collect::<Result<Vec<_>, BackendError>>()?;
+            Ok::<_, BackendError>((large, (prepare?, small?, lighting?)))
+        })?;
         let mut stacks = 0;
-        for kernel in [&find_hits, &see_lights].into_iter().chain(&shading) {
+        for kernel in large.iter().chain(lighting.iter().flatten()) {
             stacks = device.stack_bytes(kernel).map_err(fail)?.max(stacks);
         }
+        let mut traced = large.split_off(shading.len()).into_iter();
+        let mut next = || traced.next().expect("each name has a kernel");
+        let (find_hits, see_lights) = (next(), next());
+        let shading = large;
         let shading = shading.into_iter().map(|kernel| {
             let blocks = device.blocks_at_a_time(&kernel, block_size).map_err(fail)?;
             Ok(ShadeKernel { kernel, blocks })
@@ -100,10 +118,11 @@ impl Kernels {
             begin,
             generate,
             find_hits,
+            lists_ends,
             see_lights,
+            crossed,
             lighting,
             settle,
-            depth: view.settings.max_depth,
         };
         Ok((Kernels::Queues(kernels), stacks))
     }
@@ -131,11 +150,11 @@ impl DeviceScene {
         let (kernels, stacks) = Kernels::load(device, names, block_size, view)?;
         let free = device.free_bytes().map_err(fail)?;
         let mut needs = Needs { scene: parameters.bytes(), film: band_bytes * BANDS, stacks, queues: 0 };
-        let light_rays = light_rays_of_point(view.lights, !view.light_nodes.is_empty(), view.settings);
+        let kind = kind(device, &kernels, block_size, (view.settings, view.lights, view.light_nodes))?;
         let mut queue = None;
-        if let Kernels::Queues(QueueKernels { lighting, .. }) = &kernels {
+        if let Kernels::Queues(_) = &kernels {
             let room = free.saturating_sub(needs.all()) / BANDS;
-            let light_rays = lighting.is_some().then_some(light_rays);
+            let light_rays = PointRays { all: kind.light_rays, share_lights: many_rays_share_lights(view) };
             let size = QueueSize::new(view.settings, band_bytes, paths, light_rays, room);
             needs.queues = size.bytes() * BANDS;
             queue = Some(size);
@@ -149,7 +168,8 @@ impl DeviceScene {
             parameters,
             names,
             structure_values,
-            light_rays,
+            kind,
+            block_size,
             counts: view.counts(),
             queue,
             top_level,
@@ -158,16 +178,18 @@ impl DeviceScene {
         })
     }
 
-    /// Room for launches of bands of at most so many bytes, whose pixels take so many samples. It must be given back.
+    /// Room for launches of bands of a frame, of at most so many bytes, whose pixels take so many samples. It must be given back.
     pub(crate) fn take_room(
         &self,
         device: &Device,
+        frame: &FrameParameters,
         band_bytes: usize,
         samples: u32,
     ) -> Result<LaunchBuffers, DriverError> {
         let queue = match (&self.kernels, self.queue) {
-            (Kernels::Queues(kernels), Some(size)) => {
-                Some(size.for_bands(band_bytes, samples, kernels.depth))
+            (Kernels::Queues(_), Some(size)) => {
+                let size = size.for_bands(band_bytes, samples, frame.kind.depth);
+                Some(size.for_shadows(frame.kind.cross.is_some()))
             }
             _ => None,
         };
@@ -196,13 +218,13 @@ impl DeviceScene {
         let Some(FrameState { camera, lights, light_nodes, light_places, settings, places, shapes: _ }) =
             state
         else {
-            let light_rays = self.light_rays;
-            return Ok(FrameParameters { values, counts, light_rays, _memory: None, _room: None });
+            let kind = self.kind.clone();
+            return Ok(FrameParameters { values, counts, kind, _memory: None, _room: None });
         };
         let places = places.as_ref();
         let moved = places.filter(|_| shaped.is_none());
         let top = moved.map(|places| self.top_level.build(&places.instances));
-        let light_rays = light_rays_of_point(lights, !light_nodes.is_empty(), settings);
+        let kind = kind(device, &self.kernels, self.block_size, (settings, lights, light_nodes))?;
         let mut own = Parameters::default();
         own.array(SceneArray::Camera.label(), std::slice::from_ref(camera));
         own.array(SceneArray::Settings.label(), std::slice::from_ref(settings));
@@ -230,7 +252,7 @@ impl DeviceScene {
         }
         let (memory, base) = upload(&device.stream, &own).map_err(fail)?;
         own.replace(base, &self.names, &mut values);
-        Ok(FrameParameters { values, counts, light_rays, _memory: Some(memory), _room: room })
+        Ok(FrameParameters { values, counts, kind, _memory: Some(memory), _room: room })
     }
 }
 
@@ -263,13 +285,30 @@ impl<'a> ShapedFrame<'a> {
     }
 }
 
+/// What a frame with these settings and lights says of the rays in queues. A kernel that no frame before has needed is loaded.
+fn kind(
+    device: &Device,
+    kernels: &Kernels,
+    block_size: u32,
+    (settings, lights, light_nodes): (&Settings, &[Light], &[LightNode]),
+) -> Result<FrameKind, BackendError> {
+    let cross = match kernels {
+        Kernels::Queues(QueueKernels { crossed, .. }) if settings.shadow_mode == ShadowMode::Coloured => {
+            Some(device.kernel(crossed, block_size)?)
+        }
+        _ => None,
+    };
+    let light_rays = light_rays_of_point(lights, !light_nodes.is_empty(), settings);
+    Ok(FrameKind { depth: settings.max_depth, light_rays, cross })
+}
+
 /// What a kernel takes for a frame.
 pub(crate) struct FrameParameters<'a> {
     pub(crate) values: Vec<u64>,
     /// How many items the scene's arrays have.
     pub(crate) counts: SceneCounts,
-    /// How many shadow rays a point has at most.
-    pub(crate) light_rays: u32,
+    /// Of the rays in queues.
+    pub(crate) kind: FrameKind,
     /// Where the frame's own arrays are; kept for as long as the parameters name them.
     _memory: Option<CudaSlice<u8>>,
     _room: Option<Taken<'a>>,

@@ -21,18 +21,16 @@ pub(crate) enum KernelNames {
 /// Those of queues that trace rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct WalkNames {
-    /// Finds what paths hit.
+    /// Finds what rays hit.
     pub(crate) hits: &'static str,
     /// Finds which lights are seen.
-    pub(crate) lights: &'static str,
-    /// The same where light comes through surfaces.
-    pub(crate) through: &'static str,
-    /// Whether these two trace shadow rays that have a queue of their own.
-    pub(crate) by_ray: bool,
+    pub(crate) seen: &'static str,
+    /// Finds what comes through surfaces that are in the way.
+    pub(crate) crossed: &'static str,
 }
 
 /// The kernels that render over a structure, `placed` with instances. (A world alone takes fewer registers, and in it the
-/// threads of a warp can walk together.) Or the one that counts.
+/// threads of a warp can walk together.) Or those that count.
 ///
 /// # Errors
 ///
@@ -45,36 +43,20 @@ pub(crate) fn kernels(
     integrator: Integrator,
     scheduler: GpuScheduler,
 ) -> Result<KernelNames, BackendError> {
-    let megakernel = if scheduler.is_queued() { None } else { megakernel(accel, traversal, placed) };
-    if scheduler == GpuScheduler::Megakernel && (integrator == Integrator::Path || megakernel.is_none()) {
-        return Err(BackendError::Failed(
-            "megakernel: that is for Whitted's integrator and a bvh, where threads go by themselves or by vote: leave that out, or \
-             choose queues"
-                .into(),
-        ));
-    }
-    if scheduler == GpuScheduler::Megakernel && counts {
-        return Err(BackendError::Failed(
-            "megakernel: kernels that count work on queues: leave that out, or choose queues".into(),
-        ));
-    }
-    if scheduler == GpuScheduler::ShadowQueues {
-        let names =
-            shadow_walks(accel, traversal, placed).filter(|_| !counts && integrator == Integrator::Whitted);
-        return names.map(KernelNames::Queues).ok_or_else(|| {
-            BackendError::Failed(
-                "shadow-queues: that is for Whitted's integrator and a bvh, where threads go by themselves or by vote, and for \
-                 kernels that do not count: leave that out, or choose queues"
+    if scheduler == GpuScheduler::Megakernel {
+        return match megakernel(accel, traversal, placed) {
+            Some(name) if integrator == Integrator::Whitted && !counts => Ok(KernelNames::Whole(name)),
+            _ => Err(BackendError::Failed(
+                "megakernel: that is for Whitted's integrator and a bvh, where threads go by themselves or by vote, and for kernels \
+                 that do not count: leave that out, or choose queues"
                     .into(),
-            )
-        });
+            )),
+        };
     }
-    let find = |accel| match (counts, integrator) {
-        (true, _) => counting(accel, integrator).map(KernelNames::Queues),
-        (false, Integrator::Whitted) if megakernel.is_some() => megakernel.map(KernelNames::Whole),
-        (false, _) => walks(accel, traversal, placed, integrator).map(KernelNames::Queues),
+    let find = |accel| {
+        if counts { counting(accel, integrator) } else { walks(accel, traversal, placed, integrator) }
     };
-    find(accel).ok_or_else(|| {
+    find(accel).map(KernelNames::Queues).ok_or_else(|| {
         let is_there = |accel: &&Accel| find(**accel).is_some();
         let names: Vec<&str> = Accel::ALL.iter().filter(is_there).map(|a| a.name()).collect();
         BackendError::Failed(format!(
@@ -94,103 +76,48 @@ fn megakernel(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'stat
     }
 }
 
-/// The names of the kernels of a structure.
+/// The names of the kernels of a structure that begin with this, by integrator.
 macro_rules! walk_names {
-    ($structure:literal) => {
-        [
-            WalkNames {
-                hits: concat!("path_hits_", $structure),
-                lights: concat!("path_lights_", $structure),
-                through: concat!("path_through_", $structure),
-                by_ray: false,
+    ($integrator:ident, $start:literal, $structure:literal) => {
+        WalkNames {
+            hits: concat!($start, "hits_", $structure),
+            seen: concat!($start, "seen_", $structure),
+            crossed: match $integrator {
+                Integrator::Path => concat!($start, "paths_crossed_", $structure),
+                Integrator::Whitted => concat!($start, "trees_crossed_", $structure),
             },
-            WalkNames {
-                hits: concat!("tree_hits_", $structure),
-                lights: concat!("tree_lights_", $structure),
-                through: concat!("tree_through_", $structure),
-                by_ray: false,
-            },
-        ]
+        }
     };
 }
 
 /// Those of queues that trace rays.
 fn walks(accel: Accel, traversal: Traversal, placed: bool, integrator: Integrator) -> Option<WalkNames> {
-    let [paths, trees] = match accel {
-        Accel::None => walk_names!("exhaustive"),
+    Some(match accel {
+        Accel::None => walk_names!(integrator, "", "exhaustive"),
         Accel::Bvh => match traversal {
-            Traversal::Reconverge => walk_names!("bvh_in_step"),
-            Traversal::Wide => walk_names!("bvh_wide"),
-            _ if placed => walk_names!("bvh"),
-            _ => walk_names!("bvh_world"),
+            Traversal::Reconverge => walk_names!(integrator, "", "bvh_in_step"),
+            Traversal::Wide => walk_names!(integrator, "", "bvh_wide"),
+            _ if placed => walk_names!(integrator, "", "bvh"),
+            _ => walk_names!(integrator, "", "bvh_world"),
         },
         Accel::Bvh8 => return None,
-        Accel::Octree => walk_names!("octree"),
-        Accel::OctreeParametric => walk_names!("octree_parametric"),
-        Accel::Grid => walk_names!("grid"),
-        Accel::KdTree => walk_names!("kdtree"),
-    };
-    Some(match integrator {
-        Integrator::Path => paths,
-        Integrator::Whitted => trees,
+        Accel::Octree => walk_names!(integrator, "", "octree"),
+        Accel::OctreeParametric => walk_names!(integrator, "", "octree_parametric"),
+        Accel::Grid => walk_names!(integrator, "", "grid"),
+        Accel::KdTree => walk_names!(integrator, "", "kdtree"),
     })
-}
-
-/// Those of queues that trace rays, where shadow rays have a queue of their own.
-fn shadow_walks(accel: Accel, traversal: Traversal, placed: bool) -> Option<WalkNames> {
-    // As for the megakernel.
-    megakernel(accel, traversal, placed)?;
-    Some(if placed {
-        WalkNames {
-            hits: "tree_hits_bvh",
-            lights: "tree_seen_bvh",
-            through: "tree_filtered_bvh",
-            by_ray: true,
-        }
-    } else {
-        WalkNames {
-            hits: "tree_hits_bvh_world",
-            lights: "tree_seen_bvh_world",
-            through: "tree_filtered_bvh_world",
-            by_ray: true,
-        }
-    })
-}
-
-/// The names of those of a structure that count.
-macro_rules! counting_names {
-    ($structure:literal) => {
-        [
-            WalkNames {
-                hits: concat!("count_path_hits_", $structure),
-                lights: concat!("count_path_through_", $structure),
-                through: concat!("count_path_through_", $structure),
-                by_ray: false,
-            },
-            WalkNames {
-                hits: concat!("count_tree_hits_", $structure),
-                lights: concat!("count_tree_through_", $structure),
-                through: concat!("count_tree_through_", $structure),
-                by_ray: false,
-            },
-        ]
-    };
 }
 
 /// Those that count.
 fn counting(accel: Accel, integrator: Integrator) -> Option<WalkNames> {
-    let [paths, trees] = match accel {
-        Accel::None => counting_names!("exhaustive"),
-        Accel::Bvh => counting_names!("bvh"),
+    Some(match accel {
+        Accel::None => walk_names!(integrator, "count_", "exhaustive"),
+        Accel::Bvh => walk_names!(integrator, "count_", "bvh"),
         Accel::Bvh8 => return None,
-        Accel::Octree => counting_names!("octree"),
-        Accel::OctreeParametric => counting_names!("octree_parametric"),
-        Accel::Grid => counting_names!("grid"),
-        Accel::KdTree => counting_names!("kdtree"),
-    };
-    Some(match integrator {
-        Integrator::Path => paths,
-        Integrator::Whitted => trees,
+        Accel::Octree => walk_names!(integrator, "count_", "octree"),
+        Accel::OctreeParametric => walk_names!(integrator, "count_", "octree_parametric"),
+        Accel::Grid => walk_names!(integrator, "count_", "grid"),
+        Accel::KdTree => walk_names!(integrator, "count_", "kdtree"),
     })
 }
 

@@ -10,7 +10,10 @@ use eosphor_cuda::{CudaBackend, CudaOptions, GpuScheduler, Traversal};
 use eosphor_render::{
     Accel, Backend, CpuBackend, CpuOptions, DevelopSettings, Developed, PreparedScene, RenderControl,
 };
-use eosphor_scene::{Animation, CameraMotion, FrameStates, Move, MoveKey, Preset, Scene, SceneData};
+use eosphor_scene::{
+    Animation, CameraMotion, FrameStates, LightSelection, Move, MoveKey, Preset, RenderSettings, Scene,
+    SceneData,
+};
 use std::fmt::Display;
 use std::io::Write;
 use std::sync::Arc;
@@ -192,13 +195,12 @@ fn every_scheduler() {
         (scene.settings.size, scene.settings.samples) = (size(64, 36), 2);
         scene.settings.integrator = Integrator::Whitted;
         (scene.settings.shadows, scene.settings.light_from_behind) = (shadows, behind);
-        for scheduler in GpuScheduler::ALL {
+        for scheduler in [GpuScheduler::Megakernel, GpuScheduler::Queues] {
             assert_identical_by(&scene, CudaOptions { scheduler, ..CudaOptions::default() });
         }
         let paths = Some(1 << 12);
-        for scheduler in [GpuScheduler::Queues, GpuScheduler::ShadowQueues] {
-            assert_identical_by(&scene, CudaOptions { scheduler, paths, ..CudaOptions::default() });
-        }
+        let scheduler = GpuScheduler::Queues;
+        assert_identical_by(&scene, CudaOptions { scheduler, paths, ..CudaOptions::default() });
     }
 }
 
@@ -208,8 +210,16 @@ fn very_many_shadow_rays() {
     let mut scene = common::scene("builtin:cornell", None).unwrap();
     (scene.settings.size, scene.settings.samples, scene.settings.depth) = ([2, 2], 1, 1);
     scene.settings.light_samples = 1500;
-    let (scheduler, paths) = (GpuScheduler::ShadowQueues, Some(1 << 14));
-    assert_identical_by(&scene, CudaOptions { scheduler, paths, ..CudaOptions::default() });
+    let options = || CudaOptions { paths: Some(1 << 14), ..CudaOptions::default() };
+    assert_identical_by(&scene, options());
+    // The same where light comes through surfaces, and where many lights have one sample each.
+    for (name, samples) in [("glass", 600), ("builtin:lamps", 1)] {
+        let mut scene = common::scene(name, None).unwrap();
+        (scene.settings.size, scene.settings.samples, scene.settings.depth) = ([3, 2], 1, 1);
+        (scene.settings.light_samples, scene.settings.lights) = (samples, Some(LightSelection::All));
+        (scene.settings.shadows, scene.settings.integrator) = (ShadowMode::Coloured, Integrator::Whitted);
+        assert_identical_by(&scene, options());
+    }
 }
 
 /// Rough grounds by paths, bare and under layers.
@@ -277,6 +287,37 @@ fn assert_frames_identical(scene: &Scene, options: CudaOptions) {
             });
         }
     });
+}
+
+/// Frames may have shadows of another kind than the scene that was prepared.
+#[test]
+fn frames_with_shadows_of_their_own() {
+    const MODES: [ShadowMode; 3] = [ShadowMode::None, ShadowMode::Opaque, ShadowMode::Coloured];
+    let mut scene = common::scene("glass", None).unwrap();
+    (scene.settings.size, scene.settings.integrator) = (size(40, 24), Integrator::Whitted);
+    scene.animation = Some(Animation { fps: 4.0, ..Animation::of_frames(3) });
+    for prepared in MODES {
+        scene.settings.shadows = prepared;
+        let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+        let states = FrameStates::new(&scene, &data);
+        let Some(gpu) = backend(CudaOptions::default()) else { return };
+        let cpu = CpuBackend::new(CpuOptions::default()).unwrap();
+        let prepared: [Box<dyn PreparedScene>; 2] =
+            [gpu.prepare(Arc::clone(&data)).unwrap(), cpu.prepare(Arc::clone(&data)).unwrap()];
+        for shadows in MODES {
+            let settings = RenderSettings { shadows, ..scene.settings };
+            let state = states.seen_by(1, None, &settings).unwrap();
+            let (on_progress, cancel) = (|_| {}, AtomicBool::new(false));
+            let control = RenderControl {
+                on_progress: &on_progress,
+                cancel: &cancel,
+                count_work: false,
+                frame: Some(&state),
+            };
+            let [a, b] = prepared.each_ref().map(|scene| scene.render(&control).unwrap().film);
+            assert_eq!(common::difference(&a, &b), None, "{:?} and {shadows:?}", scene.settings.shadows);
+        }
+    }
 }
 
 #[test]

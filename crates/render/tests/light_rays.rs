@@ -1,10 +1,10 @@
-//! Light at a point in three steps, as GPUs take it with `--gpu-scheduler shadow-queues`: the bits of `direct_light`.
+//! Light at a point in three steps, as GPUs take it by queues: the bits of `direct_light`.
 
 use crate::surfaces;
 use eosphor_core::hierarchy::{ExhaustiveTracer, IgnoreWork, Tracer};
 use eosphor_core::integrator::whitted::{
-    LampLobe, LightProgress, LitPoint, add_light, depth_limit, direct_light, light_query, light_ray,
-    light_rays_of_point, takes_light,
+    LampLobe, LightProgress, LightSample, LitPoint, add_light, depth_limit, direct_light, light_query,
+    light_ray, light_rays_of_point, takes_light,
 };
 use eosphor_core::integrator::{camera_ray, transmittance};
 use eosphor_core::math::Vec3;
@@ -38,31 +38,34 @@ fn assert_same_light(scene: &Scene, window: u32) -> [u32; 2] {
         }
         let (point, at) = (LitPoint::new(&point, &lobe), (x, y, sample));
         let mut shadow_rays = 0;
-        let expected =
-            direct_light::<_, 1, true, false>(&view, &tracer, &point, ray.path, at, &mut shadow_rays);
+        let expected = direct_light::<_, 1>(&view, &tracer, &point, ray.path, at, &mut shadow_rays);
 
         let rays: Vec<_> = (0..all).map(|number| light_ray(&view, &point, ray.path, at, number)).collect();
         if view.settings.shadow_mode != ShadowMode::None {
             assert_eq!(rays.iter().flatten().count() as u64, shadow_rays, "{at:?}");
         }
         let brought = |number: u32| {
-            let Some(ray) = rays[number as usize] else { return (Vec3::ONE, 0.0, 0.0) };
+            let nothing = LightSample { light: None, through: Vec3::ONE, diffuse: 0.0, specular: 0.0 };
+            let Some(ray) = rays[number as usize] else { return nothing };
             let from = (point.position, point.offset, point.geometric_normal);
             let (light, direction) = ((ray.light, ray.side), (ray.direction, ray.t_max));
             let (query, filter) = light_query(&view, from, point.id, light, direction).unwrap();
+            let light = Some(ray.light);
+            let seen = LightSample { light, diffuse: ray.diffuse, specular: ray.specular, ..nothing };
             match view.settings.shadow_mode {
-                ShadowMode::None => (Vec3::ONE, ray.diffuse, ray.specular),
-                ShadowMode::Opaque if tracer.occluded(&query, &filter) => (Vec3::ONE, 0.0, 0.0),
-                ShadowMode::Opaque => (Vec3::ONE, ray.diffuse, ray.specular),
+                ShadowMode::None => seen,
+                // As devices note it.
+                ShadowMode::Opaque if tracer.occluded(&query, &filter) => LightSample { light, ..nothing },
+                ShadowMode::Opaque => seen,
                 ShadowMode::Coloured => {
-                    (transmittance(&view, &tracer, &query, &filter), ray.diffuse, ray.specular)
+                    LightSample { through: transmittance(&view, &tracer, &query, &filter), ..seen }
                 }
             }
         };
         let mut progress = LightProgress::default();
         for first in (0..all).step_by(window as usize) {
             let end = (first + window).min(all);
-            add_light(&view, &point, ray.path, at, (first, end), &mut progress, brought);
+            add_light(&view, &point, (first, end), &mut progress, brought);
         }
         let bits = |v: Vec3| [v.x, v.y, v.z].map(f32::to_bits);
         assert_eq!(bits(progress.sum), bits(expected), "{at:?}, by {window}");

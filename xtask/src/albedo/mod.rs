@@ -254,6 +254,9 @@ fn glass_tables() -> String {
         writeln!(text, "/// The part of light that is lost where the index beyond is {what}, in 32768ths.")
             .unwrap();
         writeln!(text, "/// Over the index, the roughness and the cosine.\n#[rustfmt::skip]").unwrap();
+        let exported = format!("glass_{}", name.to_lowercase());
+        writeln!(text, "#[cfg_attr(target_arch = \"nvptx64\", unsafe(export_name = \"{exported}\"))]")
+            .unwrap();
         writeln!(
             text,
             "pub static {name}: [[[i16; {columns}]; {rows}]; {layers}] = [\n{}\n];\n",

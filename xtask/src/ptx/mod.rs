@@ -43,7 +43,7 @@ fn write(root: &Path) -> Result<()> {
     let toolchain = Toolchain::find()?;
     eprintln!("compiler: {}", toolchain.version);
     let hash = sources::hash(root, &toolchain.version, &FLAGS)?;
-    let body = text::with_launch_bounds(&compile(root, &toolchain)?);
+    let body = text::with_launch_bounds(&text::without_exported_tables(&compile(root, &toolchain)?));
     if hash != sources::hash(root, &toolchain.version, &FLAGS)? {
         bail!("the sources (or gpu/Cargo.lock) changed meanwhile: run it again");
     }

@@ -5,10 +5,7 @@ use super::values::{named, whole};
 use crate::failure::Failure;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use eosphor::settings::Integrator;
-use eosphor::{
-    Accel, Builder, GpuScheduler, Quality, RenderSettings, SahCosts, Scheduler, SimdLevel, Traversal,
-};
+use eosphor::{Accel, Builder, GpuScheduler, Quality, SahCosts, Scheduler, SimdLevel, Traversal};
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Device (none of these changes a pixel)")]
@@ -46,14 +43,13 @@ pub(crate) struct DeviceFlags {
     /// Threads per block on GPUs: a multiple of 32, 32 to 512 [default: 128]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(32..=512), allow_hyphen_values = true)]
     pub(crate) block_size: Option<u32>,
-    /// Paths that a GPU has under way at a time, 4096 to 16777216 (needs --integrator path, or --gpu-scheduler queues or
-    /// shadow-queues); fewer where memory is short [default: 1048576, and of path tracing up to 8388608 in an eighth of the free
-    /// memory]
+    /// Paths or nodes of Whitted's trees that a GPU has under way at a time, 4096 to 16777216 (not with --gpu-scheduler
+    /// megakernel); fewer where memory is short [default: of path tracing 1048576, and up to 8388608 in an eighth of its
+    /// memory; of trees 32768 to 1048576, by the shadow rays of a point]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1 << 12..=1 << 24), allow_hyphen_values = true)]
     pub(crate) gpu_paths: Option<u32>,
     /// In which order a GPU traces rays. megakernel: each thread follows a sample to its end; queues: rays of all samples in
-    /// rounds, as path tracing always has it; shadow-queues: shadow rays have a queue of their own too (whitted, bvh); auto: what
-    /// was faster where such scenes were measured
+    /// rounds, as path tracing always has it; auto: queues, which were faster wherever that was measured
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = gpu_schedulers())]
     pub(crate) gpu_scheduler: GpuScheduler,
     /// How the threads of a warp traverse a bvh on GPUs. single: independently; vote: together, through every node that any
@@ -67,13 +63,13 @@ pub(crate) struct DeviceFlags {
 }
 
 impl DeviceFlags {
-    /// Fails where one of these does nothing in pictures of these settings.
-    pub(crate) fn check_settings(&self, settings: &RenderSettings) -> Result<(), Failure> {
+    /// Fails where paths are asked for that are in no queue.
+    pub(crate) fn check_paths(&self) -> Result<(), Failure> {
         check(&[Need {
             flag: "--gpu-paths",
             is_given: self.gpu_paths.is_some(),
-            is_met: settings.integrator == Integrator::Path || self.gpu_scheduler.is_queued(),
-            needs: "--integrator path, or --gpu-scheduler queues or shadow-queues",
+            is_met: self.gpu_scheduler != GpuScheduler::Megakernel,
+            needs: "--gpu-scheduler queues or auto",
         }])
     }
 

@@ -54,7 +54,7 @@ pub(crate) fn course(flags: &CourseFlags, ranks: Option<&dyn Backend>) -> Result
         false => error.into(),
     })?;
     let scene = loaded.scene;
-    flags.device.check_settings(&scene.settings)?;
+    flags.device.check_paths()?;
     let backend = ranks_or_own(ranks, &flags.device(), flags.accel, false, Verbosity::Normal)?;
     if video.is_none() {
         job::check_output(&input.output.path(0)).map_err(|error| match flags.output {

@@ -25,7 +25,7 @@ pub(super) fn load_scene(flags: &RenderFlags, notes: &mut Vec<String>) -> Result
     }
     flags.animation.apply(&mut scene)?;
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
-    flags.device.check_settings(&scene.settings)?;
+    flags.device.check_paths()?;
     scene.settle_orbit()?;
     pg1_config::tell(flags, &scene);
     Ok(scene)

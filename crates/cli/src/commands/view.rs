@@ -55,7 +55,7 @@ fn load_scene(flags: &ViewFlags) -> Result<SourceScene, Failure> {
     loaded.warnings.iter().for_each(|warning| streams::message(&format!("eosphor: note: {warning}")));
     let mut scene = loaded.scene;
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
-    flags.device.check_settings(&scene.settings)?;
+    flags.device.check_paths()?;
     scene.settle_orbit()?;
     let mut files = loaded.files_read;
     files.extend(flags.picture.lights.environment_file().map(std::path::Path::to_path_buf));

@@ -210,8 +210,8 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
         (&["--block-size", "544"], "32 to 512"),
         (&["--gpu-paths", "4095"], "4096 to 16777216"),
         (
-            &["--gpu-paths", "4096"],
-            "--gpu-paths would do nothing here: it needs --integrator path, or --gpu-scheduler queues or shadow-queues",
+            &["--gpu-paths", "4096", "--gpu-scheduler", "megakernel"],
+            "--gpu-paths would do nothing here: it needs --gpu-scheduler queues or auto",
         ),
         (
             &["--integrator", "path", "--backend", "cpu", "--gpu-paths", "4096"],

@@ -158,6 +158,15 @@ impl TurnedPairs {
     }
 }
 
+/// The tables of rough glass, by the names that they have in the text of the kernels. That has them without contents: they are
+/// large, and drivers take seconds to read them as a text.
+pub fn large_tables() -> [(&'static str, &'static [i16]); 2] {
+    [
+        ("glass_denser", glass_tables::DENSER.as_flattened().as_flattened()),
+        ("glass_thinner", glass_tables::THINNER.as_flattened().as_flattened()),
+    ]
+}
+
 /// What rough glass reflects and transmits in all by single scattering, of light at a cosine of incidence above 0; `eta` is the
 /// index beyond over that on the viewer's side, and is taken as 2/5 or 5/2
 /// beyond these; `mirror_lost` is [`Albedo::lost`].

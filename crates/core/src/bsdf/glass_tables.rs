@@ -3,6 +3,7 @@
 /// The part of light that is lost where the index beyond is denser, in 32768ths.
 /// Over the index, the roughness and the cosine.
 #[rustfmt::skip]
+#[cfg_attr(target_arch = "nvptx64", unsafe(export_name = "glass_denser"))]
 pub static DENSER: [[[i16; 56]; 41]; 49] = [
 [[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,],[11682,11645,
 12706,12938,12965,12902,12782,12615,12407,12158,11871,11545,11182,10783,10349,9884,9391,8874,8338,7790,7235,6680,6133,5597,5080,
@@ -4142,6 +4143,7 @@ pub static DENSER: [[[i16; 56]; 41]; 49] = [
 /// The part of light that is lost where the index beyond is less dense, in 32768ths.
 /// Over the index, the roughness and the cosine.
 #[rustfmt::skip]
+#[cfg_attr(target_arch = "nvptx64", unsafe(export_name = "glass_thinner"))]
 pub static THINNER: [[[i16; 79]; 41]; 85] = [
 [[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,
 0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,],[18611,18600,18570,18524,18467,18405,18364,17641,17051,16618,16282,16005,15765,15553,15361,15185,

@@ -22,6 +22,7 @@ mod rough_base;
 mod schlick;
 mod turned_tables;
 
+pub use albedo::large_tables;
 pub use blinn_phong::BlinnPhong;
 pub use closure::{Closure, SMOOTH, ScatterSample, Scattered};
 pub use cosine_power::CosinePower;

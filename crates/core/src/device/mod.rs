@@ -24,8 +24,8 @@ pub use pair_tracer::PairTracer;
 pub use pairs::{BvhPair, Link, PAIR_SLACK, PairView, Root, Target, WarpMode};
 pub use path_queue::{
     HIT_ROWS, NODE_CHILDREN, PATH_ROWS, PathControl, PathLaunch, PathPlace, REQUEST_ROWS, Row, hit_of_rows,
-    in_ring, is_outside, path_of_rows, query_of_rows, request_of_rows, rows_of_hit, rows_of_path,
-    rows_of_request,
+    in_ring, is_outside, path_of_rows, query_of_request, query_of_rows, request_of_rows, rows_of_hit,
+    rows_of_path, rows_of_request,
 };
 pub use tree_queue::{
     FRESH_NODE_ROWS, LIT_ROWS, LitPlace, NODE_ROWS, NODE_STRIDE, TreeNode, lit_of_rows, rows_of_fresh_node,

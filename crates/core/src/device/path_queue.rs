@@ -156,21 +156,26 @@ pub fn rows_of_request(request: &LightRequest, pixel: u32) -> [Row; REQUEST_ROWS
     ]
 }
 
+/// What a query must know of a request that was written as [`rows_of_request`], from its first rows.
+#[inline(always)]
+pub fn query_of_request(
+    [origin, direction, Row([start, of_start, target, of_target])]: [Row; 3],
+) -> (Ray, RayFilter) {
+    let t_max = f32::from_bits(last(origin));
+    let ray = Ray { origin: vector(origin), t_min: 0.0, direction: vector(direction), t_max };
+    let filter = RayFilter {
+        start: PrimitiveId { instance: start, primitive: of_start },
+        target: PrimitiveId { instance: target, primitive: of_target },
+        cull_back_faces: false,
+    };
+    (ray, filter)
+}
+
 /// What was written as [`rows_of_request`], and the pixel.
 #[inline(always)]
-pub fn request_of_rows(rows: &[Row; REQUEST_ROWS]) -> (LightRequest, u32) {
-    let [origin, direction, Row([start, of_start, target, of_target]), contribution] = *rows;
-    let t_max = f32::from_bits(last(origin));
-    let request = LightRequest {
-        ray: Ray { origin: vector(origin), t_min: 0.0, direction: vector(direction), t_max },
-        filter: RayFilter {
-            start: PrimitiveId { instance: start, primitive: of_start },
-            target: PrimitiveId { instance: target, primitive: of_target },
-            cull_back_faces: false,
-        },
-        contribution: vector(contribution),
-    };
-    (request, last(direction))
+pub fn request_of_rows(&[origin, direction, ids, contribution]: &[Row; REQUEST_ROWS]) -> (LightRequest, u32) {
+    let (ray, filter) = query_of_request([origin, direction, ids]);
+    (LightRequest { ray, filter, contribution: vector(contribution) }, last(direction))
 }
 
 /// How far a band's paths are. Kernels keep it: the host looks at it now and then.
@@ -181,6 +186,10 @@ pub struct PathControl {
     pub appended: u64,
     /// Likewise, how many paths of the round have left the scene or met what is matte, and how many have met something else.
     pub sorted: u64,
+    /// Of trees: how many rays of the round have left the scene.
+    pub missed: u64,
+    /// Shadow rays of the round that have something in their way: how many are listed to be looked at again.
+    pub hidden: u64,
     /// Paths of this round.
     pub paths: u32,
     /// Those from here on begin in it.
@@ -210,7 +219,7 @@ impl PathControl {
         let survivors = self.appended as u32;
         let free = room - survivors;
         let new = if free < self.samples_left { free } else { self.samples_left };
-        (self.appended, self.sorted) = (0, 0);
+        (self.appended, self.sorted, self.missed, self.hidden) = (0, 0, 0, 0);
         self.first_sample = self.samples - self.samples_left;
         self.samples_left -= new;
         self.first_new = survivors;
@@ -228,16 +237,16 @@ impl PathControl {
         let survivors = self.waiting + appended;
         let wanted = room.saturating_sub(survivors);
         let new = if wanted < self.samples_left { wanted } else { self.samples_left };
-        (self.appended, self.sorted) = (0, 0);
+        (self.appended, self.sorted, self.missed, self.hidden) = (0, 0, 0, 0);
         self.first_sample = self.samples - self.samples_left;
         self.samples_left -= new;
         (self.first_new, self.new_slots) = (survivors, self.first_free);
         self.first_free = in_ring(self.first_free + new, slots);
         let all = survivors + new;
         let free = slots - all;
-        // What a node leaves takes up to so many slots. When room gets scarce, one is taken at a time: then there waits no more
-        // than a tree is deep.
-        let most = free.saturating_sub(RESERVE) / (NODE_CHILDREN - 1);
+        // What a node leaves takes up to so many slots, and its own is free for the next round only: others write that in this one.
+        // When room gets scarce, one is taken at a time: then there waits no more than a tree is deep.
+        let most = free.saturating_sub(RESERVE) / NODE_CHILDREN;
         let mut paths = if all < room { all } else { room };
         paths = if paths < most { paths } else { most };
         if paths == 0 && all > 0 {
@@ -259,7 +268,7 @@ impl PathControl {
 pub const NODE_CHILDREN: u32 = 3;
 
 /// Slots for a tree whose nodes are taken one at a time.
-const RESERVE: u32 = (NODE_CHILDREN - 1) * (MAX_DEPTH + 2);
+const RESERVE: u32 = (NODE_CHILDREN - 1) * (MAX_DEPTH + 2) + 1;
 
 /// A place in a ring of so many, from one that is less than twice as far.
 #[inline(always)]
@@ -283,8 +292,10 @@ pub struct PathLaunch {
     /// What they ask of lights: [`REQUEST_ROWS`] arrays; of trees [`LIT_ROWS`](super::LIT_ROWS).
     pub requests: *mut Row,
     /// Numbers of paths by what they have met: from the first on those that are shaded as matte, from the last on the others. Of
-    /// trees: slots of nodes that are shaded.
+    /// trees: slots of nodes, from the first on those whose rays end.
     pub sorted: *mut u32,
+    /// Numbers of shadow rays that have something in their way; null where nothing comes through.
+    pub hidden: *mut u32,
     /// How far it is.
     pub control: *mut PathControl,
     /// What the pass's samples add up to, for each pixel of the band.
@@ -299,10 +310,12 @@ pub struct PathLaunch {
     pub stack: *mut u32,
     /// Of trees: a ring of slots that are free.
     pub free: *mut u32,
-    /// Of trees: shadow rays, where they have a queue of their own.
+    /// Of trees: shadow rays.
     pub lights: LightQueue,
-    /// Of trees: how many slots there are.
+    /// Of trees: how many slots there are. Of paths 0.
     pub slots: u32,
+    /// Of trees: not 0 where there are materials on which rays end. Nodes that meet them are listed apart.
+    pub lists_ends: u32,
     /// Paths that there is room for.
     pub room: u32,
     /// The first row of the band.
@@ -322,6 +335,12 @@ const STRIP_ROWS: u32 = 4;
 const WARP: u32 = 32;
 
 impl PathLaunch {
+    /// Whether queues hold nodes of Whitted's trees.
+    #[inline(always)]
+    pub fn is_of_trees(&self) -> bool {
+        self.slots > 0
+    }
+
     /// Column, row of the picture and sample of a place, in pictures of this width.
     #[inline(always)]
     pub fn pixel(&self, width: u32, place: PathPlace) -> (u32, u32, u32) {
@@ -366,10 +385,12 @@ mod tests {
             hits: null_mut(),
             requests: null_mut(),
             sorted: null_mut(),
+            hidden: null_mut(),
             stack: null_mut(),
             free: null_mut(),
             lights: LightQueue::NONE,
             slots: 0,
+            lists_ends: 0,
             control: null_mut(),
             sums: null_mut(),
             before: null_mut(),

@@ -1,7 +1,7 @@
 //! What gets through the surfaces between a point and a light: coloured shadows.
 
 use crate::hierarchy::Tracer;
-use crate::material::NONE;
+use crate::material::{Material, NONE};
 use crate::math::{Vec3, fma};
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter, UNKNOWN_REST};
 use crate::shading::{EvaluatedMaterial, MaterialValues, SurfacePoint};
@@ -36,7 +36,7 @@ pub fn transmittance_beyond<T: Tracer>(
 
 /// The number of the material of what was hit.
 #[inline(always)]
-fn material_of(view: &SceneView, id: PrimitiveId) -> u32 {
+pub(super) fn material_of(view: &SceneView, id: PrimitiveId) -> u32 {
     let instance = item(view.instances, id.instance);
     if instance.material != NONE {
         return instance.material;
@@ -54,6 +54,9 @@ pub(super) trait Crossing {
     /// What is known of their material.
     type Material: MaterialValues;
 
+    /// Whether no light gets through a surface of this material, whatever its textures say.
+    fn stops_all(material: &Material) -> bool;
+
     /// The share that gets through a surface, per channel, without what its body takes.
     fn share(point: &SurfacePoint<Self::Material>) -> Vec3;
 }
@@ -63,6 +66,11 @@ struct ShadowFilter;
 
 impl Crossing for ShadowFilter {
     type Material = EvaluatedMaterial;
+
+    #[inline(always)]
+    fn stops_all(material: &Material) -> bool {
+        material.stops_all_light()
+    }
 
     #[inline(always)]
     fn share(point: &SurfacePoint) -> Vec3 {
@@ -118,6 +126,10 @@ impl Crossings {
             known = None;
             if hit.is_miss() {
                 return self.through;
+            }
+            // Then no point need be computed.
+            if C::stops_all(item(view.materials, material_of(view, hit.id))) {
+                return Vec3::ZERO;
             }
             self.cross::<C>(view, ray, &hit);
         }

@@ -19,7 +19,7 @@ pub(crate) fn bench_noise(flags: &BenchNoiseFlags) -> Result<(), Failure> {
     let options = flags.settings.load_options(flags.camera.choice(), &flags.picture, &flags.textures);
     let mut scene = load(&flags.scene, &options)?.scene;
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
-    flags.device.check_settings(&scene.settings)?;
+    flags.device.check_paths()?;
     let backend = backend_for(&flags.device, flags.picture.accel, false, Verbosity::Normal)?;
     let (cancel, watch) = (AtomicBool::new(false), |_| ());
     let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false, frame: None };

@@ -38,7 +38,7 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     let options = flags.settings.load_options(flags.camera.choice(), &flags.picture, &flags.textures);
     let mut scene = load(&flags.scene, &options)?.scene;
     apply(&mut scene, &flags.picture, &flags.settings, &flags.camera, &flags.textures)?;
-    flags.device.check_settings(&scene.settings)?;
+    flags.device.check_paths()?;
     let backend = backend_for(&flags.device, flags.picture.accel, false, Verbosity::Normal)?;
     let data = Arc::new(SceneData::flatten(&scene)?.0);
     let triangles = data.triangles.len();

@@ -3,6 +3,7 @@
 use super::{LightRequest, PathPoint, ScatterPoint, arrive::straight_share};
 use crate::hierarchy::Tracer;
 use crate::integrator::transmittance::{Crossing, through_crossings};
+use crate::material::Material;
 use crate::math::Vec3;
 use crate::settings::ShadowMode;
 use crate::shading::PathMaterial;
@@ -30,6 +31,12 @@ struct Straight;
 
 impl Crossing for Straight {
     type Material = PathMaterial;
+
+    /// What is straight to pass says no material by itself.
+    #[inline(always)]
+    fn stops_all(_: &Material) -> bool {
+        false
+    }
 
     #[inline(always)]
     fn share(point: &PathPoint) -> Vec3 {

@@ -2,15 +2,23 @@
 
 use super::branch_count;
 use super::lobe_light::lamps_shine_through;
+use crate::integrator::transmittance::material_of;
 use crate::integrator::{MAX_DEPTH, PathRay, ray_through_hole};
+use crate::ray::Hit;
 use crate::settings::Settings;
 use crate::shading::SurfacePoint;
-use crate::view::SceneView;
+use crate::view::{SceneView, item};
 
 /// Bounces after the camera ray; none for the unlit models.
 #[inline(always)]
 pub fn depth_limit(settings: &Settings) -> u32 {
     if settings.lighting_model.is_lit() { settings.max_depth.min(MAX_DEPTH) } else { 0 }
+}
+
+/// Whether no ray goes on from what was hit, whatever textures say there.
+#[inline(always)]
+pub fn ends_at(view: &SceneView, hit: &Hit) -> bool {
+    item(view.materials, material_of(view, hit.id)).ends_rays()
 }
 
 /// Rays that go on from a point that a ray of this depth found; the one through its holes is not among them.

@@ -4,7 +4,7 @@ use super::light_lanes::LightLanes;
 use super::{LampLobe, LitPoint, Receiver, are_lamps_drawn, draw_lamp, lights_alone};
 use crate::hierarchy::Tracer;
 use crate::integrator::camera_ray::pixel_key;
-use crate::integrator::{transmittance, transmittance_beyond};
+use crate::integrator::transmittance;
 use crate::light::Light;
 use crate::math::Vec3;
 use crate::ray::{PrimitiveId, RayFilter};
@@ -17,14 +17,13 @@ const FIRST_LIGHT_DIMENSION: u32 = 0x100;
 
 /// Light from all lights, or from all but lamps and some lamps that are drawn, shadowed, times the surface's colours. `path` keys
 /// the random numbers of the point within sample `sample` of pixel (x, y); `shadow_rays` counts. It is for points that
-/// [take light](super::takes_light): for others it is black. Without `COLOURED` shadows have no colour, whatever the settings say.
-/// With `CLOSEST` coloured ones begin with the closest hit instead of any, which is better for rays that go one by one.
+/// [take light](super::takes_light): for others it is black.
 ///
 /// This is one point at a time. Schedulers that take many points call the parts: [`light_key`], then [`LightLanes`] or
 /// [`gather`], then [`shade_direct`], for the lights and the sides of the point in the same order. Lamps that are drawn, by
 /// [`draw_lamp`], follow the lights that are sampled each.
 #[inline(always)]
-pub fn direct_light<T: Tracer, const W: usize, const COLOURED: bool, const CLOSEST: bool>(
+pub fn direct_light<T: Tracer, const W: usize>(
     view: &SceneView,
     tracer: &T,
     point: &LitPoint,
@@ -44,23 +43,9 @@ pub fn direct_light<T: Tracer, const W: usize, const COLOURED: bool, const CLOSE
             if let Some(turn) = turns.light(view, point, (key, sample), turn, side) {
                 let LightTurn { light, receiver, filter, specular, .. } = &turn;
                 let got = if W > 1 && samples > 1 {
-                    gather::<T, W, COLOURED, CLOSEST>(
-                        view,
-                        tracer,
-                        (light, samples),
-                        receiver,
-                        filter,
-                        shadow_rays,
-                    )
+                    gather::<T, W>(view, tracer, (light, samples), receiver, filter, shadow_rays)
                 } else {
-                    gather::<T, 1, COLOURED, CLOSEST>(
-                        view,
-                        tracer,
-                        (light, samples),
-                        receiver,
-                        filter,
-                        shadow_rays,
-                    )
+                    gather::<T, 1>(view, tracer, (light, samples), receiver, filter, shadow_rays)
                 };
                 sum += shade_direct(light.le(), point.diffuse, *specular, point.transmission, side, &got);
             }
@@ -118,6 +103,13 @@ impl LightTurns {
             Some(light) => light.samples(),
             None => 0,
         }
+    }
+
+    /// The colour of the highlight of a turn's light on a point.
+    #[inline(always)]
+    pub(super) fn specular(&self, view: &SceneView, point: &LitPoint, turn: u32) -> Option<Vec3> {
+        let light = view.lights.get(self.slot(turn) as usize)?;
+        Some(highlight(light, point.specular, point.lamp_highlights, &point.lobe).0)
     }
 
     /// The light of a turn for a side of a point, which has this key ([`point_key`]) and is of this sample of its pixel; `None`
@@ -231,7 +223,7 @@ pub fn shade_direct(
 /// The first `count` samples of a light at one point, `W` at a time, and the last ones by 16 or 4 lanes: some of the others would
 /// be idle. Weights are added sample by sample, so `W` does not change the sums.
 #[inline(always)]
-pub fn gather<T: Tracer, const W: usize, const COLOURED: bool, const CLOSEST: bool>(
+pub fn gather<T: Tracer, const W: usize>(
     view: &SceneView,
     tracer: &T,
     (light, count): (&Light, u32),
@@ -244,16 +236,16 @@ pub fn gather<T: Tracer, const W: usize, const COLOURED: bool, const CLOSEST: bo
     while start < count {
         let left = count - start;
         let (rays, lanes) = if W > 4 && left <= 4 {
-            (gatherer.add::<4, COLOURED, CLOSEST>(start, left), 4)
+            (gatherer.add::<4>(start, left), 4)
         } else if W > 16 && left < W as u32 {
-            (gatherer.add::<16, COLOURED, CLOSEST>(start, left), 16)
+            (gatherer.add::<16>(start, left), 16)
         } else {
-            (gatherer.add::<W, COLOURED, CLOSEST>(start, left), W as u32)
+            (gatherer.add::<W>(start, left), W as u32)
         };
         *shadow_rays += rays;
         start += lanes;
     }
-    gatherer.sum.gathered(COLOURED && view.settings.shadow_mode == ShadowMode::Coloured)
+    gatherer.sum.gathered(view.settings.shadow_mode == ShadowMode::Coloured)
 }
 
 struct Gatherer<'a, T> {
@@ -288,11 +280,7 @@ impl<T: Tracer> Gatherer<'_, T> {
     /// Adds the samples that follow the first `start`, as many as there are lanes, at most `left`; returns the number
     /// of shadow rays.
     #[inline(always)]
-    fn add<const W: usize, const COLOURED: bool, const CLOSEST: bool>(
-        &mut self,
-        start: u32,
-        left: u32,
-    ) -> u64 {
+    fn add<const W: usize>(&mut self, start: u32, left: u32) -> u64 {
         let first = self.receiver.first.wrapping_add(start);
         let lanes =
             LightLanes::<W>::new(self.view.settings, self.light, &Receiver { first, ..*self.receiver });
@@ -308,18 +296,14 @@ impl<T: Tracer> Gatherer<'_, T> {
         let mode = self.view.settings.shadow_mode;
         let rays = lanes.from_one_point(self.receiver.origin);
         let mut hidden = [false; W];
-        if mode != ShadowMode::None && !(CLOSEST && COLOURED && mode == ShadowMode::Coloured) {
+        if mode != ShadowMode::None {
             hidden = self.tracer.occluded_batch(&rays, self.filter, &active);
         }
-        if COLOURED && mode == ShadowMode::Coloured {
+        if mode == ShadowMode::Coloured {
             for lane in 0..W {
                 if active[lane] {
                     let (ray, filter) = (rays.ray(lane), self.filter);
-                    let through = if CLOSEST {
-                        // Most that is in the way lets no light through: that it is there is all that must be known of it.
-                        let hit = self.tracer.closest_hit(&ray, filter);
-                        transmittance_beyond(self.view, self.tracer, &ray, filter, &hit)
-                    } else if hidden[lane] {
+                    let through = if hidden[lane] {
                         transmittance(self.view, self.tracer, &ray, filter)
                     } else {
                         Vec3::ONE

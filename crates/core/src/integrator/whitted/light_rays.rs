@@ -134,21 +134,32 @@ pub struct LightProgress {
     pub sum: Vec3,
     /// Samples of the one that follows.
     pub got: LightSums,
+    /// The number of that light, once a sample has said it.
+    pub light: Option<u32>,
 }
 
-/// Adds what comes of the rays with these numbers: `sample` says what gets through, and the weights. The other arguments are those
-/// of [`light_ray`].
+/// What became of a shadow ray.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// The number of the light; `None` where the light brings nothing or there is no such ray.
+    pub light: Option<u32>,
+    /// What gets through, per channel.
+    pub through: Vec3,
+    /// As [`LightRay::diffuse`].
+    pub diffuse: f32,
+    /// As [`LightRay::specular`].
+    pub specular: f32,
+}
+
+/// Adds what became of the rays with these numbers. `point` is that of [`light_ray`].
 #[inline(always)]
 pub fn add_light(
     view: &SceneView,
     point: &LitPoint,
-    path: u32,
-    (x, y, pixel_sample): (u32, u32, u32),
     (first, end): (u32, u32),
     progress: &mut LightProgress,
-    sample: impl Fn(u32) -> (Vec3, f32, f32),
+    sample: impl Fn(u32) -> LightSample,
 ) {
-    let key = point_key(view.settings, path, x, y);
     let sides = 1 + is_lit_from_behind(view.settings, point.transmission) as u32;
     let turns = LightTurns::new(view);
     let Place { mut turn, mut side, sample: mut of_side } = Place::new(view, &turns, first);
@@ -156,20 +167,26 @@ pub fn add_light(
     while number < end && turn < turns.all {
         let samples = turns.samples(view, turn);
         while number < end && of_side < samples {
-            let (through, diffuse, specular) = sample(number);
+            let LightSample { light, through, diffuse, specular } = sample(number);
+            // Which lamp was drawn need not be found out again.
+            if light.is_some() {
+                progress.light = light;
+            }
             progress.got.add(through, diffuse, specular);
             number += 1;
             of_side += 1;
         }
         if of_side >= samples {
             if side < sides
-                && let Some(of) = turns.light(view, point, (key, pixel_sample), turn, side)
+                && let Some(number) = progress.light
+                && let Some(light) = view.lights.get(number as usize)
+                && let Some(specular) = turns.specular(view, point, turn)
             {
                 let (diffuse, transmission) = (point.diffuse, point.transmission);
                 progress.sum +=
-                    shade_direct(of.light.le(), diffuse, of.specular, transmission, side, &progress.got);
+                    shade_direct(light.le(), diffuse, specular, transmission, side, &progress.got);
             }
-            progress.got = LightSums::default();
+            (progress.got, progress.light) = (LightSums::default(), None);
             of_side = 0;
             side += 1;
             if side >= sides_of_any(view.settings) {

@@ -14,14 +14,14 @@ mod local;
 mod radiance;
 mod receiver;
 
-pub use arrival::{branches_at, depth_limit, ray_behind};
+pub use arrival::{branches_at, depth_limit, ends_at, ray_behind};
 pub use children::{Children, GlossyLanes, branch_count, child_ray};
 pub use direct_light::{LightSums, direct_light, gather};
 pub use direct_light::{highlight, is_lit_from_behind, light_key, point_key, shade_direct, shadow_filter};
 pub use lamp_draw::{are_lamps_drawn, draw_lamp, drawn_lamp, lights_alone};
 pub use lamp_draw::{choose_lamps, choose_lamps_from, ways_to_lamps};
 pub use light_lanes::LightLanes;
-pub use light_rays::{LightProgress, LightRay, add_light, light_query, light_ray};
+pub use light_rays::{LightProgress, LightRay, LightSample, add_light, light_query, light_ray};
 pub use light_rays::{light_rays_of_point, light_samples_of_side};
 pub use lit_point::LitPoint;
 pub use lobe_light::{LampLobe, takes_light};

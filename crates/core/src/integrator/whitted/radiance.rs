@@ -64,14 +64,7 @@ pub fn radiance<T: Tracer, const W: usize>(
                             let (path, place) = (level.ray.path, (x, y, sample));
                             let point = LitPoint::new(&point, &lobe);
                             let shadow_rays = &mut counts.shadow;
-                            found += direct_light::<T, W, true, false>(
-                                view,
-                                tracer,
-                                &point,
-                                path,
-                                place,
-                                shadow_rays,
-                            );
+                            found += direct_light::<T, W>(view, tracer, &point, path, place, shadow_rays);
                         }
                     }
                     sum.add(level.ray.weight * there * found);

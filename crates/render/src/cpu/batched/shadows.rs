@@ -465,7 +465,7 @@ impl Shadows {
             for lane in 0..count {
                 if lamp.shines_on(view, block, lane) {
                     let (receiver, filter) = (side.receiver(lane), shadow_filter(lamp.light, block.id[lane]));
-                    let sums = gather::<T, SAMPLES_TOGETHER, true, false>(
+                    let sums = gather::<T, SAMPLES_TOGETHER>(
                         view,
                         tracer,
                         (lamp.light, samples),
