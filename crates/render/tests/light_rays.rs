@@ -3,19 +3,19 @@
 use crate::surfaces;
 use eosphor_core::hierarchy::{ExhaustiveTracer, IgnoreWork, Tracer};
 use eosphor_core::integrator::whitted::{
-    LampLobe, LightProgress, LightSample, LitPoint, add_light, depth_limit, direct_light, light_query,
-    light_ray, light_rays_of_point, takes_light,
+    LampLobe, LightProgress, LightSample, LitPoint, add_light, branches_at, depth_limit, direct_light,
+    ends_at, light_query, light_ray, light_rays_of_point, ray_behind, takes_light,
 };
-use eosphor_core::integrator::{camera_ray, transmittance};
+use eosphor_core::integrator::{MAX_DEPTH, camera_ray, transmittance};
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::{Integrator, ShadowMode};
 use eosphor_core::shading::SurfacePoint;
 use eosphor_render::{Accel, Hierarchy, HierarchyOptions, build_hierarchy};
 use eosphor_scene::{LightSelection, LoadOptions, Scene, SceneData, load};
 
-/// Lights points that a camera sees, in windows of so many rays, and compares. Gives back how many there were, and how many had
-/// light on their far side.
-fn assert_same_light(scene: &Scene, window: u32) -> [u32; 2] {
+/// Lights points that a camera sees, in windows of so many rays, and compares. Gives back how many there were, how many had light
+/// on their far side, and on how many rays end whatever they are.
+fn assert_same_light(scene: &Scene, window: u32) -> [u32; 3] {
     let data = SceneData::flatten(scene).unwrap().0;
     let view = data.view();
     let hierarchy = build_hierarchy(Accel::None, &HierarchyOptions::default(), &data).unwrap();
@@ -23,7 +23,7 @@ fn assert_same_light(scene: &Scene, window: u32) -> [u32; 2] {
     // SAFETY: the arrays are those of a SceneData, and go with each other.
     let tracer = unsafe { ExhaustiveTracer::new(exhaustive.primitives().view(), IgnoreWork) };
     let all = light_rays_of_point(view.lights, !view.light_nodes.is_empty(), view.settings);
-    let mut points = [0; 2];
+    let mut points = [0; 3];
     for (x, y) in (0..view.settings.height).flat_map(|y| (0..view.settings.width).map(move |x| (x, y))) {
         let sample = (x + y) % 3;
         let ray = camera_ray(&view, x, y, sample);
@@ -32,6 +32,11 @@ fn assert_same_light(scene: &Scene, window: u32) -> [u32; 2] {
             continue;
         }
         let point = SurfacePoint::new(&view, &ray.ray(), &hit);
+        if ends_at(&view, &hit) {
+            assert_eq!((branches_at(&point, 0, MAX_DEPTH), point.coverage), (0, 1.0), "{:?}", hit.id);
+            assert!(ray_behind(&view, &point, &ray, hit.t).is_none());
+            points[2] += 1;
+        }
         let lobe = LampLobe::new(&view, &point, &ray, depth_limit(view.settings));
         if !takes_light(&point, &lobe) {
             continue;
@@ -91,7 +96,8 @@ fn light_in_steps_is_the_light_of_one_loop() {
             for selection in [LightSelection::All, LightSelection::Tree] {
                 scene.settings.lights = Some(selection);
                 for window in [1, 3, 1000] {
-                    let [points, behind] = assert_same_light(&scene, window);
+                    let [points, behind, ends] = assert_same_light(&scene, window);
+                    assert!(number != 0 || ends > 0);
                     assert!(points > 5, "scene {number}: {points}");
                     // Glass and panes are lit from behind.
                     assert!(number != 2 || shadows == ShadowMode::Opaque || behind > 0, "scene {number}");

@@ -246,9 +246,12 @@ mod tests {
             let taken: Vec<u32> =
                 (0..control.paths).map(|number| stack[(control.waiting + number) as usize]).collect();
             nodes += taken.len() as u64;
-            for (number, &slot) in (0..).zip(&taken) {
+            // Slots of this round are written when its kernels are done: no thread may take one before.
+            let place = |number| in_ring(control.end_free + number, slots) as usize;
+            let freed: Vec<(usize, u32)> = (0..).map(place).zip(taken.iter().copied()).collect();
+            freed.iter().for_each(|&(place, _)| free[place] = u32::MAX);
+            for &slot in &taken {
                 let of = depths[slot as usize].take().expect("a node");
-                free[in_ring(control.end_free + number, slots) as usize] = slot;
                 for _ in 0..if of < depth { children } else { 0 } {
                     let number = control.appended as u32;
                     let slot = take(&free, control.first_free, number);
@@ -257,6 +260,7 @@ mod tests {
                     control.appended += 1;
                 }
             }
+            freed.into_iter().for_each(|(place, slot)| free[place] = slot);
         }
         nodes
     }
