@@ -449,7 +449,7 @@ mod tests {
             let rays = PointRays { all: 100, share_lights: false };
             let size = QueueSize::new(&settings, band, None, rays, mebibytes << 20);
             assert!(size.paths.is_multiple_of(32) && size.light_rays.expect("they have").group_bits == 5);
-            assert!(size.bytes() <= (mebibytes << 20).max(band + 16 << 20), "{size:?}");
+            assert!(size.bytes() <= (mebibytes << 20).max(band + (16 << 20)), "{size:?}");
         }
     }
 }
