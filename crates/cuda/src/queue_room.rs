@@ -392,7 +392,7 @@ mod tests {
                 paths: 1 << 20,
                 pixels: 1_000_000,
                 has_passes: false,
-                light_rays: Some(LightRays { window: 1, is_coloured: false, group_bits: 5 })
+                light_rays: Some(LightRays { window: 1, is_coloured: true, group_bits: 5 })
             }
         );
         assert_eq!(trees(None, 700 << 20).paths, 1 << 19);
