@@ -68,6 +68,7 @@ pub(crate) fn computed(op: Op, [a, b, c]: [u64; 3]) -> u64 {
         Op::Subtract(of) => by_type!(of, a, b, float | x, y | x - y, integer | m, n | m.wrapping_sub(n)),
         Op::Multiply(of) => by_type!(of, a, b, float | x, y | x * y, integer | m, n | m.wrapping_mul(n)),
         Op::MultiplyWide => a * b,
+        Op::MultiplyHigh => u64::from(a as u32) * u64::from(b as u32) >> 32,
         Op::MultiplyAdd(Type::F32) => of_f32(f32_of(a).mul_add(f32_of(b), f32_of(c))),
         Op::MultiplyAdd(Type::F64) => {
             f64::from_bits(a).mul_add(f64::from_bits(b), f64::from_bits(c)).to_bits()
@@ -215,6 +216,12 @@ fn compare(comparison: Comparison, of: Type, is_unordered: bool, a: u64, b: u64)
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_third_is_the_upper_half_of_a_product() {
+        let third = |of: u64| computed(Op::MultiplyHigh, [of, u64::from(-1_431_655_765_i32 as u32), 0]) >> 1;
+        assert_eq!([0, 2, 3, 4_194_303, u64::from(u32::MAX)].map(third), [0, 0, 1, 1_398_101, 1_431_655_765]);
+    }
 
     #[test]
     fn two_words_move_as_one() {

@@ -68,7 +68,7 @@ pub(crate) fn computation(parts: &[&str], of: Type) -> Option<Op> {
     let middle = &parts[1..parts.len() - 1];
     let is_plain = match parts[0] {
         "add" | "sub" | "mul" | "fma" | "div" | "rcp" | "sqrt" if is_float => middle == ["rn"],
-        "mul" => middle == ["lo"] || middle == ["wide"] && of == Type::U32,
+        "mul" => middle == ["lo"] || (middle == ["wide"] || middle == ["hi"]) && of == Type::U32,
         "mad" => middle == ["lo"],
         "shf" => middle == ["r", "wrap"] || middle == ["l", "wrap"],
         _ => middle.is_empty(),
@@ -80,6 +80,7 @@ pub(crate) fn computation(parts: &[&str], of: Type) -> Option<Op> {
         "add" => Op::Add(of),
         "sub" => Op::Subtract(of),
         "mul" if middle == ["wide"] => Op::MultiplyWide,
+        "mul" if middle == ["hi"] => Op::MultiplyHigh,
         "mul" => Op::Multiply(of),
         "mad" | "fma" => Op::MultiplyAdd(of),
         "div" if !is_float && matches!(of, Type::U32 | Type::U64) => Op::Divide(of),

@@ -67,6 +67,8 @@ pub(crate) enum Op {
     Multiply(Type),
     /// Of numbers of 32 bits, with all 64.
     MultiplyWide,
+    /// Of numbers of 32 bits, the upper 32 of the 64.
+    MultiplyHigh,
     /// `a * b + c`, for floating-point numbers rounded once.
     MultiplyAdd(Type),
     Divide(Type),
