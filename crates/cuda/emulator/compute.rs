@@ -68,7 +68,7 @@ pub(crate) fn computed(op: Op, [a, b, c]: [u64; 3]) -> u64 {
         Op::Subtract(of) => by_type!(of, a, b, float | x, y | x - y, integer | m, n | m.wrapping_sub(n)),
         Op::Multiply(of) => by_type!(of, a, b, float | x, y | x * y, integer | m, n | m.wrapping_mul(n)),
         Op::MultiplyWide => a * b,
-        Op::MultiplyHigh => u64::from(a as u32) * u64::from(b as u32) >> 32,
+        Op::MultiplyHigh => (u64::from(a as u32) * u64::from(b as u32)) >> 32,
         Op::MultiplyAdd(Type::F32) => of_f32(f32_of(a).mul_add(f32_of(b), f32_of(c))),
         Op::MultiplyAdd(Type::F64) => {
             f64::from_bits(a).mul_add(f64::from_bits(b), f64::from_bits(c)).to_bits()
