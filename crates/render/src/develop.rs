@@ -62,7 +62,9 @@ impl Developed {
     pub fn new(film: &Film, settings: &DevelopSettings) -> Developed {
         let development = settings.development();
         let width = film.width as usize;
-        let mut developed = Developed::black(film.width, film.height);
+        // As many as there are: a film that lacks some is refused where it is written.
+        let rgb = zeros(film.pixels.len() * 3);
+        let mut developed = Developed { width: film.width, height: film.height, rgb, alpha: Vec::new() };
         if width > 0 {
             let rows = developed.rgb.par_chunks_mut(width * 3).zip(film.pixels.par_chunks(width));
             rows.for_each(|(bytes, colours)| develop_row(bytes, colours, &development));
