@@ -6,20 +6,22 @@ use crate::lights;
 use crate::parameters::{array, indexed, instance_tree};
 use crate::paths;
 use crate::trees;
+use crate::walk_function::{ByFunction, WalkFunction, walk_function};
 use crate::walks;
-use crate::watch::{Counting, Unwatched, Watching};
+use crate::watch::{Clock, Counting, Unwatched, Watching};
 use eosphor_core::device::{
     BandLaunch, BvhPair, DevelopLaunch, Link, PairTracer, PairView, PathLaunch, Root, WarpMode, WideNode,
     WideTracer, WideView,
 };
 use eosphor_core::geometry::Sphere;
 use eosphor_core::hierarchy::{
-    BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, KdNode, KdRoot,
-    KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
-    PrimitivesView,
+    BvhNode, BvhTracer, BvhView, ExhaustiveTracer, GridRoot, GridTracer, GridView, IgnoreWork, KdNode,
+    KdRoot, KdTreeTracer, KdTreeView, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer,
+    OctreeView, PrimitivesView, Tracer, Watch,
 };
 use eosphor_core::integrator::Whitted;
 use eosphor_core::intersect::PackedTriangle;
+use eosphor_core::ray::{Hit, Ray, RayFilter};
 use eosphor_core::scene_arrays;
 use eosphor_core::view::SceneView;
 
@@ -100,12 +102,12 @@ macro_rules! megakernel {
     };
 }
 
-/// Defines the kernels of queues over a structure: those that find what rays hit, and which lights are seen, of paths and of
-/// Whitted's trees, and those that find what comes through surfaces, of each of the two.
+/// Defines the kernels of queues over a structure: those that find what rays hit, which lights are seen, and what of their light
+/// comes through surfaces.
 macro_rules! walk_kernels {
     (
         $(#[$doc:meta])*
-        $hits:ident, $seen:ident, $paths_crossed:ident, $trees_crossed:ident, $watching:ident,
+        $hits:ident, $seen:ident, $crossed:ident, $watching:ident,
         ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
         structure_kernel! {
@@ -117,30 +119,40 @@ macro_rules! walk_kernels {
             |view, tracer, launch: PathLaunch, watch| walks::see(&view, &tracer, &launch, &watch)
         }
         structure_kernel! {
-            $(#[$doc])* $paths_crossed, $watching, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| paths::cross(&view, &tracer, &launch, &watch)
-        }
-        structure_kernel! {
-            $(#[$doc])* $trees_crossed, $watching, ($($own: $type),*) |$primitives, $work| $tracer,
-            |view, tracer, launch: PathLaunch, watch| lights::cross(&view, &tracer, &launch, &watch)
+            $(#[$doc])* $crossed, $watching, ($($own: $type),*) |$primitives, $work| $tracer,
+            |view, tracer, launch: PathLaunch, watch| walks::cross(&view, &tracer, &launch, &watch)
         }
     };
 }
 
-/// Defines these, and the same that also count and time what queries do.
+/// Defines these kernels that also count and time what queries do, whose walk from hit to hit is a function of this name.
+macro_rules! counting_kernels {
+    (
+        $(#[$doc:meta])*
+        $walk:ident, $hits:ident, $seen:ident, $crossed:ident, $structure:ident,
+        ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
+    ) => {
+        walk_function! { $walk, $structure<'_, &Watch<Clock>> }
+        walk_kernels! {
+            $(#[$doc])* $hits, $seen, $crossed, Counting, ($($own: $type),*) |$primitives, $work| ByFunction($tracer)
+        }
+    };
+}
+
+/// Defines both those that do not count and those that do.
 macro_rules! walk_and_count_kernels {
     (
         $(#[$doc:meta])*
-        $hits:ident, $seen:ident, $paths_crossed:ident, $trees_crossed:ident,
-        $count_hits:ident, $count_seen:ident, $count_paths_crossed:ident, $count_trees_crossed:ident,
+        $walk:ident, $hits:ident, $seen:ident, $crossed:ident,
+        $count_walk:ident, $count_hits:ident, $count_seen:ident, $count_crossed:ident, $structure:ident,
         ($($own:ident: $type:ty),*) |$primitives:ident, $work:ident| $tracer:expr
     ) => {
+        walk_function! { $walk, $structure<'_, IgnoreWork> }
         walk_kernels! {
-            $(#[$doc])* $hits, $seen, $paths_crossed, $trees_crossed, Unwatched,
-            ($($own: $type),*) |$primitives, $work| $tracer
+            $(#[$doc])* $hits, $seen, $crossed, Unwatched, ($($own: $type),*) |$primitives, $work| ByFunction($tracer)
         }
-        walk_kernels! {
-            $(#[$doc])* $count_hits, $count_seen, $count_paths_crossed, $count_trees_crossed, Counting,
+        counting_kernels! {
+            $(#[$doc])* $count_walk, $count_hits, $count_seen, $count_crossed, $structure,
             ($($own: $type),*) |$primitives, $work| $tracer
         }
     };
@@ -265,8 +277,8 @@ path_kernel! {
 
 walk_and_count_kernels! {
     /// Without any structure: the reference.
-    hits_exhaustive, seen_exhaustive, paths_crossed_exhaustive, trees_crossed_exhaustive,
-    count_hits_exhaustive, count_seen_exhaustive, count_paths_crossed_exhaustive, count_trees_crossed_exhaustive, () |primitives, work| ExhaustiveTracer::new(primitives, work)
+    hit_after_exhaustive, hits_exhaustive, seen_exhaustive, crossed_exhaustive,
+    count_hit_after_exhaustive, count_hits_exhaustive, count_seen_exhaustive, count_crossed_exhaustive, ExhaustiveTracer, () |primitives, work| ExhaustiveTracer::new(primitives, work)
 }
 
 /// Hands a definition what the kernels over a bounding volume hierarchy take, and the tracer.
@@ -308,36 +320,36 @@ over_bvh! {
 over_bvh! {
     walk_kernels,
     /// Over a bounding volume hierarchy.
-    hits_bvh, seen_bvh, paths_crossed_bvh, trees_crossed_bvh, Unwatched;
+    hits_bvh, seen_bvh, crossed_bvh, Unwatched;
     placed true, in step false
 }
 
 over_bvh! {
     walk_kernels,
     /// The same where there is no instance but the world.
-    hits_bvh_world, seen_bvh_world, paths_crossed_bvh_world, trees_crossed_bvh_world, Unwatched;
+    hits_bvh_world, seen_bvh_world, crossed_bvh_world, Unwatched;
     placed false, in step false
 }
 
 over_bvh! {
     walk_kernels,
     /// The same with the threads of a warp in step.
-    hits_bvh_in_step, seen_bvh_in_step, paths_crossed_bvh_in_step, trees_crossed_bvh_in_step, Unwatched;
+    hits_bvh_in_step, seen_bvh_in_step, crossed_bvh_in_step, Unwatched;
     placed true, in step true
 }
 
 walk_kernels! {
     /// Over a hierarchy with eight children a node.
-    hits_bvh_wide, seen_bvh_wide, paths_crossed_bvh_wide, trees_crossed_bvh_wide, Unwatched, (
+    hits_bvh_wide, seen_bvh_wide, crossed_bvh_wide, Unwatched, (
         nodes: &WideNode,
         roots: &Root<u32>,
         instance_root: u32
     ) |primitives, _work| WideTracer::<true>::new(WideView { nodes: indexed(nodes), roots: indexed(roots), instance_root, primitives })
 }
 
-walk_kernels! {
+counting_kernels! {
     /// Over a bounding volume hierarchy as CPUs read it, whose walk counts.
-    count_hits_bvh, count_seen_bvh, count_paths_crossed_bvh, count_trees_crossed_bvh, Counting, (
+    count_hit_after_bvh, count_hits_bvh, count_seen_bvh, count_crossed_bvh, BvhTracer, (
         nodes: &BvhNode,
         roots: &u32,
         instance_nodes: &BvhNode,
@@ -353,8 +365,8 @@ walk_kernels! {
 
 walk_and_count_kernels! {
     /// Over an octree, all octants that a ray meets.
-    hits_octree, seen_octree, paths_crossed_octree, trees_crossed_octree,
-    count_hits_octree, count_seen_octree, count_paths_crossed_octree, count_trees_crossed_octree, (
+    hit_after_octree, hits_octree, seen_octree, crossed_octree,
+    count_hit_after_octree, count_hits_octree, count_seen_octree, count_crossed_octree, OctreeTracer, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -372,8 +384,8 @@ walk_and_count_kernels! {
 
 walk_and_count_kernels! {
     /// Over an octree, octants in the order of the ray.
-    hits_octree_parametric, seen_octree_parametric, paths_crossed_octree_parametric, trees_crossed_octree_parametric,
-    count_hits_octree_parametric, count_seen_octree_parametric, count_paths_crossed_octree_parametric, count_trees_crossed_octree_parametric, (
+    hit_after_octree_parametric, hits_octree_parametric, seen_octree_parametric, crossed_octree_parametric,
+    count_hit_after_octree_parametric, count_hits_octree_parametric, count_seen_octree_parametric, count_crossed_octree_parametric, OctreeParametricTracer, (
         nodes: &OctreeNode,
         roots: &OctreeRoot,
         references: &u32,
@@ -391,8 +403,8 @@ walk_and_count_kernels! {
 
 walk_and_count_kernels! {
     /// Over a uniform grid.
-    hits_grid, seen_grid, paths_crossed_grid, trees_crossed_grid,
-    count_hits_grid, count_seen_grid, count_paths_crossed_grid, count_trees_crossed_grid, (
+    hit_after_grid, hits_grid, seen_grid, crossed_grid,
+    count_hit_after_grid, count_hits_grid, count_seen_grid, count_crossed_grid, GridTracer, (
         starts: &u32,
         roots: &GridRoot,
         references: &u32,
@@ -410,8 +422,8 @@ walk_and_count_kernels! {
 
 walk_and_count_kernels! {
     /// Over a kd-tree.
-    hits_kdtree, seen_kdtree, paths_crossed_kdtree, trees_crossed_kdtree,
-    count_hits_kdtree, count_seen_kdtree, count_paths_crossed_kdtree, count_trees_crossed_kdtree, (
+    hit_after_kdtree, hits_kdtree, seen_kdtree, crossed_kdtree,
+    count_hit_after_kdtree, count_hits_kdtree, count_seen_kdtree, count_crossed_kdtree, KdTreeTracer, (
         nodes: &KdNode,
         roots: &KdRoot,
         references: &u32,

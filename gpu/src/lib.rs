@@ -8,6 +8,7 @@
 //! | `trees.rs` | the same of Whitted's trees of rays |
 //! | `lights.rs` | the same of these trees' shadow rays |
 //! | `walks.rs` | what both do whose rays are traced |
+//! | `walk_function.rs` | walks that several kernels call |
 //! | `queue.rs` | what both do with queues |
 //! | `develop.rs` | bytes of colours |
 //! | `band.rs` | which samples of which pixel a thread renders, and the rendering of them |
@@ -28,6 +29,7 @@ mod queue;
 mod rays;
 mod totals;
 mod trees;
+mod walk_function;
 mod walks;
 mod warp;
 mod watch;

@@ -1,17 +1,15 @@
-//! What kernels do with shadow rays of Whitted's trees: `ask` → `walks::see` → `cross`, where light comes through surfaces, →
+//! What kernels do with shadow rays of Whitted's trees: `ask` → `walks::see` → `walks::cross`, where light comes through surfaces, →
 //! `sum`, as often as points have more rays than there is room for. A thread has a ray, so that all do the same.
 
 use crate::queue::{Threads, read, write};
 use crate::totals::Totals;
 use crate::trees::add_saturating;
-use crate::watch::Watching;
 use eosphor_core::device::{
     LIT_ROWS, NO_LIGHT, PROGRESS_ROWS, PathLaunch, Row, light_of_word, light_word, lit_of_rows,
     progress_of_rows, row_of_vector, rows_of_progress, vector_of_row,
 };
-use eosphor_core::hierarchy::Tracer;
+use eosphor_core::integrator::RayCounts;
 use eosphor_core::integrator::whitted::{LightProgress, LightSample, add_light, light_query, light_ray};
-use eosphor_core::integrator::{RayCounts, transmittance};
 use eosphor_core::math::Vec3;
 use eosphor_core::ray::{PrimitiveId, Ray, RayFilter};
 use eosphor_core::settings::ShadowMode;
@@ -99,7 +97,7 @@ pub(crate) unsafe fn query(view: &SceneView, launch: &PathLaunch, index: u32) ->
     }
 }
 
-/// Notes whether something is in the way of a shadow ray. Through what it is, if light comes through, [`cross`] finds out.
+/// Notes whether something is in the way of a shadow ray. Through what it is, if light comes through, `walks::cross` finds out.
 ///
 /// # Safety
 ///
@@ -119,42 +117,22 @@ pub(crate) unsafe fn note_seen(launch: &PathLaunch, index: u32, is_hidden: bool)
     }
 }
 
-/// Finds what gets through what is in the way.
+/// Notes what gets through what is in the way of a shadow ray.
 ///
 /// # Safety
 ///
-/// As for [`ask`], which has made the rays; `through` and `hidden` are there.
+/// As for [`ask`], which has made the ray; `through` is there.
 #[inline(always)]
-pub(crate) unsafe fn cross<T: Tracer>(
-    view: &SceneView,
-    tracer: &T,
-    launch: &PathLaunch,
-    watching: &impl Watching,
-) {
-    // SAFETY: no thread of this kernel writes it.
-    let count = unsafe { (*launch.control).hidden } as u32;
-    let threads = Threads::here();
-    let mut place = threads.number;
-    while place < count {
-        // SAFETY: what is listed are rays of the queue; each is one thread's.
-        unsafe {
-            let index = *launch.hidden.add(place as usize);
-            if let Some((ray, filter)) = query(view, launch, index) {
-                let through = transmittance(view, tracer, &ray, &filter);
-                *launch.lights.through.add(index as usize) = row_of_vector(through, 0.0);
-            }
-        }
-        place += threads.all;
-    }
-    // SAFETY: the totals are there.
-    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
+pub(crate) unsafe fn note_through(launch: &PathLaunch, index: u32, through: Vec3) {
+    // SAFETY: a ray of the queue; each is one thread's.
+    unsafe { *launch.lights.through.add(index as usize) = row_of_vector(through, 0.0) };
 }
 
 /// Adds up what lights give to points, and in the end adds that to pixels.
 ///
 /// # Safety
 ///
-/// As for [`ask`], whose rays `walks::see` and [`cross`] have traced.
+/// As for [`ask`], whose rays `walks::see` and `walks::cross` have traced.
 #[inline(always)]
 pub(crate) unsafe fn sum(view: &SceneView, launch: &PathLaunch) {
     let lights = &launch.lights;

@@ -1,20 +1,18 @@
-//! What kernels do with paths in queues: a round is `begin` → `generate` → `walks::find_hits` → `shade` → `walks::see` → `cross`,
+//! What kernels do with paths in queues: a round is `begin` → `generate` → `walks::find_hits` → `shade` → `walks::see` → `walks::cross`,
 //! and at the end of a pass comes `settle`. All but the first go through as many items as the queues have, however many threads
 //! there are.
 
 use crate::queue::{Places, Threads, read, write};
 use crate::totals::Totals;
-use crate::watch::Watching;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU64, Ordering};
 use eosphor_core::device::{
     HIT_ROWS, PATH_ROWS, PathControl, PathLaunch, PathPlace, REQUEST_ROWS, Row, hit_of_rows, is_outside,
     path_of_rows, query_of_request, request_of_rows, rows_of_hit, rows_of_path, rows_of_request,
 };
-use eosphor_core::hierarchy::Tracer;
 use eosphor_core::integrator::path::{
-    Bounce, BounceLanes, LightRequest, NumbersByKey, PathState, bounce, bounce_matte, is_matte_outside,
-    surroundings, through,
+    Bounce, BounceLanes, LightRequest, NumbersByKey, PathState, bounce_at_surface, bounce_matte,
+    is_matte_outside, surroundings,
 };
 use eosphor_core::integrator::{RayCounts, camera_ray, pixel_color};
 use eosphor_core::math::Vec3;
@@ -113,7 +111,8 @@ pub(crate) unsafe fn shade<const MATTE: bool>(view: &SceneView, launch: &PathLau
             let pixel = launch.pixel(view.settings.width, place);
             let numbers = NumbersByKey::new(view.settings, &path.ray, pixel);
             if !MATTE {
-                bounce(view, &path, &hit, &numbers, &mut step);
+                // Misses are in the other list.
+                bounce_at_surface(view, &path, &hit, &numbers, &mut step);
             } else if hit.is_miss() {
                 step.add(surroundings(view, &path.ray));
             } else {
@@ -250,34 +249,18 @@ pub(crate) unsafe fn add_light(launch: &PathLaunch, number: u32) {
     }
 }
 
-/// Adds what comes of lights through what is in the way.
+/// Adds what comes of a light through what is in the way.
 ///
 /// # Safety
 ///
-/// As for [`shade`]; `hidden` is there.
+/// As for [`light_query`].
 #[inline(always)]
-pub(crate) unsafe fn cross<T: Tracer>(
-    view: &SceneView,
-    tracer: &T,
-    launch: &PathLaunch,
-    watching: &impl Watching,
-) {
-    // SAFETY: no thread of this kernel writes it.
-    let count = unsafe { (*launch.control).hidden } as u32;
-    let threads = Threads::here();
-    let mut place = threads.number;
-    while place < count {
-        // SAFETY: what is listed are numbers of requests; the pixel is one of the band.
-        unsafe {
-            let number = *launch.hidden.add(place as usize);
-            let (request, pixel) =
-                request_of_rows(&read::<REQUEST_ROWS>(launch.requests, launch.room, number));
-            add(launch, pixel, request.contribution * through(view, tracer, &request));
-        }
-        place += threads.all;
+pub(crate) unsafe fn add_light_through(launch: &PathLaunch, number: u32, through: Vec3) {
+    // SAFETY: by this function's contract; the pixel is one of the band.
+    unsafe {
+        let (request, pixel) = request_of_rows(&read::<REQUEST_ROWS>(launch.requests, launch.room, number));
+        add(launch, pixel, request.contribution * through);
     }
-    // SAFETY: the totals are there.
-    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
 }
 
 /// Makes of the pass's sums what is wanted of the band's pixels, and leaves them empty for the next pass.

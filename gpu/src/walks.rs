@@ -10,6 +10,10 @@ use crate::warp;
 use crate::watch::Watching;
 use eosphor_core::device::{PathLaunch, query_of_rows, was_traced};
 use eosphor_core::hierarchy::Tracer;
+use eosphor_core::integrator::path::Straight;
+use eosphor_core::integrator::{Crossing, Crossings, ShadowFilter, through_crossings};
+use eosphor_core::material::Material;
+use eosphor_core::ray::{Hit, Ray};
 use eosphor_core::settings::ShadowMode;
 use eosphor_core::view::SceneView;
 
@@ -49,7 +53,7 @@ pub(crate) unsafe fn find_hits<T: Tracer>(
                 let mut is_first = false;
                 if !is_traced {
                     let (ray, filter) = query_of_rows(rows, view.settings.cull_back_faces);
-                    let hit = tracer.closest_hit(&ray, &filter);
+                    let hit = tracer.hit_after(&ray, &filter, None);
                     if is_of_trees {
                         is_miss = hit.is_miss();
                         is_first = trees::note_hit(view, launch, item, &hit);
@@ -141,4 +145,72 @@ pub(crate) unsafe fn see<T: Tracer>(
     }
     // SAFETY: the totals are there.
     watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
+}
+
+/// Finds what of light comes through what is in the way of shadow rays.
+///
+/// # Safety
+///
+/// As for [`see`], which has listed the rays in `hidden`.
+#[inline(always)]
+pub(crate) unsafe fn cross<T: Tracer>(
+    view: &SceneView,
+    tracer: &T,
+    launch: &PathLaunch,
+    watching: &impl Watching,
+) {
+    let crossing = CrossingOf { trees: launch.is_of_trees() };
+    // SAFETY: no thread of this kernel writes it.
+    let count = unsafe { (*launch.control).hidden } as u32;
+    let threads = Threads::here();
+    let mut place = threads.number;
+    while place < count {
+        let is_of_trees = warp::unknown(crossing.trees);
+        // SAFETY: what is listed are rays of the queue; each is one thread's.
+        unsafe {
+            let index = *launch.hidden.add(place as usize);
+            let query = if is_of_trees {
+                lights::query(view, launch, index)
+            } else {
+                Some(paths::light_query(launch, index))
+            };
+            if let Some((ray, filter)) = query {
+                let through = through_crossings(view, tracer, crossing, &ray, &filter);
+                if warp::unknown(is_of_trees) {
+                    lights::note_through(launch, index, through);
+                } else {
+                    paths::add_light_through(launch, index, through);
+                }
+            }
+        }
+        place += threads.all;
+    }
+    // SAFETY: the totals are there.
+    watching.add_to(&unsafe { Totals::new(launch.totals) }, threads.lane());
+}
+
+/// How surfaces are crossed: one loop from hit to hit for both.
+#[derive(Clone, Copy)]
+struct CrossingOf {
+    trees: bool,
+}
+
+impl Crossing for CrossingOf {
+    #[inline(always)]
+    fn stops_all(self, material: &Material) -> bool {
+        if warp::unknown(self.trees) {
+            ShadowFilter.stops_all(material)
+        } else {
+            Straight.stops_all(material)
+        }
+    }
+
+    #[inline(always)]
+    fn cross(self, before: &Crossings, view: &SceneView, ray: &Ray, hit: &Hit) -> Crossings {
+        if warp::unknown(self.trees) {
+            ShadowFilter.cross(before, view, ray, hit)
+        } else {
+            Straight.cross(before, view, ray, hit)
+        }
+    }
 }

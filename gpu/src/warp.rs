@@ -75,7 +75,8 @@ pub(crate) fn from_first_lane(lane: u32, make: impl FnOnce() -> u64) -> u64 {
 pub(crate) fn total(number: u64) -> u64 {
     let mut sum = number;
     let mut bits = 1;
-    while bits < WARP {
+    // Five turns that are wanted once: not worth code for each.
+    while bits < hidden(WARP) {
         sum += across(sum, bits);
         bits *= 2;
     }

@@ -7,10 +7,14 @@ use eosphor_core::hierarchy::{IgnoreWork, Phase, PhaseClock, Tracer, Watch, Watc
 
 /// Whether a kernel counts.
 pub(crate) trait Watching {
+    /// Is told by structures.
+    type Work<'a>: Work
+    where
+        Self: 'a;
     /// When a thread begins.
     fn new() -> Self;
-    /// What structures are told.
-    fn work(&self) -> impl Work;
+    /// For structures.
+    fn work(&self) -> Self::Work<'_>;
     /// A tracer with that work, as shading has it.
     fn around(&self, tracer: impl Tracer) -> impl Tracer;
     /// Adds what was seen. All threads of a warp come here, at the end.
@@ -21,12 +25,13 @@ pub(crate) trait Watching {
 pub(crate) struct Unwatched;
 
 impl Watching for Unwatched {
+    type Work<'a> = IgnoreWork;
     #[inline(always)]
     fn new() -> Unwatched {
         Unwatched
     }
     #[inline(always)]
-    fn work(&self) -> impl Work {
+    fn work(&self) -> IgnoreWork {
         IgnoreWork
     }
     #[inline(always)]
@@ -44,12 +49,13 @@ pub(crate) struct Counting {
 }
 
 impl Watching for Counting {
+    type Work<'a> = &'a Watch<Clock>;
     #[inline(always)]
     fn new() -> Counting {
         Counting { watch: Watch::default(), start: (ticks(), nanoseconds()) }
     }
     #[inline(always)]
-    fn work(&self) -> impl Work {
+    fn work(&self) -> &Watch<Clock> {
         &self.watch
     }
     #[inline(always)]

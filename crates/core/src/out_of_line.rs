@@ -11,6 +11,10 @@ pub(crate) fn has_fma() -> bool {
     std::arch::is_x86_feature_detected!("fma") && std::arch::is_x86_feature_detected!("avx2")
 }
 
+/// Whether code takes one way where two would be faster, so that there is less of it: drivers of GPUs compile kernels when they
+/// are first asked for.
+pub(crate) const IS_SMALL: bool = cfg!(target_arch = "nvptx64");
+
 /// Defines a function that is never inlined into its callers.
 macro_rules! out_of_line {
     ($($function:tt)*) => {
@@ -56,4 +60,15 @@ macro_rules! on_cpus {
     };
 }
 
-pub(crate) use {on_cpus, out_of_line};
+/// Defines a function that is one of its own on GPUs only, where what it does is rare and needs many registers; on CPUs it is
+/// inlined.
+macro_rules! out_of_line_on_gpus {
+    ($(#[$attribute:meta])* $visibility:vis fn $($function:tt)*) => {
+        $(#[$attribute])*
+        #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
+        #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
+        $visibility fn $($function)*
+    };
+}
+
+pub(crate) use {on_cpus, out_of_line, out_of_line_on_gpus};

@@ -2,7 +2,7 @@
 
 use crate::math::{Vec3, clamp, floor, fma, min, vec3};
 use crate::memory::prefetch;
-use crate::out_of_line::out_of_line;
+use crate::out_of_line::{out_of_line, out_of_line_on_gpus};
 
 /// How a colour is read between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -232,6 +232,13 @@ impl Textures<'_> {
             if t.format == TexelFormat::Srgb8 { self.srgb_decode[byte as usize] } else { linear(byte) }
         };
         Rgba { color: vec3(decode(r), decode(g), decode(b)), alpha: linear(alpha) }
+    }
+}
+
+out_of_line_on_gpus! {
+    /// The colour that [`Textures::sample`] finds, for readers that need it now and then: what surrounds a scene, lamps.
+    pub(crate) fn color_at(textures: &Textures<'_>, texture: u32, uvs: &[[f32; 2]; 2]) -> Vec3 {
+        textures.sample(texture, uvs).color
     }
 }
 

@@ -341,5 +341,11 @@ fn range(first: u32, count: u32, array: SceneArray, link: &mut impl FnMut(SceneA
 /// Where there is none of this number. (Not on GPUs, whose arrays have no length of their own.)
 #[inline(always)]
 pub(crate) fn item<T>(items: &[T], index: u32) -> &T {
+    #[cfg(target_arch = "nvptx64")]
+    {
+        // SAFETY: uploaded arrays: who makes a kernel's view promises every index that the scene holds.
+        unsafe { items.get_unchecked(index as usize) }
+    }
+    #[cfg(not(target_arch = "nvptx64"))]
     &items[index as usize]
 }

@@ -65,6 +65,7 @@ nothing_to_do! {
     cuInit(c_uint)
     cuCtxSetCurrent(*mut c_void)
     cuCtxSynchronize()
+    cuCtxDestroy_v2(*mut c_void)
     cuDevicePrimaryCtxRelease_v2(c_int)
     cuDevicePrimaryCtxRelease(c_int)
     cuStreamDestroy_v2(*mut c_void)
@@ -130,6 +131,11 @@ unsafe extern "C" fn cuDeviceGetAttribute(value: *mut c_int, attribute: c_int, _
 #[unsafe(no_mangle)]
 unsafe extern "C" fn cuDevicePrimaryCtxRetain(context: *mut *mut c_void, device: c_int) -> Answer {
     write(context, (device as usize + 1) as *mut c_void)
+}
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn cuCtxCreate_v2(context: *mut *mut c_void, _: c_uint, _: c_int) -> Answer {
+    write(context, dangling_mut())
 }
 
 #[unsafe(no_mangle)]

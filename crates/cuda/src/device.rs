@@ -1,5 +1,6 @@
 //! Devices: which there are, and kernels on one of them.
 
+use crate::compilation;
 use crate::failure::{failure, reason};
 use crate::memory;
 use crate::ptx;
@@ -9,9 +10,12 @@ use cudarc::driver::{CudaContext, CudaFunction, CudaStream, DevicePtrMut};
 use cudarc::nvrtc::Ptx;
 use eosphor_core::bsdf::large_tables;
 use eosphor_render::BackendError;
+use std::cmp::Reverse;
 use std::collections::HashMap;
+use std::ffi::CString;
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::ptr::null_mut;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A device that NVIDIA's driver offers.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,6 +85,31 @@ fn info(ordinal: i32) -> Result<DeviceInfo, DriverError> {
     })
 }
 
+/// Kernels that the driver gets together.
+struct Text {
+    kernels: Vec<&'static str>,
+    code: String,
+}
+
+/// Compiles a text for the driver's cache, in a context of its own, and forgets it. Where that fails, for want of memory for instance,
+/// it is compiled where it is loaded, which tells what is wrong.
+fn compile_elsewhere(device: sys::CUdevice, code: &str) {
+    let Ok(code) = CString::new(code) else { return };
+    let (mut context, mut module) = (null_mut(), null_mut());
+    // SAFETY: the device is one that the driver has named; the text ends with a 0; the context is this thread's alone, and gone with
+    // all that is in it before the thread goes on.
+    unsafe {
+        if sys::cuCtxCreate_v2(&mut context, 0, device).result().is_err() {
+            return;
+        }
+        let loaded = sys::cuModuleLoadData(&mut module, code.as_ptr().cast());
+        if loaded.result().is_ok() {
+            let _ = sys::cuModuleUnload(module);
+        }
+        let _ = sys::cuCtxDestroy_v2(context);
+    }
+}
+
 /// A device that is open.
 pub(crate) struct Device {
     /// For messages.
@@ -104,42 +133,65 @@ impl Device {
         Ok(Device { stream: context.default_stream(), kernels: Mutex::default(), name })
     }
 
-    /// A kernel for blocks of up to so many threads, always as many on this device. The driver compiles it, the first time on a
-    /// machine in seconds.
+    /// A kernel for blocks of up to so many threads, always as many on this device.
     pub(crate) fn kernel(&self, name: &'static str, threads: u32) -> Result<CudaFunction, BackendError> {
-        let [kernel] = self.kernels([name], threads)?;
-        Ok(kernel)
+        self.load(&[&[name]], threads)?;
+        Ok(self.known()[name].clone())
     }
 
-    /// The same of several, which are compiled together. Threads may ask for different ones at the same time.
+    /// Several that are loaded, or one by one.
     pub(crate) fn kernels<const N: usize>(
         &self,
         names: [&'static str; N],
         threads: u32,
     ) -> Result<[CudaFunction; N], BackendError> {
-        let known = || self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
-        let missing: Vec<&'static str> =
-            names.into_iter().filter(|name| !known().contains_key(name)).collect();
-        if !missing.is_empty() {
-            let fail = |error| self.failure("loading the kernel", error);
-            let text = ptx::text(&missing, threads);
-            let tables = large_tables().into_iter().filter(|(table, _)| text.contains(table));
-            let tables: Vec<_> = tables.collect();
-            let module = self.stream.context().load_module(Ptx::from_src(text)).map_err(fail)?;
-            for (table, items) in tables {
-                let mut place = module.get_global(table, &self.stream).map_err(fail)?;
-                assert_eq!(place.len(), size_of_val(items), "{table} has its size");
-                let address = place.device_ptr_mut(&self.stream).0;
-                // SAFETY: the table is there and as long; no kernel of the module runs yet.
-                unsafe { memory::write(&self.stream, address, 0, items) }.map_err(fail)?;
+        let kernels = names.iter().map(|name| self.kernel(name, threads)).collect::<Result<Vec<_>, _>>()?;
+        Ok(kernels.try_into().expect("as many as names"))
+    }
+
+    fn known(&self) -> MutexGuard<'_, HashMap<&'static str, CudaFunction>> {
+        self.kernels.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Loads kernels for blocks of up to so many threads, always as many on this device. The driver compiles them, the first time on
+    /// a machine in seconds: those of a group together, groups side by side.
+    pub(crate) fn load(&self, groups: &[&[&'static str]], threads: u32) -> Result<(), BackendError> {
+        let missing = |group: &&[&'static str]| {
+            let known = self.known();
+            let names: Vec<&'static str> =
+                group.iter().copied().filter(|name| !known.contains_key(name)).collect();
+            (!names.is_empty()).then(|| Text { code: ptx::text(&names, threads), kernels: names })
+        };
+        let mut texts: Vec<Text> = groups.iter().filter_map(missing).collect();
+        // The longest takes longest.
+        texts.sort_by_key(|text| Reverse(text.code.len()));
+        let device = self.stream.context().cu_device();
+        // Without the driver's cache, what is compiled elsewhere is lost.
+        let has_cache = std::env::var_os("CUDA_CACHE_DISABLE").is_none_or(|disabled| disabled == "0");
+        let compile = |number: usize| {
+            if has_cache {
+                compile_elsewhere(device, &texts[number].code);
             }
-            for name in missing {
-                let kernel = module.load_function(name).map_err(fail)?;
-                known().insert(name, kernel);
-            }
+        };
+        compilation::load_all(texts.len(), compile, |number| self.load_text(&texts[number]))
+            .map_err(|error| self.failure("loading the kernels", error))
+    }
+
+    fn load_text(&self, Text { kernels, code }: &Text) -> Result<(), DriverError> {
+        let tables = large_tables().into_iter().filter(|(table, _)| code.contains(table));
+        let module = self.stream.context().load_module(Ptx::from_src(code))?;
+        for (table, items) in tables {
+            let mut place = module.get_global(table, &self.stream)?;
+            assert_eq!(place.len(), size_of_val(items), "{table} has its size");
+            let address = place.device_ptr_mut(&self.stream).0;
+            // SAFETY: the table is there and as long; no kernel of the module runs yet.
+            unsafe { memory::write(&self.stream, address, 0, items) }?;
         }
-        let known = known();
-        Ok(names.map(|name| known[name].clone()))
+        for name in kernels {
+            let kernel = module.load_function(name)?;
+            self.known().insert(name, kernel);
+        }
+        Ok(())
     }
 
     /// Memory that nobody has taken.

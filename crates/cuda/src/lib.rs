@@ -17,6 +17,7 @@
 
 mod backend;
 mod bands;
+mod compilation;
 mod develop_launch;
 mod device;
 mod failure;

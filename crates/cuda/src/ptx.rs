@@ -1,6 +1,7 @@
 //! The kernels, as a text that the driver compiles for its device. `cargo xtask ptx` makes it from `gpu/`.
 
-use crate::ptx_text::with_kernels;
+use crate::ptx_text::Parts;
+use std::sync::OnceLock;
 
 /// PTX for compute capability 7.5, which loads on everything since Turing.
 pub(crate) const PTX: &str = include_str!("../ptx/eosphor.ptx");
@@ -21,7 +22,8 @@ const REGISTERS_STEP: u32 = 8;
 
 /// The text with these kernels alone, and the functions that they call, for blocks of up to so many threads.
 pub(crate) fn text(kernels: &[&str], threads: u32) -> String {
-    let text = with_kernels(PTX, kernels);
+    static PARTS: OnceLock<Parts<'static>> = OnceLock::new();
+    let text = PARTS.get_or_init(|| Parts::of(PTX)).with_kernels(kernels);
     if threads <= USUAL_THREADS {
         return text;
     }

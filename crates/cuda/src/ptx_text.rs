@@ -2,35 +2,11 @@
 
 use std::collections::HashMap;
 
-/// The text with these kernels alone, the functions that they call and the tables that they read: the driver compiles all that
-/// it is given.
-pub(crate) fn with_kernels(ptx: &str, kernels: &[&str]) -> String {
-    let parts = Parts::of(ptx);
-    let mut wanted: Vec<&str> = kernels.to_vec();
-    let mut next = 0;
-    while next < wanted.len() {
-        let calls = parts.calls.get(wanted[next]).map_or(&[][..], |calls| calls);
-        for &function in calls {
-            if !wanted.contains(&function) {
-                wanted.push(function);
-            }
-        }
-        next += 1;
-    }
-    let code = || parts.all.iter().filter(|part| part.name.is_some_and(|name| wanted.contains(&name)));
-    let is_read = |table: &str| code().any(|part| part.text.contains(table));
-    let mut text = String::new();
-    for part in &parts.all {
-        match part.name {
-            Some(name) if wanted.contains(&name) => text.push_str(part.text),
-            Some(_) => {}
-            None => {
-                let is_kept = |line: &&str| table_name(line).is_none_or(is_read);
-                text.extend(part.text.split_inclusive('\n').filter(is_kept));
-            }
-        }
-    }
-    text
+/// A text, taken apart.
+pub(crate) struct Parts<'a> {
+    all: Vec<Part<'a>>,
+    /// What each kernel and function calls.
+    calls: HashMap<&'a str, Vec<&'a str>>,
 }
 
 /// The name of the table of constants that a line is.
@@ -46,14 +22,9 @@ struct Part<'a> {
     text: &'a str,
 }
 
-struct Parts<'a> {
-    all: Vec<Part<'a>>,
-    /// What each kernel and function calls.
-    calls: HashMap<&'a str, Vec<&'a str>>,
-}
-
 impl<'a> Parts<'a> {
-    fn of(ptx: &'a str) -> Parts<'a> {
+    /// Of this text.
+    pub(crate) fn of(ptx: &'a str) -> Parts<'a> {
         let mut parts = Parts { all: Vec::new(), calls: HashMap::new() };
         let (mut name, mut start, mut at) = (None, 0, 0);
         for line in ptx.split_inclusive('\n') {
@@ -75,6 +46,36 @@ impl<'a> Parts<'a> {
         }
         parts.all.push(Part { name, text: &ptx[start..] });
         parts
+    }
+
+    /// The text with these kernels alone, the functions that they call and the tables that they read: the driver compiles all that
+    /// it is given.
+    pub(crate) fn with_kernels(&self, kernels: &[&str]) -> String {
+        let mut wanted: Vec<&str> = kernels.to_vec();
+        let mut next = 0;
+        while next < wanted.len() {
+            let calls = self.calls.get(wanted[next]).map_or(&[][..], |calls| calls);
+            for &function in calls {
+                if !wanted.contains(&function) {
+                    wanted.push(function);
+                }
+            }
+            next += 1;
+        }
+        let code = || self.all.iter().filter(|part| part.name.is_some_and(|name| wanted.contains(&name)));
+        let is_read = |table: &str| code().any(|part| part.text.contains(table));
+        let mut text = String::new();
+        for part in &self.all {
+            match part.name {
+                Some(name) if wanted.contains(&name) => text.push_str(part.text),
+                Some(_) => {}
+                None => {
+                    let is_kept = |line: &&str| table_name(line).is_none_or(is_read);
+                    text.extend(part.text.split_inclusive('\n').filter(is_kept));
+                }
+            }
+        }
+        text
     }
 }
 

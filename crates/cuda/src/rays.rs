@@ -12,6 +12,7 @@ use eosphor_accel::Bvh;
 use eosphor_core::device::HitRow;
 use eosphor_core::ray::{Hit, Ray};
 use eosphor_render::BackendError;
+use std::slice;
 
 /// Those of the kernels below that are for rays of which many start far away, if they have a kernel of their own.
 pub(crate) fn far_ray_kernels(traversal: Traversal) -> Option<[[&'static str; 2]; 2]> {
@@ -86,15 +87,12 @@ impl CudaRays {
             .ok_or_else(|| BackendError::Unavailable(format!("there is no device cuda:{ordinal}")))?;
         let only_world = bvh.primitives().instances().len() == 1;
         let device = Device::open(info)?;
-        let [closest, any] = ray_kernels(traversal)[only_world as usize];
-        let kernels = [device.kernel(closest, RAYS_IN_BLOCK)?, device.kernel(any, RAYS_IN_BLOCK)?];
-        let far_kernels = match far_ray_kernels(traversal) {
-            Some(kernels) => {
-                let [closest, any] = kernels[only_world as usize];
-                [device.kernel(closest, RAYS_IN_BLOCK)?, device.kernel(any, RAYS_IN_BLOCK)?]
-            }
-            None => kernels.clone(),
-        };
+        let near = ray_kernels(traversal)[only_world as usize];
+        let far = far_ray_kernels(traversal).map_or(near, |kernels| kernels[only_world as usize]);
+        let groups = near.iter().chain(&far).map(slice::from_ref);
+        device.load(&groups.collect::<Vec<_>>(), RAYS_IN_BLOCK)?;
+        let kernels = device.kernels(near, RAYS_IN_BLOCK)?;
+        let far_kernels = device.kernels(far, RAYS_IN_BLOCK)?;
         let fail = |error| device.failure("copying the hierarchy", error);
         let trees = Trees::new(bvh, traversal, 0)?;
         let parameters = bvh_parameters(bvh, &trees);

@@ -21,7 +21,7 @@ use eosphor_core::settings::{Settings, ShadowMode};
 use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneView, SceneVisitor};
 use eosphor_render::{BackendError, ShapedScene};
 use eosphor_scene::{FrameState, SceneData};
-use std::panic::resume_unwind;
+use std::slice;
 use std::sync::{Mutex, PoisonError};
 
 /// The kernels that render a scene.
@@ -83,30 +83,25 @@ impl Kernels {
             Queued::Trees if lists_ends => shading,
             Queued::Trees => &shading[1..],
         };
-        let traced = [hits, seen].into_iter().chain(is_coloured.then_some(crossed));
-        let large: Vec<&'static str> = shading.iter().copied().chain(traced).collect();
-        // Apart, since the driver compiles a text on one thread, and keeps it: those that structures share are compiled once.
-        let (mut large, (prepare, [begin, generate, settle, _], lighting)) = std::thread::scope(|scope| {
-            let alone = |name| scope.spawn(move || device.kernel(name, block_size));
-            let large: Vec<_> = large.into_iter().map(alone).collect();
-            let prepare = prepare.map(|name| device.kernel(name, block_size)).transpose();
-            // Bytes may be asked for later.
-            let small = device.kernels([begin, generate, settle, develop_launch::KERNEL], block_size);
-            let lighting = lighting.map(|names| device.kernels(names, block_size)).transpose();
-            let join = |worker: std::thread::ScopedJoinHandle<'_, _>| {
-                worker.join().unwrap_or_else(|panic| resume_unwind(panic))
-            };
-            let large = large.into_iter().map(join).collect::<Result<Vec<_>, BackendError>>()?;
-            Ok::<_, BackendError>((large, (prepare?, small?, lighting?)))
-        })?;
+        // Those that take long apart, side by side; so those that structures share are compiled once. Bytes may be asked for later.
+        let small = [begin, generate, settle, develop_launch::KERNEL];
+        let groups =
+            shading.iter().chain([&hits, &seen]).chain(is_coloured.then_some(&crossed)).map(slice::from_ref);
+        let groups = groups
+            .chain([&small[..]])
+            .chain(lighting.as_ref().map(|names| &names[..]))
+            .chain(prepare.as_ref().map(slice::from_ref));
+        device.load(&groups.collect::<Vec<_>>(), block_size)?;
+        let kernel = |name| device.kernel(name, block_size);
+        let shading = shading.iter().map(|name| kernel(name)).collect::<Result<Vec<_>, _>>()?;
+        let [find_hits, see_lights] = device.kernels([hits, seen], block_size)?;
+        let lighting = lighting.map(|names| device.kernels(names, block_size)).transpose()?;
+        let crosses = is_coloured.then(|| kernel(crossed)).transpose()?;
         let mut stacks = 0;
-        for kernel in large.iter().chain(lighting.iter().flatten()) {
+        let traced = [&find_hits, &see_lights].into_iter().chain(&crosses);
+        for kernel in shading.iter().chain(traced).chain(lighting.iter().flatten()) {
             stacks = device.stack_bytes(kernel).map_err(fail)?.max(stacks);
         }
-        let mut traced = large.split_off(shading.len()).into_iter();
-        let mut next = || traced.next().expect("each name has a kernel");
-        let (find_hits, see_lights) = (next(), next());
-        let shading = large;
         let shading = shading.into_iter().map(|kernel| {
             let blocks = device.blocks_at_a_time(&kernel, block_size).map_err(fail)?;
             Ok(ShadeKernel { kernel, blocks })
@@ -114,15 +109,15 @@ impl Kernels {
         let kernels = QueueKernels {
             of,
             shading: shading.collect::<Result<_, BackendError>>()?,
-            prepare,
-            begin,
-            generate,
+            prepare: prepare.map(kernel).transpose()?,
+            begin: kernel(begin)?,
+            generate: kernel(generate)?,
             find_hits,
             lists_ends,
             see_lights,
             crossed,
             lighting,
-            settle,
+            settle: kernel(settle)?,
         };
         Ok((Kernels::Queues(kernels), stacks))
     }

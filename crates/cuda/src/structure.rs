@@ -54,7 +54,7 @@ pub(crate) fn kernels(
         };
     }
     let find = |accel| {
-        if counts { counting(accel, integrator) } else { walks(accel, traversal, placed, integrator) }
+        if counts { counting(accel) } else { walks(accel, traversal, placed) }
     };
     find(accel).map(KernelNames::Queues).ok_or_else(|| {
         let is_there = |accel: &&Accel| find(**accel).is_some();
@@ -76,48 +76,45 @@ fn megakernel(accel: Accel, traversal: Traversal, placed: bool) -> Option<&'stat
     }
 }
 
-/// The names of the kernels of a structure that begin with this, by integrator.
+/// The names of the kernels of a structure that begin with this.
 macro_rules! walk_names {
-    ($integrator:ident, $start:literal, $structure:literal) => {
+    ($start:literal, $structure:literal) => {
         WalkNames {
             hits: concat!($start, "hits_", $structure),
             seen: concat!($start, "seen_", $structure),
-            crossed: match $integrator {
-                Integrator::Path => concat!($start, "paths_crossed_", $structure),
-                Integrator::Whitted => concat!($start, "trees_crossed_", $structure),
-            },
+            crossed: concat!($start, "crossed_", $structure),
         }
     };
 }
 
 /// Those of queues that trace rays.
-fn walks(accel: Accel, traversal: Traversal, placed: bool, integrator: Integrator) -> Option<WalkNames> {
+fn walks(accel: Accel, traversal: Traversal, placed: bool) -> Option<WalkNames> {
     Some(match accel {
-        Accel::None => walk_names!(integrator, "", "exhaustive"),
+        Accel::None => walk_names!("", "exhaustive"),
         Accel::Bvh => match traversal {
-            Traversal::Reconverge => walk_names!(integrator, "", "bvh_in_step"),
-            Traversal::Wide => walk_names!(integrator, "", "bvh_wide"),
-            _ if placed => walk_names!(integrator, "", "bvh"),
-            _ => walk_names!(integrator, "", "bvh_world"),
+            Traversal::Reconverge => walk_names!("", "bvh_in_step"),
+            Traversal::Wide => walk_names!("", "bvh_wide"),
+            _ if placed => walk_names!("", "bvh"),
+            _ => walk_names!("", "bvh_world"),
         },
         Accel::Bvh8 => return None,
-        Accel::Octree => walk_names!(integrator, "", "octree"),
-        Accel::OctreeParametric => walk_names!(integrator, "", "octree_parametric"),
-        Accel::Grid => walk_names!(integrator, "", "grid"),
-        Accel::KdTree => walk_names!(integrator, "", "kdtree"),
+        Accel::Octree => walk_names!("", "octree"),
+        Accel::OctreeParametric => walk_names!("", "octree_parametric"),
+        Accel::Grid => walk_names!("", "grid"),
+        Accel::KdTree => walk_names!("", "kdtree"),
     })
 }
 
 /// Those that count.
-fn counting(accel: Accel, integrator: Integrator) -> Option<WalkNames> {
+fn counting(accel: Accel) -> Option<WalkNames> {
     Some(match accel {
-        Accel::None => walk_names!(integrator, "count_", "exhaustive"),
-        Accel::Bvh => walk_names!(integrator, "count_", "bvh"),
+        Accel::None => walk_names!("count_", "exhaustive"),
+        Accel::Bvh => walk_names!("count_", "bvh"),
         Accel::Bvh8 => return None,
-        Accel::Octree => walk_names!(integrator, "count_", "octree"),
-        Accel::OctreeParametric => walk_names!(integrator, "count_", "octree_parametric"),
-        Accel::Grid => walk_names!(integrator, "count_", "grid"),
-        Accel::KdTree => walk_names!(integrator, "count_", "kdtree"),
+        Accel::Octree => walk_names!("count_", "octree"),
+        Accel::OctreeParametric => walk_names!("count_", "octree_parametric"),
+        Accel::Grid => walk_names!("count_", "grid"),
+        Accel::KdTree => walk_names!("count_", "kdtree"),
     })
 }
 

@@ -3,7 +3,7 @@
 //! Registers decide how many threads run at a time, what is spilled goes through memory, and the driver sets aside a
 //! stack for every thread that can run. A change in core may raise any of them without a test's noticing.
 
-use super::ptx_text::with_kernels;
+use super::ptx_text::Parts;
 use super::ptxas::{self, Usage};
 use super::text::entries;
 use anyhow::{Context, Result, bail};
@@ -31,7 +31,7 @@ const fn budget(kernel: &'static str, registers: u32, spilled: u32, stack: u32) 
 /// decided in double precision, in functions: that is most of the spills and of the stack. Since version 5 lamps in glossy
 /// lobes are weighted, and textures have the channels of their files: 2 to 5 percent more spills. Tables of rough glass that the
 /// host writes cost kernels that shade paths 10 percent more of them, and no time.
-const BUDGETS: [Budget; 45] = [
+const BUDGETS: [Budget; 41] = [
     budget("closest_hits_bvh", 48, 1800, 2700),
     budget("closest_hits_far", 72, 3700, 2700),
     budget("closest_hits_in_step", 48, 1800, 2700),
@@ -40,6 +40,10 @@ const BUDGETS: [Budget; 45] = [
     budget("closest_hits_world_far", 72, 1600, 2700),
     budget("closest_hits_world_in_step", 48, 1200, 2700),
     budget("closest_hits_world_wide", 48, 1500, 2200),
+    budget("crossed_bvh", 128, 700, 3100),
+    budget("crossed_bvh_in_step", 128, 800, 3100),
+    budget("crossed_bvh_wide", 128, 700, 2500),
+    budget("crossed_bvh_world", 128, 1100, 3100),
     budget("develop_film", 48, 0, 16),
     budget("hits_bvh", 48, 2000, 3100),
     budget("hits_bvh_in_step", 48, 2100, 3100),
@@ -54,10 +58,6 @@ const BUDGETS: [Budget; 45] = [
     budget("occluded_world_in_step", 48, 600, 2400),
     budget("occluded_world_wide", 48, 600, 1900),
     budget("paths_begin", 16, 0, 0),
-    budget("paths_crossed_bvh", 128, 700, 3100),
-    budget("paths_crossed_bvh_in_step", 128, 800, 3100),
-    budget("paths_crossed_bvh_wide", 128, 700, 2500),
-    budget("paths_crossed_bvh_world", 128, 1100, 3100),
     budget("paths_generate", 80, 50, 50),
     budget("paths_settle", 48, 0, 0),
     budget("paths_shade", 168, 3700, 1200),
@@ -69,10 +69,6 @@ const BUDGETS: [Budget; 45] = [
     budget("seen_bvh_wide", 48, 800, 2300),
     budget("seen_bvh_world", 48, 500, 2900),
     budget("trees_ask", 96, 400, 300),
-    budget("trees_crossed_bvh", 128, 1500, 3100),
-    budget("trees_crossed_bvh_in_step", 128, 1500, 3100),
-    budget("trees_crossed_bvh_wide", 128, 1500, 2500),
-    budget("trees_crossed_bvh_world", 128, 1500, 3100),
     budget("trees_generate", 80, 50, 50),
     budget("trees_shade", 255, 200, 400),
     budget("trees_shade_ends", 80, 700, 500),
@@ -88,11 +84,12 @@ pub(super) fn check(ptx: &Path) -> Result<()> {
     // Each takes half a minute or more.
     let ptx = &fs::read_to_string(ptx).with_context(|| format!("reading {}", ptx.display()))?;
     let kernels = &entries(ptx);
+    let parts = &Parts::of(ptx);
     let all: Vec<Vec<Usage>> = std::thread::scope(|scope| {
         let ptxas = &ptxas;
         // Each by itself, as the driver gets it.
         let usage = move |kernel, architecture| {
-            ptxas::usage(ptxas, &with_kernels(ptx, &[kernel]), architecture)?
+            ptxas::usage(ptxas, &parts.with_kernels(&[kernel]), architecture)?
                 .pop()
                 .with_context(|| format!("ptxas does not find {kernel}"))
         };

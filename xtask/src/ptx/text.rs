@@ -79,7 +79,7 @@ pub(super) fn with_launch_bounds(ptx: &str) -> String {
                 Some(SHADE_BOUNDS)
             } else if let Some((_, bounds)) = TREE_BOUNDS.iter().find(|(of, _)| *of == name) {
                 *bounds
-            } else if name.starts_with("paths_crossed_") || name.starts_with("trees_crossed_") {
+            } else if name.starts_with("crossed_") {
                 Some(RENDER_BOUNDS)
             } else if name.ends_with("_generate") {
                 // With the bound of queries they spill: they take 72 and 76.

@@ -45,10 +45,12 @@ impl<'a, S: Search> DeferredCandidates<'a, S> {
 
     /// Decides what was put off. `false` if there was no room for all of it.
     #[inline(always)]
-    pub(super) fn decide(&mut self, primitives: &PrimitivesView, world_ray: &Ray) -> bool {
+    pub(super) fn decide_deferred(&mut self, primitives: &PrimitivesView, world_ray: &Ray) -> bool {
         if self.count as usize > MOST {
             return false;
         }
+        // What a kernel keeps in registers would otherwise lie in memory from its start.
+        let (primitives, world_ray) = (&{ *primitives }, &{ *world_ray });
         let mut k = 0;
         while k < self.count {
             // SAFETY: those below `count` were written.
@@ -102,6 +104,17 @@ impl<S: Search> Search for DeferredCandidates<'_, S> {
         self.storage.instances[place_in].write(place.instance);
         self.storage.primitives[place_in].write(place.primitive);
         false
+    }
+
+    #[inline(always)]
+    fn decide(
+        &mut self,
+        primitives: &PrimitivesView,
+        place: PrimitiveSlot,
+        id: PrimitiveId,
+        placement: &Placement,
+    ) -> bool {
+        self.search.decide(primitives, place, id, placement)
     }
 
     #[inline(always)]

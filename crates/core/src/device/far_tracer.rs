@@ -43,7 +43,7 @@ impl<const PLACED: bool> FarTracer<'_, PLACED> {
         } else {
             walk.run(&self.view, filter, &mut deferred);
         }
-        let is_decided = deferred.decide(&self.view.primitives, ray);
+        let is_decided = deferred.decide_deferred(&self.view.primitives, ray);
         is_decided.then_some(deferred.search)
     }
 }

@@ -426,7 +426,7 @@ impl<'a, 's, const ANYWHERE: bool, const PLACED: bool> Walk<'a, 's, ANYWHERE, PL
     fn moved<'m, S: Search>(&self, search: &'m mut S) -> Moved<'m, S> {
         let from = self.space.from;
         // Only instances are looked at from elsewhere than the world.
-        Moved { search, from: if PLACED { from - self.from } else { 0.0 }, distance: from.abs() }
+        Moved::on(search, if PLACED { from - self.from } else { 0.0 }, from.abs())
     }
 
     /// [`Search::t_max`], from where the space that the walk is in measures.

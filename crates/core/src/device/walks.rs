@@ -27,7 +27,7 @@ pub(super) fn search_by<S: Search>(
     if walks.walk(ray, filter, &mut deferred) == Outcome::Far {
         return None;
     }
-    if deferred.decide(walks.primitives(), ray) { Some(deferred.search) } else { None }
+    if deferred.decide_deferred(walks.primitives(), ray) { Some(deferred.search) } else { None }
 }
 
 /// Makes a tracer with a field `view: $view` answer queries by [`Walks`], and, where that is not for a ray, by a search that

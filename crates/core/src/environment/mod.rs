@@ -15,7 +15,7 @@ pub use table::{BANDS, DirectionLanes, DirectionSample};
 
 use crate::material::NONE;
 use crate::math::{Vec3, Vec3Lanes, elementary, floor, fma, sqrt, vec3};
-use crate::texture::Textures;
+use crate::texture::{Textures, color_at};
 
 /// What surrounds the scene, besides the constant background. Its table stands in the scene's arrays.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +99,7 @@ impl Environment {
     #[inline(always)]
     pub fn radiance_at(&self, textures: &Textures, place: &PicturePlace) -> Vec3 {
         let uv = place.uv();
-        textures.sample(self.texture, &[uv, uv]).color * self.strength
+        color_at(textures, self.texture, &[uv, uv]) * self.strength
     }
 
     /// The same from the places of those lanes that are wanted.
@@ -110,6 +110,13 @@ impl Environment {
         places: &PlaceLanes<W>,
         is_wanted: &[bool; W],
     ) -> Vec3Lanes<W> {
+        if W == 1 {
+            let mut radiance = Vec3Lanes::ZERO;
+            if is_wanted[0] {
+                radiance.set(0, self.radiance_at(textures, &places.get(0)));
+            }
+            return radiance;
+        }
         let mut uv = [[0.0; W]; 2];
         for lane in 0..W {
             [uv[0][lane], uv[1][lane]] = places.get(lane).uv();

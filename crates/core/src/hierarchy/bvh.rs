@@ -8,6 +8,7 @@ use super::{Stack, Tracer, Work};
 use crate::geometry::Bounds;
 use crate::intersect::{LocalRay, Slab};
 use crate::math::Vec3;
+use crate::out_of_line::IS_SMALL;
 use crate::ray::{Hit, Ray, RayFilter};
 
 /// Builders keep trees at most this deep, so that traversals can do with a stack of this size.
@@ -145,17 +146,20 @@ impl<C: Work> SearchScene for BvhTracer<'_, C> {
         let (nodes, root) = (self.bvh.nodes, *trusted(self.bvh.roots, geometry));
         let bounds = trusted(nodes, root).bounds();
         // A ray with numbers out of range hits nothing, from wherever it is looked at.
-        if is_far(ray.origin, bounds.extent()) & !ray.t_min.is_nan() {
-            let (map, _) = self.bvh.primitives.space(placement.instance);
-            let Some(FarRay { ray, from, .. }) = FarRay::new(placement.world_ray, map, &bounds) else {
-                return false;
-            };
-            let mut leaves = PrimitiveLeaves { tracer: self, ray: &ray, placement, filter };
-            let mut search = Moved { search, from, distance: from.abs() };
-            return walk(nodes, root, &ray.slab, ray.t_min, &self.work, &mut search, &mut leaves);
+        let is_far = is_far(ray.origin, bounds.extent()) & !ray.t_min.is_nan();
+        if !is_far & !IS_SMALL {
+            let mut leaves = PrimitiveLeaves { tracer: self, ray, placement, filter };
+            return walk(nodes, root, &ray.slab, ray.t_min, &self.work, search, &mut leaves);
         }
-        let mut leaves = PrimitiveLeaves { tracer: self, ray, placement, filter };
-        walk(nodes, root, &ray.slab, ray.t_min, &self.work, search, &mut leaves)
+        let (mut ray, mut from) = (*ray, None);
+        if is_far {
+            let (map, _) = self.bvh.primitives.space(placement.instance);
+            let Some(far) = FarRay::new(placement.world_ray, map, &bounds) else { return false };
+            (ray, from) = (far.ray, Some(far.from));
+        }
+        let mut leaves = PrimitiveLeaves { tracer: self, ray: &ray, placement, filter };
+        let mut search = Moved::perhaps(search, from);
+        walk(nodes, root, &ray.slab, ray.t_min, &self.work, &mut search, &mut leaves)
     }
 
     #[inline(always)]

@@ -7,6 +7,7 @@ use super::SPHERE_REFERENCE;
 use super::candidates::{Placement, PrimitivesView, trusted};
 use crate::intersect::{T_ERROR, T_ROUNDING, TriangleHit};
 use crate::material::NONE;
+use crate::out_of_line::out_of_line_on_gpus;
 use crate::ray::{Hit, PrimitiveId, Ray, UNKNOWN_REST};
 
 /// Where a primitive is: the instance that places it, and its number in the array of triangles or, with
@@ -68,8 +69,16 @@ pub(crate) trait Search {
         Self: Sized,
     {
         // What has been cut is met again.
-        !self.has(primitives, id) && primitives.decide(place, id, placement, self)
+        !self.has(primitives, id) && self.decide(primitives, place, id, placement)
     }
+    /// Computes the hits of a primitive, and offers them to itself; `true` ends the search.
+    fn decide(
+        &mut self,
+        primitives: &PrimitivesView,
+        place: PrimitiveSlot,
+        id: PrimitiveId,
+        placement: &Placement,
+    ) -> bool;
     /// Offers a hit that was computed; `true` ends the search.
     fn offer(
         &mut self,
@@ -82,6 +91,47 @@ pub(crate) trait Search {
     /// Whether the best hit so far is one of this triangle, and others of it do not matter.
     fn has(&self, primitives: &PrimitivesView, id: PrimitiveId) -> bool;
 }
+
+/// Defines [`Search::decide`] of a search by a function of its own on GPUs. That one gets a copy: what a walk keeps in registers
+/// would otherwise lie in memory.
+macro_rules! decide_by_function {
+    ($function:ident) => {
+        #[inline(always)]
+        fn decide(
+            &mut self,
+            primitives: &PrimitivesView,
+            place: PrimitiveSlot,
+            id: PrimitiveId,
+            placement: &Placement,
+        ) -> bool {
+            let mut search = *self;
+            let ends = $function(primitives, place, id, placement, &mut search);
+            *self = search;
+            ends
+        }
+    };
+}
+
+/// Defines such a function.
+macro_rules! decision {
+    ($function:ident, $search:ty) => {
+        out_of_line_on_gpus! {
+            fn $function(
+                primitives: &PrimitivesView,
+                place: PrimitiveSlot,
+                id: PrimitiveId,
+                placement: &Placement,
+                search: &mut $search,
+            ) -> bool {
+                primitives.decide(place, id, placement, search)
+            }
+        }
+    };
+}
+
+decision! { decide_closest, Closest }
+decision! { decide_any, Any }
+decision! { decide_next, Next }
 
 /// At least as large as a number that was rounded to this.
 #[inline(always)]
@@ -113,6 +163,7 @@ pub fn bounds_of_last(ray: &Ray, last: &Hit) -> (f32, f32) {
 }
 
 /// The nearest hit.
+#[derive(Clone, Copy)]
 pub(crate) struct Closest {
     /// Where the best hit is; its primitive is [`NONE`] as long as there is none.
     place: PrimitiveSlot,
@@ -194,6 +245,8 @@ impl Closest {
 impl Search for Closest {
     type Whole = Self;
 
+    decide_by_function! { decide_closest }
+
     #[inline(always)]
     fn whole(&mut self) -> &mut Self {
         self
@@ -251,6 +304,7 @@ impl Search for Closest {
 }
 
 /// Any hit.
+#[derive(Clone, Copy)]
 pub(crate) struct Any {
     end: f32,
     pub(crate) found: bool,
@@ -266,6 +320,8 @@ impl Any {
 
 impl Search for Any {
     type Whole = Self;
+
+    decide_by_function! { decide_any }
 
     #[inline(always)]
     fn whole(&mut self) -> &mut Self {
@@ -308,6 +364,7 @@ impl Search for Any {
 }
 
 /// The nearest hit after another one.
+#[derive(Clone, Copy)]
 pub(crate) struct Next {
     after: Hit,
     /// The other one is no earlier than this, and no later than that, from the ray's origin;
@@ -329,10 +386,23 @@ impl Next {
         Next { after: *after, after_bounds, after_high, nearest: Closest::new(ray.t_max, from) }
     }
 
+    /// After nothing: what [`Closest`] finds, too.
+    #[inline(always)]
+    pub(crate) fn from_start(ray: &Ray) -> Next {
+        let start = Hit { t: f32::NEG_INFINITY, t_rest: 0.0, u: 0.0, v: 0.0, id: PrimitiveId::NONE };
+        Next::new(ray, &start, 0.0)
+    }
+
     /// The hit, computed, with its rest.
     #[inline(always)]
     pub(crate) fn hit(&self, primitives: &PrimitivesView, ray: &Ray) -> Hit {
         self.nearest.precise_hit(primitives, ray)
+    }
+
+    /// The hit as [`Closest`] gives it.
+    #[inline(always)]
+    pub(crate) fn closest(&self, primitives: &PrimitivesView, ray: &Ray) -> Hit {
+        self.nearest.hit(primitives, ray)
     }
 
     /// Whether a hit comes after the other one.
@@ -367,6 +437,8 @@ impl Next {
 
 impl Search for Next {
     type Whole = Self;
+
+    decide_by_function! { decide_next }
 
     #[inline(always)]
     fn whole(&mut self) -> &mut Self {
@@ -460,9 +532,26 @@ pub fn widening(t: f32, lost: f32) -> f32 {
 pub(crate) struct Moved<'a, S> {
     pub(crate) search: &'a mut S,
     /// The search's `t` of that point.
-    pub(crate) from: f64,
+    from: f64,
     /// The absolute value of the world ray's `t` at that point.
-    pub(crate) distance: f64,
+    distance: f64,
+    /// If not, it is the search as it is.
+    is_moved: bool,
+}
+
+impl<'a, S> Moved<'a, S> {
+    /// To the point with these `t`, of the search and, as an absolute value, of the world ray.
+    #[inline(always)]
+    pub(crate) fn on(search: &'a mut S, from: f64, distance: f64) -> Self {
+        Moved { search, from, distance, is_moved: true }
+    }
+
+    /// To the point with this `t`, of both, or nowhere.
+    #[inline(always)]
+    pub(crate) fn perhaps(search: &'a mut S, from: Option<f64>) -> Self {
+        let (is_moved, from) = (from.is_some(), from.unwrap_or(0.0));
+        Moved { search, from, distance: from.abs(), is_moved }
+    }
 }
 
 impl<S: Search> Search for Moved<'_, S> {
@@ -475,7 +564,7 @@ impl<S: Search> Search for Moved<'_, S> {
 
     #[inline(always)]
     fn t_max(&self) -> f32 {
-        if self.from == 0.0 {
+        if !self.is_moved | (self.from == 0.0) {
             return self.search.t_max();
         }
         // What lies beyond the end by less than a `t` is rounded by may be a tie.
@@ -490,6 +579,9 @@ impl<S: Search> Search for Moved<'_, S> {
     /// The `t` of double precision, by which hits are ordered, has been rounded where the ray's own is large.
     #[inline(always)]
     fn offer_certain(&mut self, place: PrimitiveSlot, low: f32, high: f32) -> OfferOutcome {
+        if !self.is_moved {
+            return self.search.offer_certain(place, low, high);
+        }
         let lost = self.distance * LOST;
         if self.from == 0.0 {
             return self.search.offer_certain(
@@ -512,6 +604,17 @@ impl<S: Search> Search for Moved<'_, S> {
         placement: &Placement,
     ) -> bool {
         self.search.unclear(primitives, place, id, placement)
+    }
+
+    #[inline(always)]
+    fn decide(
+        &mut self,
+        primitives: &PrimitivesView,
+        place: PrimitiveSlot,
+        id: PrimitiveId,
+        placement: &Placement,
+    ) -> bool {
+        self.search.decide(primitives, place, id, placement)
     }
 
     #[inline(always)]

@@ -15,6 +15,15 @@ pub trait Tracer {
     /// The first hit that comes after `after` in the order of (t, instance, primitive).
     fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit;
 
+    /// [`Tracer::next_hit`], or without `after` [`Tracer::closest_hit`].
+    #[inline(always)]
+    fn hit_after(&self, ray: &Ray, filter: &RayFilter, after: Option<&Hit>) -> Hit {
+        match after {
+            Some(after) => self.next_hit(ray, filter, after),
+            None => self.closest_hit(ray, filter),
+        }
+    }
+
     /// [`Tracer::occluded`] for rays from one origin; lanes that are not `active` answer `true`.
     #[inline(always)]
     fn occluded_batch<const W: usize>(

@@ -6,6 +6,7 @@ use super::candidates::{Placement, PrimitivesView, trusted};
 use super::far::{FarRay, is_far};
 use super::search::{Any, Closest, Moved, Next, Search};
 use crate::intersect::{LocalRay, Slab};
+use crate::out_of_line::IS_SMALL;
 use crate::ray::{Hit, Ray, RayFilter};
 
 /// A tree over the instances but the world.
@@ -95,6 +96,20 @@ pub(super) trait SearchScene {
         self.search(ray, filter, &mut search);
         search.hit(self.primitives(), ray)
     }
+
+    /// [`super::Tracer::hit_after`]: one search for both.
+    #[inline(always)]
+    fn find_after(&self, ray: &Ray, filter: &RayFilter, after: Option<&Hit>) -> Hit {
+        let mut search = match after {
+            Some(after) => Next::new(ray, after, 0.0),
+            None => Next::from_start(ray),
+        };
+        self.search(ray, filter, &mut search);
+        match after {
+            Some(_) => search.hit(self.primitives(), ray),
+            None => search.closest(self.primitives(), ray),
+        }
+    }
 }
 
 /// Makes a `Name<'_, C: Work>` that is a [`SearchScene`] a `Tracer`.
@@ -114,6 +129,11 @@ macro_rules! answer_queries {
             #[inline(always)]
             fn next_hit(&self, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
                 self.find_next(ray, filter, after)
+            }
+
+            #[inline(always)]
+            fn hit_after(&self, ray: &Ray, filter: &RayFilter, after: Option<&Hit>) -> Hit {
+                self.find_after(ray, filter, after)
             }
         }
     };
@@ -158,11 +178,16 @@ impl InstanceTreeView<'_> {
         let slab = scene.primitives().world_slab(ray);
         let mut leaves = InstanceLeaves { scene, order: self.order, ray, slab, filter };
         let bounds = trusted(self.nodes, self.root).bounds();
-        if is_far(ray.origin, bounds.extent()) {
-            let Some(far) = FarRay::to_instances(ray, &bounds) else { return false };
-            let mut search = Moved { search, from: far.from, distance: far.from.abs() };
-            return walk(self.nodes, self.root, &far.ray.slab, far.ray.t_min, work, &mut search, &mut leaves);
+        let is_far = is_far(ray.origin, bounds.extent());
+        if !is_far & !IS_SMALL {
+            return walk(self.nodes, self.root, &slab, ray.t_min, work, search, &mut leaves);
         }
-        walk(self.nodes, self.root, &slab, ray.t_min, work, search, &mut leaves)
+        let (mut slab, mut t_min, mut from) = (slab, ray.t_min, None);
+        if is_far {
+            let Some(far) = FarRay::to_instances(ray, &bounds) else { return false };
+            (slab, t_min, from) = (far.ray.slab, far.ray.t_min, Some(far.from));
+        }
+        let mut search = Moved::perhaps(search, from);
+        walk(self.nodes, self.root, &slab, t_min, work, &mut search, &mut leaves)
     }
 }

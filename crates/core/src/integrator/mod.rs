@@ -25,7 +25,9 @@ pub use ray_counts::RayCounts;
 pub use samples::{
     Follow, Path, Samples, Whitted, pixel_color, render_pixel, render_samples, render_samples_by,
 };
-pub use transmittance::{transmittance, transmittance_beyond};
+pub use transmittance::{
+    Crossing, Crossings, ShadowFilter, through_crossings, transmittance, transmittance_beyond,
+};
 
 /// The largest number of bounces. Whitted's stack has a level for every one.
 pub const MAX_DEPTH: u32 = 64;

@@ -3,6 +3,7 @@
 use crate::hierarchy::Tracer;
 use crate::material::{Material, NONE};
 use crate::math::{Vec3, fma};
+use crate::out_of_line::out_of_line_on_gpus;
 use crate::ray::{Hit, PrimitiveId, Ray, RayFilter, UNKNOWN_REST};
 use crate::shading::{EvaluatedMaterial, MaterialValues, SurfacePoint};
 use crate::sums::MAX_RADIANCE;
@@ -11,7 +12,7 @@ use crate::view::{SceneView, item};
 /// What gets through all surfaces on the way, per channel: the product of their shadow filters.
 #[inline(always)]
 pub fn transmittance<T: Tracer>(view: &SceneView, tracer: &T, ray: &Ray, filter: &RayFilter) -> Vec3 {
-    through_crossings::<T, ShadowFilter>(view, tracer, ray, filter)
+    through_crossings(view, tracer, ShadowFilter, ray, filter)
 }
 
 /// [`transmittance`] of a ray whose closest hit is known. Most that hides light lets none of it through, whatever its textures
@@ -31,7 +32,7 @@ pub fn transmittance_beyond<T: Tracer>(
         return Vec3::ZERO;
     }
     let first = if closest.t_rest == UNKNOWN_REST { None } else { Some(*closest) };
-    Crossings::NONE.go_on::<T, ShadowFilter>(view, tracer, (ray, filter), first)
+    Crossings::NONE.go_on(view, tracer, ShadowFilter, (ray, filter), first)
 }
 
 /// The number of the material of what was hit.
@@ -50,27 +51,29 @@ pub(super) fn material_of(view: &SceneView, id: PrimitiveId) -> u32 {
 }
 
 /// What surfaces do with light that crosses them.
-pub(super) trait Crossing {
+pub trait Crossing: Copy {
+    /// Whether no light gets through a surface of this material, whatever its textures say.
+    fn stops_all(self, material: &Material) -> bool;
+
+    /// Crosses the next surface, at this hit.
+    fn cross(self, before: &Crossings, view: &SceneView, ray: &Ray, hit: &Hit) -> Crossings;
+}
+
+/// The share of light that gets through surfaces.
+pub(super) trait CrossedShare {
     /// What is known of their material.
     type Material: MaterialValues;
 
-    /// Whether no light gets through a surface of this material, whatever its textures say.
-    fn stops_all(material: &Material) -> bool;
-
-    /// The share that gets through a surface, per channel, without what its body takes.
+    /// The share that gets through one, per channel, without what its body takes.
     fn share(point: &SurfacePoint<Self::Material>) -> Vec3;
 }
 
 /// Whitted's: a filter, whether rays bend there or not.
-struct ShadowFilter;
+#[derive(Clone, Copy, Debug)]
+pub struct ShadowFilter;
 
-impl Crossing for ShadowFilter {
+impl CrossedShare for ShadowFilter {
     type Material = EvaluatedMaterial;
-
-    #[inline(always)]
-    fn stops_all(material: &Material) -> bool {
-        material.stops_all_light()
-    }
 
     #[inline(always)]
     fn share(point: &SurfacePoint) -> Vec3 {
@@ -78,20 +81,40 @@ impl Crossing for ShadowFilter {
     }
 }
 
+impl Crossing for ShadowFilter {
+    #[inline(always)]
+    fn stops_all(self, material: &Material) -> bool {
+        material.stops_all_light()
+    }
+
+    #[inline(always)]
+    fn cross(self, before: &Crossings, view: &SceneView, ray: &Ray, hit: &Hit) -> Crossings {
+        cross_filter(before, view, ray, hit)
+    }
+}
+
+out_of_line_on_gpus! {
+    fn cross_filter(before: &Crossings, view: &SceneView, ray: &Ray, hit: &Hit) -> Crossings {
+        before.crossed::<ShadowFilter>(view, ray, hit)
+    }
+}
+
 /// What gets through all surfaces on the way, per channel: the product of their shares in the order of the hits, each surface
 /// once.
 #[inline(always)]
-pub(super) fn through_crossings<T: Tracer, C: Crossing>(
+pub fn through_crossings<T: Tracer>(
     view: &SceneView,
     tracer: &T,
+    crossing: impl Crossing,
     ray: &Ray,
     filter: &RayFilter,
 ) -> Vec3 {
-    Crossings::NONE.go_on::<T, C>(view, tracer, (ray, filter), None)
+    Crossings::NONE.go_on(view, tracer, crossing, (ray, filter), None)
 }
 
 /// The surfaces that a ray has crossed.
-struct Crossings {
+#[derive(Clone, Copy, Debug)]
+pub struct Crossings {
     /// What got through all of them.
     through: Vec3,
     /// The last hit, and whether it was of a front.
@@ -108,10 +131,11 @@ impl Crossings {
 
     /// Crosses all that follow; the next one is `known`, where it is.
     #[inline(always)]
-    fn go_on<T: Tracer, C: Crossing>(
+    fn go_on<T: Tracer>(
         mut self,
         view: &SceneView,
         tracer: &T,
+        crossing: impl Crossing,
         (ray, filter): (&Ray, &RayFilter),
         mut known: Option<Hit>,
     ) -> Vec3 {
@@ -128,17 +152,17 @@ impl Crossings {
                 return self.through;
             }
             // Then no point need be computed.
-            if C::stops_all(item(view.materials, material_of(view, hit.id))) {
+            if crossing.stops_all(item(view.materials, material_of(view, hit.id))) {
                 return Vec3::ZERO;
             }
-            self.cross::<C>(view, ray, &hit);
+            self = crossing.cross(&self, view, ray, &hit);
         }
     }
 
-    /// Crosses the next one.
+    /// Those and the next one.
     #[inline(always)]
-    fn cross<C: Crossing>(&mut self, view: &SceneView, ray: &Ray, hit: &Hit) {
-        let Crossings { after, after_front, .. } = *self;
+    pub(super) fn crossed<C: CrossedShare>(&self, view: &SceneView, ray: &Ray, hit: &Hit) -> Crossings {
+        let Crossings { mut through, after, after_front } = *self;
         let point = SurfacePoint::<C::Material>::new(view, ray, hit);
         let again = !after.is_miss()
             && is_close(&after, hit, &point)
@@ -146,17 +170,16 @@ impl Crossings {
             && meet_at_corner(view, after.id, hit.id);
         // What a body takes between its front and its back; a ray that starts inside one begins at its start.
         let before = if after.is_miss() || !after_front { 0.0 } else { after.t };
-        (self.after, self.after_front) = (*hit, point.front);
-        if again {
-            return;
+        if !again {
+            // Where a ray does not see a surface, that casts no shadow to where the ray starts.
+            let mut surface = C::share(&point);
+            if !point.front {
+                surface *= point.left_by_body(view, hit.t - before);
+            }
+            // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
+            through = (through * surface).min(Vec3::splat(MAX_RADIANCE));
         }
-        // Where a ray does not see a surface, that casts no shadow to where the ray starts.
-        let mut surface = C::share(&point);
-        if !point.front {
-            surface *= point.left_by_body(view, hit.t - before);
-        }
-        // Limited, so that no product becomes infinite: infinity times 0 would be NaN.
-        self.through = (self.through * surface).min(Vec3::splat(MAX_RADIANCE));
+        Crossings { through, after: *hit, after_front: point.front }
     }
 }
 

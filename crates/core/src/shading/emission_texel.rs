@@ -5,7 +5,7 @@ use crate::material::NONE;
 use crate::math::Vec3;
 use crate::out_of_line::out_of_line;
 use crate::ray::PrimitiveId;
-use crate::texture::Textures;
+use crate::texture::{Textures, color_at};
 use crate::view::{SceneView, item};
 
 /// The colour of a texture at a place of a triangle: weights of its second and third corner.
@@ -17,12 +17,12 @@ pub fn emission_texel(view: &SceneView, id: PrimitiveId, texture: u32, [u, v]: [
     if shading.extra != NONE {
         uvs[1] = blended(&item(view.triangle_extras, shading.extra).uvs1, u, v);
     }
-    color_at(&view.textures(), texture, &uvs)
+    lamp_color(&view.textures(), texture, &uvs)
 }
 
 out_of_line! {
     /// A lamp with a texture is rare, and reading one is long.
-    fn color_at(textures: &Textures<'_>, texture: u32, uvs: &[[f32; 2]; 2]) -> Vec3 {
-        textures.sample(texture, uvs).color
+    fn lamp_color(textures: &Textures<'_>, texture: u32, uvs: &[[f32; 2]; 2]) -> Vec3 {
+        color_at(textures, texture, uvs)
     }
 }

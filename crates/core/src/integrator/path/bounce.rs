@@ -40,8 +40,20 @@ pub trait BounceLanes {
 pub fn bounce<N: Numbers, B: Bounce>(view: &SceneView, path: &PathState, hit: &Hit, numbers: &N, to: &mut B) {
     if hit.is_miss() {
         to.add(surroundings(view, &path.ray));
-        return;
+    } else {
+        bounce_at_surface(view, path, hit, numbers, to);
     }
+}
+
+/// [`bounce`] of a ray that has met a surface: `hit` is none of those that are misses.
+#[inline(always)]
+pub fn bounce_at_surface<N: Numbers, B: Bounce>(
+    view: &SceneView,
+    path: &PathState,
+    hit: &Hit,
+    numbers: &N,
+    to: &mut B,
+) {
     let Some(Met { point, at, weight }) = meet(view, path, hit, numbers, to) else { return };
     let is_last = is_last(view.settings, path);
     if !is_last {

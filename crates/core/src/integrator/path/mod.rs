@@ -29,7 +29,7 @@ mod surroundings;
 mod visibility;
 
 pub use arrive::{Arrival, arrive};
-pub use bounce::{Bounce, BounceLanes, bounce, bounce_lanes};
+pub use bounce::{Bounce, BounceLanes, bounce, bounce_at_surface, bounce_lanes};
 pub use light::{LightRequest, sample_light};
 pub use matte_lanes::{bounce_matte, is_matte_outside, is_matte_triangle};
 pub use media::Media;
@@ -37,7 +37,7 @@ pub use numbers::{NumberLanes, Numbers, NumbersByKey, NumbersInLane, NumbersOfLa
 pub use radiance::radiance;
 pub use scatter::scatter;
 pub use surroundings::{surroundings, surroundings_lanes};
-pub use visibility::{through, visibility};
+pub use visibility::{Straight, through, visibility};
 
 use crate::bsdf::Mixture;
 use crate::integrator::PathRay;

@@ -2,9 +2,11 @@
 
 use super::{LightRequest, PathPoint, ScatterPoint, arrive::straight_share};
 use crate::hierarchy::Tracer;
-use crate::integrator::transmittance::{Crossing, through_crossings};
+use crate::integrator::transmittance::{CrossedShare, Crossing, Crossings, through_crossings};
 use crate::material::Material;
 use crate::math::Vec3;
+use crate::out_of_line::out_of_line_on_gpus;
+use crate::ray::{Hit, Ray};
 use crate::settings::ShadowMode;
 use crate::shading::PathMaterial;
 use crate::view::SceneView;
@@ -23,24 +25,38 @@ pub fn through<T: Tracer>(view: &SceneView, tracer: &T, request: &LightRequest) 
     if view.settings.shadow_mode != ShadowMode::Coloured {
         return Vec3::ZERO;
     }
-    through_crossings::<T, Straight>(view, tracer, &request.ray, &request.filter)
+    through_crossings(view, tracer, Straight, &request.ray, &request.filter)
 }
 
 /// What a surface lets through as if it were not there.
-struct Straight;
+#[derive(Clone, Copy, Debug)]
+pub struct Straight;
 
-impl Crossing for Straight {
+impl CrossedShare for Straight {
     type Material = PathMaterial;
-
-    /// What is straight to pass says no material by itself.
-    #[inline(always)]
-    fn stops_all(_: &Material) -> bool {
-        false
-    }
 
     #[inline(always)]
     fn share(point: &PathPoint) -> Vec3 {
         let at = ScatterPoint::new(point);
         straight_share(point) + at.mixture.straight() * point.coverage
+    }
+}
+
+impl Crossing for Straight {
+    /// What is straight to pass says no material by itself.
+    #[inline(always)]
+    fn stops_all(self, _: &Material) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn cross(self, before: &Crossings, view: &SceneView, ray: &Ray, hit: &Hit) -> Crossings {
+        cross_straight(before, view, ray, hit)
+    }
+}
+
+out_of_line_on_gpus! {
+    fn cross_straight(before: &Crossings, view: &SceneView, ray: &Ray, hit: &Hit) -> Crossings {
+        before.crossed::<Straight>(view, ray, hit)
     }
 }
