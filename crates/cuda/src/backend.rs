@@ -9,6 +9,7 @@ use crate::pixel::{Pixel, Rgb};
 use crate::ray_count::rays_per_sample;
 use crate::scene::{DeviceScene, Kernels, ShapedFrame};
 use crate::scheduler::GpuScheduler;
+use crate::stages::Stages;
 use crate::structure::{Structure, kernels};
 use crate::traversal::Traversal;
 use eosphor_core::develop::Development;
@@ -17,7 +18,7 @@ use eosphor_core::sums::ExactSum;
 use eosphor_render::{
     Accel, Backend, BackendError, DevelopSettings, Developed, Film, Hierarchy, HierarchyOptions,
     HierarchyStatistics, PreparedScene, Progress, RayStatistics, RenderControl, Rendered, RenderedBytes,
-    SampleSums, Sampled, ShapedScenes, build_hierarchy, check_rows, check_samples, check_scene,
+    SampleSums, Sampled, ShapedScenes, StageWork, build_hierarchy, check_rows, check_samples, check_scene,
     options_by_work,
 };
 use eosphor_scene::SceneData;
@@ -186,7 +187,8 @@ impl PreparedScene for PreparedCuda {
         check_rows(&rows, height)?;
         let mut film = Film::new(width, rows.end - rows.start);
         let samples = 0..control.samples_of(self);
-        let (complete, statistics) = self.run((rows, samples), None, control, &mut film.pixels)?;
+        let (complete, statistics) =
+            self.run((rows, samples), Wanted::default(), control, &mut film.pixels)?;
         Ok(Rendered { film, complete, statistics })
     }
 
@@ -200,8 +202,17 @@ impl PreparedScene for PreparedCuda {
         check_rows(&rows, height)?;
         check_samples(&samples, control.samples_of(self))?;
         let mut sums = SampleSums::new(width, rows.end - rows.start);
-        let (complete, statistics) = self.run((rows, samples), None, control, &mut sums.sums)?;
+        let (complete, statistics) = self.run((rows, samples), Wanted::default(), control, &mut sums.sums)?;
         Ok(Sampled { sums, complete, statistics })
+    }
+
+    fn stages(&self, control: &RenderControl) -> Result<Vec<StageWork>, BackendError> {
+        let (width, height) = control.size_of(self);
+        check_rows(&(0..height), height)?;
+        let (mut film, stages) = (Film::new(width, height), Stages::default());
+        let wanted = Wanted { stages: Some(&stages), ..Wanted::default() };
+        self.run((0..height, 0..control.samples_of(self)), wanted, control, &mut film.pixels)?;
+        Ok(stages.into_all())
     }
 
     fn render_developed(
@@ -214,7 +225,8 @@ impl PreparedScene for PreparedCuda {
         let mut picture = Developed::black(width, height);
         let (pixels, _) = picture.rgb.as_chunks_mut::<3>();
         let all = (0..height, 0..control.samples_of(self));
-        let (complete, statistics) = self.run(all, Some(develop.development()), control, pixels)?;
+        let wanted = Wanted { development: Some(develop.development()), ..Wanted::default() };
+        let (complete, statistics) = self.run(all, wanted, control, pixels)?;
         Ok(RenderedBytes::of_bytes(picture, complete, statistics))
     }
 }
@@ -226,6 +238,15 @@ struct Done {
     pixels: u64,
 }
 
+/// What is wanted beside colours or sums.
+#[derive(Clone, Copy, Default)]
+struct Wanted<'a> {
+    /// How colours are developed, where bytes are wanted.
+    development: Option<Development>,
+    /// Where it is noted what kernels take.
+    stages: Option<&'a Stages>,
+}
+
 /// What the devices do.
 struct Task<'a, T> {
     /// Width and height of the picture.
@@ -233,8 +254,7 @@ struct Task<'a, T> {
     rows: Rows,
     samples: Range<u32>,
     pixels: PixelRows<T>,
-    /// How colours are developed, where bytes are wanted.
-    development: Option<Development>,
+    wanted: Wanted<'a>,
     pixels_total: u64,
     done: Mutex<Done>,
     control: &'a RenderControl<'a>,
@@ -247,7 +267,7 @@ impl PreparedCuda {
     fn run<T: Pixel>(
         &self,
         (rows, samples): (Range<u32>, Range<u32>),
-        development: Option<Development>,
+        wanted: Wanted,
         control: &RenderControl,
         pixels: &mut [T],
     ) -> Result<(bool, RayStatistics), BackendError> {
@@ -271,7 +291,7 @@ impl PreparedCuda {
             pixels: PixelRows::new(pixels, rows.start, size.0),
             rows: Rows::new(rows, self.devices.len() as u32),
             samples,
-            development,
+            wanted,
             pixels_total,
             done: Mutex::default(),
             control,
@@ -307,12 +327,22 @@ impl PreparedCuda {
         let sharing = sharing(samples.len() as u32);
         let rays_per_pixel = self.rays_per_sample * samples.len() as f64;
         let developer = task
+            .wanted
             .development
             .map(|development| Developer::new(device, block_size, development))
             .transpose()?;
         let developer = developer.as_ref();
-        let mut launcher =
-            Launcher { scene, parameters, width, block_size, samples, sharing, developer, room: &mut room };
+        let mut launcher = Launcher {
+            scene,
+            parameters,
+            width,
+            block_size,
+            samples,
+            sharing,
+            developer,
+            stages: task.wanted.stages,
+            room: &mut room,
+        };
         let pixels_at_a_time = device.threads_at_a_time().map_err(fail)? as u32 >> sharing;
         // Paths in queues need sums, whatever is wanted of them.
         let mut band_height = match scene.kernels {

@@ -1,9 +1,9 @@
 //! Developing on a device: the colours of a band become bytes behind them.
 
-use crate::device::Device;
+use crate::device::{Device, Kernel};
 use crate::launch_buffers::Band;
 use crate::pixel::{Pixel, Rgb};
-use cudarc::driver::{CudaFunction, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg};
+use cudarc::driver::{DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::develop::Development;
 use eosphor_core::device::DevelopLaunch;
 use eosphor_render::BackendError;
@@ -13,7 +13,7 @@ pub(crate) const KERNEL: &str = "develop_film";
 
 /// Makes bytes of colours in one way.
 pub(crate) struct Developer {
-    kernel: CudaFunction,
+    kernel: Kernel,
     block_size: u32,
     development: Development,
 }
@@ -47,7 +47,7 @@ impl Developer {
             block_dim: (self.block_size, 1, 1),
             shared_mem_bytes: 0,
         };
-        let mut builder = band.stream.launch_builder(&self.kernel);
+        let mut builder = band.stream.launch_builder(&self.kernel.function);
         builder.arg(&launch);
         // SAFETY: the kernel takes this type (a test compares); so many colours are there, and behind them is room for their bytes
         // (the assertion).

@@ -110,6 +110,13 @@ fn compile_elsewhere(device: sys::CUdevice, code: &str) {
     }
 }
 
+/// A kernel that is loaded.
+#[derive(Clone)]
+pub(crate) struct Kernel {
+    pub(crate) name: &'static str,
+    pub(crate) function: CudaFunction,
+}
+
 /// A device that is open.
 pub(crate) struct Device {
     /// For messages.
@@ -134,9 +141,9 @@ impl Device {
     }
 
     /// A kernel for blocks of up to so many threads, always as many on this device.
-    pub(crate) fn kernel(&self, name: &'static str, threads: u32) -> Result<CudaFunction, BackendError> {
+    pub(crate) fn kernel(&self, name: &'static str, threads: u32) -> Result<Kernel, BackendError> {
         self.load(&[&[name]], threads)?;
-        Ok(self.known()[name].clone())
+        Ok(Kernel { name, function: self.known()[name].clone() })
     }
 
     /// Several that are loaded, or one by one.
@@ -144,9 +151,9 @@ impl Device {
         &self,
         names: [&'static str; N],
         threads: u32,
-    ) -> Result<[CudaFunction; N], BackendError> {
+    ) -> Result<[Kernel; N], BackendError> {
         let kernels = names.iter().map(|name| self.kernel(name, threads)).collect::<Result<Vec<_>, _>>()?;
-        Ok(kernels.try_into().expect("as many as names"))
+        Ok(kernels.try_into().unwrap_or_else(|_| unreachable!("as many as names")))
     }
 
     fn known(&self) -> MutexGuard<'_, HashMap<&'static str, CudaFunction>> {
@@ -200,15 +207,17 @@ impl Device {
     }
 
     /// Blocks of this kernel that run at a time.
-    pub(crate) fn blocks_at_a_time(&self, kernel: &CudaFunction, threads: u32) -> Result<u32, DriverError> {
+    pub(crate) fn blocks_at_a_time(&self, kernel: &Kernel, threads: u32) -> Result<u32, DriverError> {
         let processors =
             self.stream.context().attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)?;
-        Ok(processors as u32 * kernel.occupancy_max_active_blocks_per_multiprocessor(threads, 0, None)?)
+        Ok(processors as u32
+            * kernel.function.occupancy_max_active_blocks_per_multiprocessor(threads, 0, None)?)
     }
 
     /// What the driver sets aside for the stacks of threads when a kernel is launched: for as many as can run at a time.
-    pub(crate) fn stack_bytes(&self, kernel: &CudaFunction) -> Result<u64, DriverError> {
-        let stack = kernel.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
+    pub(crate) fn stack_bytes(&self, kernel: &Kernel) -> Result<u64, DriverError> {
+        let stack =
+            kernel.function.get_attribute(CUfunction_attribute::CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES)?;
         Ok(self.threads_at_a_time()? * stack as u64)
     }
 

@@ -1,14 +1,14 @@
 //! Launches: a band of rows of a scene on a device.
 
 use crate::develop_launch::Developer;
+use crate::device::Kernel;
 use crate::launch_buffers::{Band, LaunchBuffers};
 use crate::pixel::Pixel;
 use crate::queue_launch::{QueueKernels, QueueLauncher, QueuedBand};
 use crate::scene::{DeviceScene, FrameParameters, Kernels};
+use crate::stages::Stages;
 use cudarc::driver::sys::CUevent_flags;
-use cudarc::driver::{
-    CudaEvent, CudaFunction, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg,
-};
+use cudarc::driver::{CudaEvent, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::device::{BandLaunch, RayTotals};
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
@@ -35,6 +35,8 @@ pub(crate) struct Launcher<'a> {
     pub(crate) sharing: u32,
     /// What makes bytes of colours, where these are wanted.
     pub(crate) developer: Option<&'a Developer>,
+    /// Where it is noted what kernels of queues take, if that is wanted.
+    pub(crate) stages: Option<&'a Stages>,
     pub(crate) room: &'a mut LaunchBuffers,
 }
 
@@ -99,19 +101,20 @@ impl Launcher<'_> {
             width: self.width,
             rows,
             block_size: self.block_size,
+            stages: self.stages,
         }
     }
 
     fn launch_whole<T: Pixel>(
         &self,
-        kernel: &CudaFunction,
+        kernel: &Kernel,
         rows: Range<u32>,
         band: usize,
     ) -> Result<(), DriverError> {
         let Band { stream, pixels, totals, .. } = &self.room.bands[band];
         let pixels = pixels.device_ptr(stream).0;
         let (film, sums) = if T::IS_SUM { (0, pixels) } else { (pixels, 0) };
-        let mut launch = stream.launch_builder(kernel);
+        let mut launch = stream.launch_builder(&kernel.function);
         for parameter in &self.parameters.values {
             launch.arg(parameter);
         }

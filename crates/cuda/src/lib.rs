@@ -36,6 +36,7 @@ mod ray_count;
 mod rays;
 mod scene;
 mod scheduler;
+mod stages;
 mod staging;
 mod structure;
 mod top_level;

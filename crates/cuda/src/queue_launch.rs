@@ -1,11 +1,11 @@
 //! Pictures by way of queues: rounds of launches, until all paths of a band, or nodes of its trees, have ended.
 
+use crate::device::Kernel;
 use crate::launch_buffers::Band;
 use crate::pixel::Pixel;
 use crate::queue_room::{QueueAddresses, QueueRoom, Queued};
-use cudarc::driver::{
-    CudaFunction, CudaStream, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg,
-};
+use crate::stages::{Stage, Stages};
+use cudarc::driver::{CudaStream, DevicePtr, DeviceRepr, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_core::device::{LightQueue, PathControl, PathLaunch, RayTotals};
 use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
@@ -18,20 +18,20 @@ use std::sync::Arc;
 pub(crate) struct QueueKernels {
     pub(crate) of: Queued,
     /// Makes the ring of free slots, where there is one.
-    pub(crate) prepare: Option<CudaFunction>,
-    pub(crate) begin: CudaFunction,
-    pub(crate) generate: CudaFunction,
-    pub(crate) find_hits: CudaFunction,
+    pub(crate) prepare: Option<Kernel>,
+    pub(crate) begin: Kernel,
+    pub(crate) generate: Kernel,
+    pub(crate) find_hits: Kernel,
     pub(crate) shading: Vec<ShadeKernel>,
     /// Nodes of trees whose rays end at a surface are listed apart, for the first of these.
     pub(crate) lists_ends: bool,
     /// Finds which lights are seen.
-    pub(crate) see_lights: CudaFunction,
+    pub(crate) see_lights: Kernel,
     /// The name of what finds out what comes through surfaces that are in the way: it is loaded where shadows have colours.
     pub(crate) crossed: &'static str,
     /// What makes shadow rays and what adds up their light, of trees.
-    pub(crate) lighting: Option<[CudaFunction; 2]>,
-    pub(crate) settle: CudaFunction,
+    pub(crate) lighting: Option<[Kernel; 2]>,
+    pub(crate) settle: Kernel,
 }
 
 /// What a frame says of the rays in queues.
@@ -42,12 +42,14 @@ pub(crate) struct FrameKind {
     /// How many shadow rays a point has at most.
     pub(crate) light_rays: u32,
     /// Finds what comes through surfaces that are in the way; `None` where shadows have no colour.
-    pub(crate) cross: Option<CudaFunction>,
+    pub(crate) cross: Option<Kernel>,
 }
 
 /// A kernel that shades.
 pub(crate) struct ShadeKernel {
-    pub(crate) kernel: CudaFunction,
+    pub(crate) kernel: Kernel,
+    /// Which of the lists it goes through.
+    pub(crate) list: Stage,
     /// Blocks of a launch: as many as run at a time.
     pub(crate) blocks: u32,
 }
@@ -113,6 +115,8 @@ pub(crate) struct QueueLauncher<'a> {
     pub(crate) width: u32,
     pub(crate) rows: Range<u32>,
     pub(crate) block_size: u32,
+    /// Where it is noted what each launch takes, if that is wanted.
+    pub(crate) stages: Option<&'a Stages>,
 }
 
 impl QueueLauncher<'_> {
@@ -150,7 +154,12 @@ impl QueueLauncher<'_> {
                 continue;
             }
             let launch = self.launch::<T>(paths, band, &stream);
-            self.start_kernel(&stream, &self.kernels.settle, &launch, Shape::For(self.pixels()))?;
+            self.start_kernel(
+                &stream,
+                (&self.kernels.settle, Stage::Settle),
+                &launch,
+                Shape::For(self.pixels()),
+            )?;
             if paths.left.is_empty() {
                 return Ok(());
             }
@@ -173,7 +182,7 @@ impl QueueLauncher<'_> {
         let samples = paths.pass.len() as u32 * self.pixels();
         if let (Some(prepare), false) = (&self.kernels.prepare, queue(band).is_prepared) {
             let launch = self.launch::<T>(paths, band, &stream);
-            self.start_alone(&stream, prepare, &launch, launch.slots)?;
+            self.start_alone(&stream, (prepare, Stage::Prepare), &launch, launch.slots)?;
             queue(band).is_prepared = true;
         }
         let control = queue(band).begin(&stream, samples)?;
@@ -205,11 +214,11 @@ impl QueueLauncher<'_> {
         for _ in 0..rounds {
             let launch = self.launch::<T>(paths, band, &stream);
             let QueueKernels { begin, generate, find_hits, shading, lighting, .. } = self.kernels;
-            self.start_alone(&stream, begin, &launch, 1)?;
-            self.start_kernel(&stream, generate, &launch, Shape::For(room))?;
-            self.start_kernel(&stream, find_hits, &launch, Shape::Traced(room))?;
-            for ShadeKernel { kernel, blocks } in shading {
-                self.start_kernel(&stream, kernel, &launch, Shape::Blocks(*blocks))?;
+            self.start_alone(&stream, (begin, Stage::Begin), &launch, 1)?;
+            self.start_kernel(&stream, (generate, Stage::Generate), &launch, Shape::For(room))?;
+            self.start_kernel(&stream, (find_hits, Stage::FindHits), &launch, Shape::Traced(room))?;
+            for ShadeKernel { kernel, list, blocks } in shading {
+                self.start_kernel(&stream, (kernel, *list), &launch, Shape::Blocks(*blocks))?;
             }
             match lighting {
                 None => self.trace_light(&stream, &launch, room)?,
@@ -219,9 +228,9 @@ impl QueueLauncher<'_> {
                         let lights = LightQueue { first, all, ..launch.lights };
                         let launch = PathLaunch { lights, ..launch };
                         let rays = room * lights.window;
-                        self.start_kernel(&stream, ask, &launch, Shape::For(rays))?;
+                        self.start_kernel(&stream, (ask, Stage::Ask), &launch, Shape::For(rays))?;
                         self.trace_light(&stream, &launch, rays)?;
-                        self.start_kernel(&stream, sum, &launch, Shape::For(room))?;
+                        self.start_kernel(&stream, (sum, Stage::Sum), &launch, Shape::For(room))?;
                     }
                 }
             }
@@ -237,9 +246,9 @@ impl QueueLauncher<'_> {
         launch: &PathLaunch,
         rays: u32,
     ) -> Result<(), DriverError> {
-        self.start_kernel(stream, &self.kernels.see_lights, launch, Shape::Traced(rays))?;
+        self.start_kernel(stream, (&self.kernels.see_lights, Stage::See), launch, Shape::Traced(rays))?;
         match &self.frame.cross {
-            Some(cross) => self.start_kernel(stream, cross, launch, Shape::Traced(rays)),
+            Some(cross) => self.start_kernel(stream, (cross, Stage::Cross), launch, Shape::Traced(rays)),
             None => Ok(()),
         }
     }
@@ -285,11 +294,11 @@ impl QueueLauncher<'_> {
     fn start_alone(
         &self,
         stream: &Arc<CudaStream>,
-        kernel: &CudaFunction,
+        (kernel, stage): (&Kernel, Stage),
         launch: &PathLaunch,
         threads: u32,
     ) -> Result<(), DriverError> {
-        let mut builder = stream.launch_builder(kernel);
+        let mut builder = stream.launch_builder(&kernel.function);
         let argument = Argument(*launch);
         builder.arg(&argument);
         let block = threads.min(self.block_size);
@@ -299,18 +308,18 @@ impl QueueLauncher<'_> {
             shared_mem_bytes: 0,
         };
         // SAFETY: the kernel takes a launch, which is as its type says.
-        unsafe { builder.launch(shape) }.map(drop)
+        self.noting(stream, (kernel, stage), launch, || unsafe { builder.launch(shape) }.map(drop))
     }
 
     fn start_kernel(
         &self,
         stream: &Arc<CudaStream>,
-        kernel: &CudaFunction,
+        (kernel, stage): (&Kernel, Stage),
         launch: &PathLaunch,
         shape: Shape,
     ) -> Result<(), DriverError> {
         let argument = Argument(*launch);
-        let mut builder = stream.launch_builder(kernel);
+        let mut builder = stream.launch_builder(&kernel.function);
         let values = match shape {
             Shape::Traced(_) => self.values,
             _ => &self.values[self.scene_values..],
@@ -330,7 +339,19 @@ impl QueueLauncher<'_> {
         };
         // SAFETY: the parameters are those of the kernel, in its order (a test compares them); the arrays are those of a SceneData
         // and a hierarchy over it, whose indices are in range; the queue has the room that the launch says.
-        unsafe { builder.launch(shape) }.map(drop)
+        self.noting(stream, (kernel, stage), launch, || unsafe { builder.launch(shape) }.map(drop))
+    }
+
+    /// Starts a kernel. Waits for it and notes what it took, where that is wanted.
+    fn noting(
+        &self,
+        stream: &Arc<CudaStream>,
+        (kernel, stage): (&Kernel, Stage),
+        launch: &PathLaunch,
+        start: impl FnOnce() -> Result<(), DriverError>,
+    ) -> Result<(), DriverError> {
+        let Some(stages) = self.stages else { return start() };
+        stages.measure((kernel.name, stage, self.kernels.of), stream, (launch, self.pixels()), start)
     }
 }
 

@@ -1,7 +1,7 @@
 //! A device's room for queues.
 
 use crate::light_room::{LightRays, PointRays, WARP};
-use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DriverError};
+use cudarc::driver::{CudaSlice, CudaStream, DevicePtr, DriverError, result};
 use eosphor_core::device::{
     HIT_ROWS, LIT_ROWS, LightQueue, NODE_STRIDE, PATH_ROWS, PROGRESS_ROWS, PathControl, REQUEST_ROWS, Row,
 };
@@ -243,11 +243,8 @@ impl QueueRoom {
 
     /// How far the pass is, once all that was launched is done.
     pub(crate) fn control(&self, stream: &Arc<CudaStream>) -> Result<PathControl, DriverError> {
-        let mut words = [0u64; CONTROL_WORDS];
-        stream.memcpy_dtoh(&self.control, &mut words)?;
-        stream.synchronize()?;
-        // SAFETY: both are plain numbers of as many bytes.
-        Ok(unsafe { std::mem::transmute::<[u64; CONTROL_WORDS], PathControl>(words) })
+        // SAFETY: it is there.
+        unsafe { control_at(stream, self.control.device_ptr(stream).0) }
     }
 
     /// Where everything is on the device. By turns the paths of a round lie in one array or in another: `is_odd` says which.
@@ -309,6 +306,20 @@ impl QueueRoom {
             }
         }
     }
+}
+
+/// The control at an address of the device, once all that was launched is done.
+///
+/// # Safety
+///
+/// It is there.
+pub(crate) unsafe fn control_at(stream: &Arc<CudaStream>, address: u64) -> Result<PathControl, DriverError> {
+    let mut words = [0u64; CONTROL_WORDS];
+    // SAFETY: so many words are there, and here until the copy is made.
+    unsafe { result::memcpy_dtoh_async(&mut words, address, stream.cu_stream()) }?;
+    stream.synchronize()?;
+    // SAFETY: both are plain numbers of as many bytes.
+    Ok(unsafe { std::mem::transmute::<[u64; CONTROL_WORDS], PathControl>(words) })
 }
 
 /// Where shadow rays of so many points are, from an address on, and where those are listed that have something in their way.

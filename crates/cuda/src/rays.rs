@@ -1,13 +1,13 @@
 //! Queries about rays, without a picture.
 
-use crate::device::{Device, devices};
+use crate::device::{Device, Kernel, devices};
 use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
 use crate::scene::add_packed;
 use crate::structure::{Trees, add_trees};
 use crate::traversal::Traversal;
 use cudarc::driver::sys::CUevent_flags;
-use cudarc::driver::{CudaFunction, CudaSlice, DriverError, LaunchConfig, PushKernelArg};
+use cudarc::driver::{CudaSlice, DriverError, LaunchConfig, PushKernelArg};
 use eosphor_accel::Bvh;
 use eosphor_core::device::HitRow;
 use eosphor_core::ray::{Hit, Ray};
@@ -47,9 +47,9 @@ const SAMPLES: usize = 4096;
 pub struct CudaRays {
     device: Device,
     /// Closest hits, and whether anything is in the way.
-    kernels: [CudaFunction; 2],
+    kernels: [Kernel; 2],
     /// The same for rays of which many start from beyond [`CudaRays::reach`].
-    far_kernels: [CudaFunction; 2],
+    far_kernels: [Kernel; 2],
     /// Nearer along each axis, rays do not start far away.
     reach: f32,
     /// What kernels take before the rays.
@@ -174,7 +174,7 @@ impl CudaRays {
         };
         let mut milliseconds = Vec::with_capacity(repeats);
         for repeat in 0..=repeats {
-            let mut launch = stream.launch_builder(kernel);
+            let mut launch = stream.launch_builder(&kernel.function);
             // The order is that of `gpu/src/rays.rs`.
             for parameter in &self.parameters {
                 launch.arg(parameter);

@@ -1,7 +1,7 @@
 //! A scene on a device.
 
 use crate::develop_launch;
-use crate::device::Device;
+use crate::device::{Device, Kernel};
 use crate::launch_buffers::{BANDS, LaunchBuffers};
 use crate::light_room::PointRays;
 use crate::memory::{Needs, upload};
@@ -9,10 +9,11 @@ use crate::parameters::Parameters;
 use crate::queue_launch::{FrameKind, QueueKernels, ShadeKernel, SharedNames};
 use crate::queue_room::{QueueSize, Queued};
 use crate::ray_count::many_rays_share_lights;
+use crate::stages::Stage;
 use crate::structure::{KernelNames, Structure, WalkNames, add_structure};
 use crate::top_level::{Taken, TopLevel};
 use crate::traversal::Traversal;
-use cudarc::driver::{CudaFunction, CudaSlice, DriverError};
+use cudarc::driver::{CudaSlice, DriverError};
 use eosphor_core::hierarchy::PrimitivesView;
 use eosphor_core::integrator::whitted::light_rays_of_point;
 use eosphor_core::light::{Light, LightNode};
@@ -27,9 +28,9 @@ use std::sync::{Mutex, PoisonError};
 /// The kernels that render a scene.
 pub(crate) enum Kernels {
     /// One, whose threads follow samples from the camera to the end.
-    Whole(CudaFunction),
+    Whole(Kernel),
     /// Those that work on queues.
-    Queues(QueueKernels),
+    Queues(Box<QueueKernels>),
 }
 
 /// A scene on a device: its arrays, and the kernels that render it.
@@ -102,9 +103,11 @@ impl Kernels {
         for kernel in shading.iter().chain(traced).chain(lighting.iter().flatten()) {
             stacks = device.stack_bytes(kernel).map_err(fail)?.max(stacks);
         }
+        let first = SharedNames::of(of).shading[0];
         let shading = shading.into_iter().map(|kernel| {
             let blocks = device.blocks_at_a_time(&kernel, block_size).map_err(fail)?;
-            Ok(ShadeKernel { kernel, blocks })
+            let list = if kernel.name == first { Stage::ShadeFirst } else { Stage::ShadeLast };
+            Ok(ShadeKernel { kernel, list, blocks })
         });
         let kernels = QueueKernels {
             of,
@@ -119,7 +122,7 @@ impl Kernels {
             lighting,
             settle: kernel(settle)?,
         };
-        Ok((Kernels::Queues(kernels), stacks))
+        Ok((Kernels::Queues(Box::new(kernels)), stacks))
     }
 }
 
@@ -288,8 +291,8 @@ fn kind(
     (settings, lights, light_nodes): (&Settings, &[Light], &[LightNode]),
 ) -> Result<FrameKind, BackendError> {
     let cross = match kernels {
-        Kernels::Queues(QueueKernels { crossed, .. }) if settings.shadow_mode == ShadowMode::Coloured => {
-            Some(device.kernel(crossed, block_size)?)
+        Kernels::Queues(kernels) if settings.shadow_mode == ShadowMode::Coloured => {
+            Some(device.kernel(kernels.crossed, block_size)?)
         }
         _ => None,
     };

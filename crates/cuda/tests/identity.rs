@@ -222,6 +222,43 @@ fn very_many_shadow_rays() {
     }
 }
 
+/// What stages are said to have done is what was traced.
+#[test]
+fn stages_of_a_picture() {
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        let mut scene = common::scene("glass", None).unwrap();
+        (scene.settings.size, scene.settings.samples) = (size(96, 64), 3);
+        (scene.settings.integrator, scene.settings.shadows) = (integrator, ShadowMode::Coloured);
+        let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+        let Some(gpu) = backend(CudaOptions::default()) else { return };
+        let (rendered, _) = common::render(&gpu, &data).unwrap();
+        let prepared = gpu.prepare(Arc::clone(&data)).unwrap();
+        let (cancel, watch) = (AtomicBool::new(false), |_| ());
+        let control = RenderControl { on_progress: &watch, cancel: &cancel, count_work: false, frame: None };
+        let stages = prepared.stages(&control).unwrap();
+        let items = |start: &str| {
+            let of = stages.iter().filter(|stage| stage.kernel.starts_with(start));
+            of.map(|stage| stage.items).sum::<u64>()
+        };
+        let (all, shadow) = (rendered.statistics.total_rays(), rendered.statistics.shadow);
+        assert_eq!(items("hits_"), all - shadow, "{stages:?}");
+        let pixels = u64::from(data.settings.width) * u64::from(data.settings.height);
+        assert_eq!(items("paths_settle"), pixels, "{stages:?}");
+        let camera = items("paths_generate") + items("trees_generate");
+        assert_eq!(camera, rendered.statistics.camera, "{stages:?}");
+        // Groups of points are whole, so trees may have more places than rays.
+        let seen = items("seen_");
+        assert!(if integrator == Integrator::Path { seen == shadow } else { seen >= shadow }, "{stages:?}");
+        assert!((1..seen).contains(&items("crossed_")), "{stages:?}");
+        for stage in &stages {
+            assert!(
+                stage.launches > 0 && stage.lanes >= stage.items && stage.milliseconds >= 0.0,
+                "{stage:?}"
+            );
+        }
+    }
+}
+
 /// Rough grounds by paths, bare and under layers.
 #[test]
 fn rough_grounds() {

@@ -117,7 +117,7 @@ pub use eosphor_render::{
     HierarchyOptions, HierarchyStatistics, MisfitKind, OptionMisfit, PickedRows, PixelFeatures,
     PreparedRegion, PreparedRows, PreparedScene, Progress, Quality, QueryTimes, RayStatistics, Region,
     RenderControl, Rendered, RenderedBytes, SahCosts, SampleSums, Sampled, Scheduler, ShapedScene,
-    ShapedScenes, SimdLevel, build_hierarchy, check_rows, check_samples,
+    ShapedScenes, SimdLevel, StageWork, build_hierarchy, check_rows, check_samples,
 };
 #[doc(inline)]
 pub use eosphor_scene::{

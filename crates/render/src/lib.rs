@@ -18,7 +18,7 @@ mod statistics;
 
 pub use backend::{
     Backend, BackendError, Fallback, PreparedRegion, PreparedScene, Progress, Region, RenderControl,
-    Rendered, RenderedBytes, Sampled, check_rows, check_samples,
+    Rendered, RenderedBytes, Sampled, StageWork, check_rows, check_samples,
 };
 pub use bands::Bands;
 pub use cpu::{CameraSpeed, CpuBackend, CpuOptions, FeaturePass, Scheduler};

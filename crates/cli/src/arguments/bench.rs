@@ -78,6 +78,9 @@ pub(crate) struct BenchRenderFlags {
     /// Time until the picture is bytes, as frames of videos are: developed by the GPU, or by the CPU after it has rendered
     #[arg(long)]
     pub(crate) developed: bool,
+    /// Also time each stage of the picture on GPUs, once: its kernels, their launches, rays and bytes
+    #[arg(long, conflicts_with = "lines")]
+    pub(crate) phases: bool,
     /// Print the results as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -133,6 +136,16 @@ pub(crate) struct BenchRaysFlags {
     pub(crate) camera: CameraFlags,
     #[command(flatten)]
     pub(crate) device: DeviceFlags,
+}
+
+impl BenchRenderFlags {
+    /// Fails where a flag would do nothing.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        let is_cuda = matches!(self.device.backend(), BackendChoice::Cuda(_));
+        let is_in_stages = self.device.gpu_scheduler != GpuScheduler::Megakernel;
+        let need = |is_met, needs| Need { flag: "--phases", is_given: self.phases, is_met, needs };
+        check(&[need(is_cuda, "--backend cuda"), need(is_in_stages, "--gpu-scheduler queues")])
+    }
 }
 
 impl BenchRaysFlags {

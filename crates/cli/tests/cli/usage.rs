@@ -170,6 +170,15 @@ fn flags_about_devices_are_never_ignored() {
     ] {
         check(&rays, flags);
     }
+    // GPUs alone have stages, and kernels that do everything have none.
+    let render = ["bench", "render", "builtin:cornell", "--phases", "--backend"];
+    for (device, needs) in [
+        (&["cpu"][..], "--backend cuda"),
+        (&["cuda", "--gpu-scheduler", "megakernel"], "--gpu-scheduler queues"),
+    ] {
+        let run = place.run(&[&render[..], device].concat());
+        run.is_wrong_usage(&["--phases would do nothing", needs]);
+    }
     for flags in [&["--cpu"][..], &["--edge-lights"], &["-o", "a_%d.png"], &["--threads", "1"]] {
         let run = place.run(&[&["course", "--default"], flags].concat());
         run.is_wrong_usage(&["--default", "cannot be used with"]);

@@ -6,10 +6,12 @@ pub use fallback::Fallback;
 
 mod bytes;
 mod region;
+mod stages;
 
 pub use bytes::RenderedBytes;
 pub(crate) use region::check_region;
 pub use region::{PreparedRegion, Region};
+pub use stages::StageWork;
 
 use crate::{DevelopSettings, Film, Hierarchy, HierarchyStatistics, RayStatistics, SampleSums};
 use eosphor_scene::{FrameState, SceneData};
@@ -95,6 +97,16 @@ pub trait PreparedScene: Send + Sync {
     /// Renders the whole picture, as [`PreparedScene::render_rows`] does.
     fn render(&self, control: &RenderControl) -> Result<Rendered, BackendError> {
         self.render_rows(0..control.size_of(self).1, control)
+    }
+
+    /// Renders the whole picture, and says what each stage of that took. Each is waited for, so all together take longer than they
+    /// do otherwise. None where pictures are not made in stages.
+    ///
+    /// # Errors
+    ///
+    /// As of [`PreparedScene::render_rows`].
+    fn stages(&self, _control: &RenderControl) -> Result<Vec<StageWork>, BackendError> {
+        Ok(Vec::new())
     }
 
     /// Renders the whole picture where only its bytes are wanted, and the linear film is not: devices with a memory of their own

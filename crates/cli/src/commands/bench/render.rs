@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::streams::{self, Verbosity};
 use crate::text::grouped;
 use eosphor::{
-    BackendError, DevelopSettings, Developed, Film, PreparedScene, RenderControl, SceneData, load,
+    BackendError, DevelopSettings, Developed, Film, PreparedScene, RenderControl, SceneData, StageWork, load,
 };
 use eosphor_lab::{Stopwatch, Times};
 use serde::Serialize;
@@ -31,9 +31,41 @@ struct Report {
     milliseconds: f64,
     shortest_milliseconds: f64,
     mrays_per_second: f64,
+    /// What the stages of one more picture took, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phases: Option<Vec<Phase>>,
+}
+
+/// A stage of the picture: all launches of a kernel, each of which was waited for.
+#[derive(Serialize)]
+struct Phase {
+    kernel: &'static str,
+    launches: u64,
+    milliseconds: f64,
+    /// Rays, points or pixels.
+    items: u64,
+    /// Of the threads of warps that had an item, those that had one: of 32.
+    lanes: f64,
+    /// Of queues and sums, at most.
+    bytes: u64,
+}
+
+impl From<StageWork> for Phase {
+    fn from(work: StageWork) -> Phase {
+        let StageWork { kernel, launches, milliseconds, items, lanes, bytes } = work;
+        Phase {
+            kernel,
+            launches,
+            milliseconds,
+            items,
+            lanes: 32.0 * items as f64 / lanes.max(1) as f64,
+            bytes,
+        }
+    }
 }
 
 pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
+    flags.check()?;
     limit_threads(&flags.device)?;
     let options = flags.settings.load_options(flags.camera.choice(), &flags.picture, &flags.textures);
     let mut scene = load(&flags.scene, &options)?.scene;
@@ -64,6 +96,8 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
     if flags.lines {
         return streams::result(&lines(&[answered("picture", &times, rays, answer.finalize())])?);
     }
+    let phases = || Ok::<_, Failure>(prepared.stages(&control)?.into_iter().map(Phase::from).collect());
+    let phases = flags.phases.then(phases).transpose()?;
     let shortest_milliseconds = times.wall.iter().copied().fold(f64::INFINITY, f64::min);
     let milliseconds = median(&times.wall);
     let [width, height] = scene.settings.size;
@@ -78,6 +112,7 @@ pub(crate) fn bench_render(flags: &BenchRenderFlags) -> Result<(), Failure> {
         milliseconds,
         shortest_milliseconds,
         mrays_per_second: rays as f64 * 1e-3 / milliseconds.max(1e-9),
+        phases,
     };
     if flags.json { streams::json(&report) } else { streams::result(&report.table()) }
 }
@@ -127,7 +162,7 @@ impl Picture {
 impl Report {
     fn table(&self) -> String {
         let measured = if self.developed { "developed" } else { "render" };
-        format!(
+        let mut table = format!(
             "{}; {} triangles\n\
              picture   {} x {}, {} rays\n\
              prepare   {:.1} ms\n\
@@ -142,6 +177,25 @@ impl Report {
             self.milliseconds,
             self.shortest_milliseconds,
             self.mrays_per_second
-        )
+        );
+        if let Some(phases) = &self.phases {
+            table += &format!(
+                "\n{:<28} {:>8} {:>10} {:>14} {:>6} {:>10}\n",
+                "kernel", "launches", "ms", "items", "lanes", "GB"
+            );
+            for Phase { kernel, launches, milliseconds, items, lanes, bytes } in phases {
+                let (items, gigabytes) = (grouped(*items), *bytes as f64 * 1e-9);
+                table += &format!(
+                    "{kernel:<28} {launches:>8} {milliseconds:>10.3} {items:>14} {lanes:>6.1} {gigabytes:>10.3}\n"
+                );
+            }
+            let all: f64 = phases.iter().map(|phase| phase.milliseconds).sum();
+            table += &format!(
+                "{:<28} {:>8} {all:>10.3}\n",
+                "all",
+                phases.iter().map(|phase| phase.launches).sum::<u64>()
+            );
+        }
+        table
     }
 }
