@@ -122,7 +122,7 @@ impl<C: Work> BvhTracer<'_, C> {
         let primitives = &self.bvh.primitives;
         let world_ray = LocalRay::of(ray, None, trusted(primitives.geometries, 0).extent);
         if primitives.instances.len() > 1 && !world_ray.t_min.is_nan() {
-            self.search_instances(ray, filter, &mut search);
+            self.search_instances(None, ray, filter, &mut search);
         }
         search.found
     }
@@ -163,8 +163,14 @@ impl<C: Work> SearchScene for BvhTracer<'_, C> {
     }
 
     #[inline(always)]
-    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
-        self.bvh.instances.search(self, &self.work, ray, filter, search)
+    fn search_instances(
+        &self,
+        world_ray: Option<&LocalRay>,
+        ray: &Ray,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
+        self.bvh.instances.search(self, &self.work, world_ray, ray, filter, search)
     }
 }
 
@@ -182,12 +188,28 @@ pub(super) fn walk<S: Search>(
     search: &mut S,
     leaves: &mut impl VisitLeaf,
 ) -> bool {
-    let mut node = trusted(nodes, root);
-    work.nodes(1);
-    let (near, far) = slab.interval(&node.bounds(), t_min);
-    if !Slab::passes(near, far, search.t_max()) {
-        return false;
-    }
+    walk_after(None, (nodes, Some(root)), slab, t_min, work, search, leaves)
+}
+
+/// [`walk`], if there is a root, after a leaf that is beside the tree.
+#[inline(always)]
+pub(super) fn walk_after<S: Search>(
+    leaf: Option<&BvhNode>,
+    (nodes, root): (&[BvhNode], Option<u32>),
+    slab: &Slab,
+    t_min: f32,
+    work: &impl Work,
+    search: &mut S,
+    leaves: &mut impl VisitLeaf,
+) -> bool {
+    let mut root_waits = leaf.is_some();
+    let mut node = match leaf {
+        Some(leaf) => leaf,
+        None => match entered_root(nodes, root, slab, t_min, work, search) {
+            Some(root) => root,
+            None => return false,
+        },
+    };
     let mut storage = Stack::<Entry, MAX_BVH_DEPTH>::storage();
     let mut stack = Stack::new(&mut storage);
     loop {
@@ -215,6 +237,14 @@ pub(super) fn walk<S: Search>(
         } else if leaves.visit(node, search) {
             return true;
         }
+        if root_waits {
+            root_waits = false;
+            match entered_root(nodes, root, slab, t_min, work, search) {
+                Some(root) => node = root,
+                None => return false,
+            }
+            continue;
+        }
         loop {
             match stack.pop() {
                 None => return false,
@@ -226,4 +256,20 @@ pub(super) fn walk<S: Search>(
             }
         }
     }
+}
+
+/// The root, if the ray enters it.
+#[inline(always)]
+fn entered_root<'a>(
+    nodes: &'a [BvhNode],
+    root: Option<u32>,
+    slab: &Slab,
+    t_min: f32,
+    work: &impl Work,
+    search: &impl Search,
+) -> Option<&'a BvhNode> {
+    let root = trusted(nodes, root?);
+    work.nodes(1);
+    let (near, far) = slab.interval(&root.bounds(), t_min);
+    if Slab::passes(near, far, search.t_max()) { Some(root) } else { None }
 }

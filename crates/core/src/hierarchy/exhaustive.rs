@@ -49,12 +49,20 @@ impl<C: Work> SearchScene for ExhaustiveTracer<'_, C> {
     }
 
     #[inline(always)]
-    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
+    fn search_instances(
+        &self,
+        world_ray: Option<&LocalRay>,
+        ray: &Ray,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
         let slab = self.primitives.world_slab(ray);
-        let mut number = 1;
-        while number < self.primitives.instances.len() as u32 {
-            self.work.nodes(1);
-            if self.search_instance(number, ray, &slab, filter, search) {
+        let goes_on = world_ray.is_none_or(|world_ray| self.goes_on(world_ray));
+        let end = if goes_on { self.primitives.instances.len() as u32 } else { 1 };
+        let mut number = world_ray.is_none() as u32;
+        while number < end {
+            self.work.nodes((number > 0) as u32);
+            if self.search_instance(number, world_ray, ray, &slab, filter, search) {
                 return true;
             }
             number += 1;

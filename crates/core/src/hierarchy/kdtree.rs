@@ -170,8 +170,14 @@ impl<C: Work> SearchScene for KdTreeTracer<'_, C> {
     }
 
     #[inline(always)]
-    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
-        self.tree.instances.search(self, &self.work, ray, filter, search)
+    fn search_instances(
+        &self,
+        world_ray: Option<&LocalRay>,
+        ray: &Ray,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
+        self.tree.instances.search(self, &self.work, world_ray, ray, filter, search)
     }
 }
 

@@ -274,8 +274,14 @@ impl<C: Work> SearchScene for GridTracer<'_, C> {
     }
 
     #[inline(always)]
-    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
-        self.grid.instances.search(self, &self.work, ray, filter, search)
+    fn search_instances(
+        &self,
+        world_ray: Option<&LocalRay>,
+        ray: &Ray,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
+        self.grid.instances.search(self, &self.work, world_ray, ray, filter, search)
     }
 }
 

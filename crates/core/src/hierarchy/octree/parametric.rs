@@ -197,8 +197,14 @@ impl<C: Work> SearchScene for OctreeParametricTracer<'_, C> {
     }
 
     #[inline(always)]
-    fn search_instances(&self, ray: &Ray, filter: &RayFilter, search: &mut impl Search) -> bool {
-        self.tree.instances.search(self, &self.work, ray, filter, search)
+    fn search_instances(
+        &self,
+        world_ray: Option<&LocalRay>,
+        ray: &Ray,
+        filter: &RayFilter,
+        search: &mut impl Search,
+    ) -> bool {
+        self.tree.instances.search(self, &self.work, world_ray, ray, filter, search)
     }
 }
 
@@ -206,7 +212,7 @@ impl<C: Work> OctreeParametricTracer<'_, C> {
     #[inline(always)]
     fn hidden_by_instances(&self, ray: &Ray, filter: &RayFilter) -> bool {
         let mut search = Any::new(ray.t_max, 0.0);
-        self.search_instances(ray, filter, &mut search);
+        self.search_instances(None, ray, filter, &mut search);
         search.found
     }
 }
