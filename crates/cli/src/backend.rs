@@ -88,6 +88,7 @@ pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<
     let is_cuda = matches!(flags.backend(), BackendChoice::Cuda(_));
     let about_gpus = flags.block_size.is_some()
         || flags.gpu_paths.is_some()
+        || flags.gpu_memory.is_some()
         || flags.gpu_scheduler != GpuScheduler::default()
         || flags.gpu_traversal != Traversal::default();
     let gpu = |flag, is_given| Need {
@@ -106,6 +107,7 @@ pub(crate) fn check_device(flags: &DeviceFlags, accel: Option<Accel>) -> Result<
     check(&[
         gpu("--block-size", flags.block_size.is_some()),
         gpu("--gpu-paths", flags.gpu_paths.is_some()),
+        gpu("--gpu-memory", flags.gpu_memory.is_some()),
         gpu("--gpu-scheduler", flags.gpu_scheduler != GpuScheduler::default()),
         gpu("--gpu-traversal", flags.gpu_traversal != Traversal::default()),
         cpu("--tile", flags.tile.is_some()),
@@ -172,6 +174,7 @@ fn cuda_options(
         traversal: flags.gpu_traversal,
         scheduler: flags.gpu_scheduler,
         paths: flags.gpu_paths,
+        memory_bytes: flags.gpu_memory,
         count_work,
     }
 }

@@ -50,7 +50,7 @@ impl CudaBackend {
         options.check()?;
         let found = devices()?;
         let open = |&ordinal: &usize| match found.get(ordinal) {
-            Some(info) => Device::open(info),
+            Some(info) => Device::open(info, options.memory_bytes),
             None => Err(BackendError::Unavailable(format!(
                 "there is no device cuda:{ordinal}: there {}",
                 match found.len() {

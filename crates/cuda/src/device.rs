@@ -122,13 +122,15 @@ pub(crate) struct Device {
     /// For messages.
     pub(crate) name: String,
     pub(crate) stream: Arc<CudaStream>,
+    /// The most memory that is said to be free.
+    memory_limit: u64,
     /// Kernels that were loaded.
     kernels: Mutex<HashMap<&'static str, CudaFunction>>,
 }
 
 impl Device {
-    /// Opens a device.
-    pub(crate) fn open(info: &DeviceInfo) -> Result<Device, BackendError> {
+    /// Opens a device, of whose memory no more than this is to be taken.
+    pub(crate) fn open(info: &DeviceInfo, memory_limit: Option<u64>) -> Result<Device, BackendError> {
         if !info.is_supported() {
             let (major, minor) = ptx::OLDEST_CAPABILITY;
             return Err(BackendError::Unavailable(format!(
@@ -137,7 +139,12 @@ impl Device {
         }
         let name = format!("cuda:{} ({})", info.ordinal, info.name);
         let context = CudaContext::new(info.ordinal).map_err(|error| failure(&name, "starting", error))?;
-        Ok(Device { stream: context.default_stream(), kernels: Mutex::default(), name })
+        Ok(Device {
+            stream: context.default_stream(),
+            memory_limit: memory_limit.unwrap_or(u64::MAX),
+            kernels: Mutex::default(),
+            name,
+        })
     }
 
     /// A kernel for blocks of up to so many threads, always as many on this device.
@@ -201,9 +208,9 @@ impl Device {
         Ok(())
     }
 
-    /// Memory that nobody has taken.
+    /// Memory that a scene may take.
     pub(crate) fn free_bytes(&self) -> Result<u64, DriverError> {
-        self.stream.context().mem_get_info().map(|(free, _)| free as u64)
+        self.stream.context().mem_get_info().map(|(free, _)| self.memory_limit.min(free as u64))
     }
 
     /// Blocks of this kernel that run at a time.

@@ -86,7 +86,7 @@ impl CudaRays {
             .get(ordinal)
             .ok_or_else(|| BackendError::Unavailable(format!("there is no device cuda:{ordinal}")))?;
         let only_world = bvh.primitives().instances().len() == 1;
-        let device = Device::open(info)?;
+        let device = Device::open(info, None)?;
         let near = ray_kernels(traversal)[only_world as usize];
         let far = far_ray_kernels(traversal).map_or(near, |kernels| kernels[only_world as usize]);
         let groups = near.iter().chain(&far).map(slice::from_ref);

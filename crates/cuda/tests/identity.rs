@@ -250,13 +250,25 @@ fn stages_of_a_picture() {
         let seen = items("seen_");
         assert!(if integrator == Integrator::Path { seen == shadow } else { seen >= shadow }, "{stages:?}");
         assert!((1..seen).contains(&items("crossed_")), "{stages:?}");
-        for stage in &stages {
-            assert!(
-                stage.launches > 0 && stage.lanes >= stage.items && stage.milliseconds >= 0.0,
-                "{stage:?}"
-            );
-        }
+        assert!(stages.iter().all(|stage| stage.launches > 0 && stage.lanes >= stage.items), "{stages:?}");
     }
+}
+
+/// Queues become smaller where there may be less memory, and what does not fit says so.
+#[test]
+fn little_memory() {
+    let mut scene = common::scene("glass", None).unwrap();
+    (scene.settings.size, scene.settings.samples) = (size(96, 64), 3);
+    let data = Arc::new(SceneData::flatten(&scene).unwrap().0);
+    for integrator in [Integrator::Whitted, Integrator::Path] {
+        scene.settings.integrator = integrator;
+        assert_identical_by(&scene, CudaOptions { memory_bytes: Some(800 << 20), ..CudaOptions::default() });
+    }
+    let Some(gpu) = backend(CudaOptions { memory_bytes: Some(1 << 20), ..CudaOptions::default() }) else {
+        return;
+    };
+    let refused = gpu.prepare(data).err().expect("there is no room").to_string();
+    assert!(refused.contains("not enough memory") && refused.contains("1.0 MB are free"), "{refused}");
 }
 
 /// Rough grounds by paths, bare and under layers.

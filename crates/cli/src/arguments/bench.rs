@@ -151,8 +151,16 @@ impl BenchRenderFlags {
 impl BenchRaysFlags {
     /// Fails where one of the flags about devices would do nothing.
     pub(crate) fn check(&self) -> Result<(), Failure> {
-        let DeviceFlags { tile, scheduler, block_size, gpu_paths, gpu_scheduler, gpu_traversal, .. } =
-            self.device;
+        let DeviceFlags {
+            tile,
+            scheduler,
+            block_size,
+            gpu_paths,
+            gpu_memory,
+            gpu_scheduler,
+            gpu_traversal,
+            ..
+        } = self.device;
         let is_cuda = matches!(self.device.backend(), BackendChoice::Cuda(_));
         let need = |flag, is_given, is_met, needs| Need { flag, is_given, is_met, needs };
         let picture = "a picture to be rendered (bench render)";
@@ -161,6 +169,7 @@ impl BenchRaysFlags {
             need("--scheduler", scheduler.is_some(), false, picture),
             need("--block-size", block_size.is_some(), false, picture),
             need("--gpu-paths", gpu_paths.is_some(), false, picture),
+            need("--gpu-memory", gpu_memory.is_some(), false, picture),
             need("--gpu-scheduler", gpu_scheduler != GpuScheduler::default(), false, picture),
             need("--warm-up", self.warm_up != 1, !is_cuda, "--backend cpu"),
             need("--batch", self.batch.is_some(), !is_cuda, "--backend cpu"),

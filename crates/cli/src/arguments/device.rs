@@ -48,6 +48,10 @@ pub(crate) struct DeviceFlags {
     /// memory; of trees 32768 to 1048576, by the shadow rays of a point]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1 << 12..=1 << 24), allow_hyphen_values = true)]
     pub(crate) gpu_paths: Option<u32>,
+    /// The most memory that a scene takes on a GPU, such as 6G or 512M (K, M, G and T are powers of 1024): queues get smaller
+    /// where it is short, and what does not fit is refused, or rendered by the CPU [default: what is free]
+    #[arg(long, value_name = "SIZE", value_parser = super::values::bytes, allow_hyphen_values = true)]
+    pub(crate) gpu_memory: Option<u64>,
     /// In which order a GPU traces rays. megakernel: each thread follows a sample to its end; queues: rays of all samples in
     /// rounds, as path tracing always has it; auto: queues, which were faster wherever that was measured
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = gpu_schedulers())]

@@ -53,7 +53,8 @@ pub(crate) struct Arguments {
 }
 
 /// Flags about devices that only commands which render take; others refuse them with a reason, and do not list them.
-const FLAGS_OF_PICTURES: [&str; 5] = ["tile", "scheduler", "block_size", "gpu_paths", "gpu_scheduler"];
+const FLAGS_OF_PICTURES: [&str; 6] =
+    ["tile", "scheduler", "block_size", "gpu_paths", "gpu_memory", "gpu_scheduler"];
 
 impl Arguments {
     /// All commands with their flags, as help and completions list them.
@@ -181,6 +182,7 @@ impl InfoFlags {
             need("--tile", device.tile.is_some(), false, render),
             need("--block-size", device.block_size.is_some(), false, render),
             need("--gpu-paths", device.gpu_paths.is_some(), false, render),
+            need("--gpu-memory", device.gpu_memory.is_some(), false, render),
             need("--gpu-scheduler", device.gpu_scheduler != GpuScheduler::default(), false, render),
             need("--scheduler", device.scheduler.is_some(), false, render),
             need("--gpu-traversal", device.gpu_traversal != Traversal::default(), false, render),

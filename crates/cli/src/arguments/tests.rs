@@ -80,7 +80,9 @@ fn help_lists_no_flag_that_its_command_always_refuses() {
     ] {
         let help = long_help(words);
         assert!(help.contains(taken), "{help}");
-        for flag in ["--tile", "--scheduler", "--block-size", "--gpu-paths", "--gpu-scheduler"] {
+        for flag in
+            ["--tile", "--scheduler", "--block-size", "--gpu-paths", "--gpu-memory", "--gpu-scheduler"]
+        {
             assert!(!help.contains(flag), "{words:?}: {flag}");
         }
     }

@@ -209,6 +209,8 @@ fn flags_that_would_do_nothing_are_wrong_usage() {
         (&["--accel", "grid", "--builder", "sweep"], "--builder would do nothing here: it needs --accel bvh"),
         (&["--block-size", "544"], "32 to 512"),
         (&["--gpu-paths", "4095"], "4096 to 16777216"),
+        (&["--gpu-memory", "1.5G"], "a whole number of bytes, or of K, M, G or T"),
+        (&["--backend", "cpu", "--gpu-memory", "1G"], "--gpu-memory would do nothing here: it needs a GPU"),
         (
             &["--gpu-paths", "4096", "--gpu-scheduler", "megakernel"],
             "--gpu-paths would do nothing here: it needs --gpu-scheduler queues or auto",

@@ -136,6 +136,7 @@ fn flags_about_devices_are_never_ignored() {
         &["--tile", "8"][..],
         &["--block-size", "64"],
         &["--gpu-paths", "4096"],
+        &["--gpu-memory", "1G"],
         &["--gpu-scheduler", "queues"],
         &["--gpu-traversal", "vote"],
         &["--scheduler", "scalar"],
@@ -163,6 +164,7 @@ fn flags_about_devices_are_never_ignored() {
     for flags in [
         &["--block-size", "64"][..],
         &["--gpu-paths", "4096"],
+        &["--gpu-memory", "1G"],
         &["--gpu-scheduler", "queues"],
         &["--gpu-traversal", "vote"],
         &["--tile", "8"],
