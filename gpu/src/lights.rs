@@ -1,5 +1,5 @@
-//! What kernels do with shadow rays of Whitted's trees: `ask` → `walks::see` → `walks::cross`, where light comes through surfaces, →
-//! `sum`, as often as points have more rays than there is room for. A thread has a ray, so that all do the same.
+//! What kernels do with shadow rays of Whitted's trees: `ask` → `walks::see` → `walks::cross`, where light comes through
+//! surfaces, → `sum`, as often as points have more rays than there is room for. A thread has a ray, so that all do the same.
 
 use crate::queue::{Threads, read, write};
 use crate::totals::Totals;

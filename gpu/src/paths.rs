@@ -1,6 +1,6 @@
-//! What kernels do with paths in queues: a round is `begin` → `generate` → `walks::find_hits` → `shade` → `walks::see` → `walks::cross`,
-//! and at the end of a pass comes `settle`. All but the first go through as many items as the queues have, however many threads
-//! there are.
+//! What kernels do with paths in queues: a round is `begin` → `generate` → `walks::find_hits` → `shade` → `walks::see` →
+//! `walks::cross`, and at the end of a pass comes `settle`. All but the first go through as many items as the queues have,
+//! however many threads there are.
 
 use crate::queue::{Places, Threads, read, write};
 use crate::totals::Totals;

@@ -236,7 +236,7 @@ impl Textures<'_> {
 }
 
 out_of_line_on_gpus! {
-    /// The colour that [`Textures::sample`] finds, for readers that need it now and then: what surrounds a scene, lamps.
+    /// The colour that [`Textures::sample`] finds, for rarer readers: what surrounds a scene, lamps.
     pub(crate) fn color_at(textures: &Textures<'_>, texture: u32, uvs: &[[f32; 2]; 2]) -> Vec3 {
         textures.sample(texture, uvs).color
     }

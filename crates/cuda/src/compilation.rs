@@ -91,8 +91,8 @@ impl Drop for Compiling<'_> {
     }
 }
 
-/// Loads all texts of a number below `count` by `load`, one at a time. While one takes long, others are compiled by `compile`, each on
-/// a thread of its own, before they are loaded.
+/// Loads all texts of a number below `count` by `load`, one at a time. While one takes long, others are compiled by `compile`,
+/// each on a thread of its own, before they are loaded.
 ///
 /// # Errors
 ///

@@ -91,13 +91,13 @@ struct Text {
     code: String,
 }
 
-/// Compiles a text for the driver's cache, in a context of its own, and forgets it. Where that fails, for want of memory for instance,
-/// it is compiled where it is loaded, which tells what is wrong.
+/// Compiles a text for the driver's cache, in a context of its own, and forgets it. Where that fails, for want of memory for
+/// instance, it is compiled where it is loaded, which tells what is wrong.
 fn compile_elsewhere(device: sys::CUdevice, code: &str) {
     let Ok(code) = CString::new(code) else { return };
     let (mut context, mut module) = (null_mut(), null_mut());
-    // SAFETY: the device is one that the driver has named; the text ends with a 0; the context is this thread's alone, and gone with
-    // all that is in it before the thread goes on.
+    // SAFETY: the device is one that the driver has named; the text ends with a 0; the context is this thread's alone, and gone
+    // with all that is in it before the thread goes on.
     unsafe {
         if sys::cuCtxCreate_v2(&mut context, 0, device).result().is_err() {
             return;
@@ -167,8 +167,8 @@ impl Device {
         self.kernels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Loads kernels for blocks of up to so many threads, always as many on this device. The driver compiles them, the first time on
-    /// a machine in seconds: those of a group together, groups side by side.
+    /// Loads kernels for blocks of up to so many threads, always as many on this device. The driver compiles them, the first time
+    /// on a machine in seconds: those of a group together, groups side by side.
     pub(crate) fn load(&self, groups: &[&[&'static str]], threads: u32) -> Result<(), BackendError> {
         let missing = |group: &&[&'static str]| {
             let known = self.known();

@@ -2,7 +2,8 @@
 
 use super::candidates::{Placement, PrimitivesView, trusted};
 use super::far::{FarRay, is_far};
-use super::search::{Any, Moved, Search};
+use super::moved::Moved;
+use super::search::{Any, Search};
 use super::two_level::{InstanceTreeView, SearchScene, answer_queries};
 use super::{Stack, Tracer, Work};
 use crate::geometry::Bounds;

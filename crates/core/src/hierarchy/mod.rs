@@ -42,6 +42,8 @@ mod exhaustive;
 pub(crate) mod far;
 mod grid;
 mod kdtree;
+pub(crate) mod moved;
+mod moved_bounds;
 mod octree;
 mod references;
 pub(crate) mod search;
@@ -58,11 +60,12 @@ pub use exhaustive::ExhaustiveTracer;
 pub use far::{BoxEntry, FAR, FarRay, is_far, moved_at};
 pub use grid::{GridRoot, GridTracer, GridView, MAX_GRID_CELLS};
 pub use kdtree::{KdNode, KdRoot, KdTreeTracer, KdTreeView, MAX_KD_DEPTH};
+pub use moved_bounds::{LOST, moved_end, moved_start, widening};
 pub use octree::{
     MAX_OCTREE_DEPTH, OctreeNode, OctreeParametricTracer, OctreeRoot, OctreeTracer, OctreeView,
 };
 pub use references::SPHERE_REFERENCE;
-pub use search::{LOST, bounds_of_last, moved_end, moved_start, upper, widening};
+pub use search::{bounds_of_last, upper};
 pub use stack::Stack;
 pub use tracer::{ShadowBatch, Tracer};
 pub use two_level::InstanceTreeView;
