@@ -53,7 +53,7 @@ pub(crate) unsafe fn find_hits<T: Tracer>(
                 let mut is_first = false;
                 if !is_traced {
                     let (ray, filter) = query_of_rows(rows, view.settings.cull_back_faces);
-                    let hit = tracer.hit_after(&ray, &filter, None);
+                    let hit = tracer.closest_hit(&ray, &filter);
                     if is_of_trees {
                         is_miss = hit.is_miss();
                         is_first = trees::note_hit(view, launch, item, &hit);

@@ -14,9 +14,7 @@ impl Textures<'_> {
         uv: &[[f32; W]; 2],
         is_wanted: &[bool; W],
     ) -> Vec3Lanes<W> {
-        // On GPUs there is one function for all texels.
-        if cfg!(not(target_arch = "nvptx64"))
-            && let Some(t) = self.textures.get(texture as usize)
+        if let Some(t) = self.textures.get(texture as usize)
             && t.format == TexelFormat::Rgbe
             && t.filter == TextureFilter::Bilinear
         {

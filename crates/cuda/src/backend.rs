@@ -377,7 +377,7 @@ impl PreparedCuda {
                 break;
             }
         }
-        scene.give_back(room);
+        room.give_back();
         Ok(())
     }
 }

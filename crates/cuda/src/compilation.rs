@@ -30,6 +30,8 @@ struct Board {
     loading_since: Option<Instant>,
     /// A load has failed: nothing is begun any more.
     has_failed: bool,
+    /// How many may be compiled elsewhere at a time.
+    at_once: usize,
 }
 
 /// What several threads know of it.
@@ -73,6 +75,11 @@ impl Shared {
             }
             let loading = board.loading_since.map(|since| since.elapsed());
             let left = loading.map_or(PATIENCE, |loading| PATIENCE.saturating_sub(loading));
+            let compiling = board.stages.iter().filter(|&&stage| stage == Stage::Compiling).count();
+            if compiling >= board.at_once {
+                board = self.changed.wait(board).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            }
             if left.is_zero() {
                 board.stages[number] = Stage::Compiling;
                 return true;
@@ -99,10 +106,12 @@ impl Drop for Compiling<'_> {
 /// The first of `load`.
 pub(crate) fn load_all<E>(
     count: usize,
+    at_once: usize,
     compile: impl Fn(usize) + Sync,
     mut load: impl FnMut(usize) -> Result<(), E>,
 ) -> Result<(), E> {
-    let board = Board { stages: vec![Stage::Waiting; count], loading_since: None, has_failed: false };
+    let board =
+        Board { stages: vec![Stage::Waiting; count], loading_since: None, has_failed: false, at_once };
     let shared = Shared { board: Mutex::new(board), changed: Condvar::new() };
     std::thread::scope(|scope| {
         let (shared, compile) = (&shared, &compile);
@@ -129,29 +138,34 @@ mod tests {
     use std::sync::atomic::{AtomicU32, Ordering};
 
     /// Loads so many, of which the first takes so long. How often each was compiled, and the order of loads.
-    fn load_slowly(count: usize, first: Duration) -> (Vec<u32>, Vec<usize>) {
+    fn load_slowly(count: usize, at_once: usize, first: Duration) -> (Vec<u32>, Vec<usize>) {
         let compiled: Vec<AtomicU32> = (0..count).map(|_| AtomicU32::new(0)).collect();
         let mut loaded = Vec::new();
+        let compiling = AtomicU32::new(0);
         let compile = |number: usize| {
+            assert!(compiling.fetch_add(1, Ordering::Relaxed) < at_once as u32);
             compiled[number].fetch_add(1, Ordering::Relaxed);
+            compiling.fetch_sub(1, Ordering::Relaxed);
         };
         let load = |number: usize| {
             loaded.push(number);
             std::thread::sleep(if number == 0 { first } else { Duration::ZERO });
             Ok::<(), ()>(())
         };
-        load_all(count, compile, load).unwrap();
+        load_all(count, at_once, compile, load).unwrap();
         (compiled.into_iter().map(AtomicU32::into_inner).collect(), loaded)
     }
 
     #[test]
     fn each_is_loaded_once() {
         for count in [0, 1, 2, 7] {
-            for first in [Duration::ZERO, 3 * PATIENCE] {
-                let (compiled, mut loaded) = load_slowly(count, first);
+            for (at_once, first) in
+                [(7, Duration::ZERO), (7, 3 * PATIENCE), (1, 3 * PATIENCE), (0, 3 * PATIENCE)]
+            {
+                let (compiled, mut loaded) = load_slowly(count, at_once, first);
                 loaded.sort_unstable();
                 assert_eq!(loaded, (0..count).collect::<Vec<_>>());
-                assert!(compiled.iter().all(|&times| times <= 1), "{compiled:?}");
+                assert!(compiled.iter().all(|&times| times <= u32::from(at_once > 0)), "{compiled:?}");
             }
         }
     }
@@ -174,7 +188,7 @@ mod tests {
             }
             Ok::<(), ()>(())
         };
-        load_all(2, compile, load).unwrap();
+        load_all(2, 1, compile, load).unwrap();
     }
 
     #[test]
@@ -184,7 +198,7 @@ mod tests {
             loaded.push(number);
             if number == 1 { Err("no") } else { Ok(()) }
         };
-        assert_eq!(load_all(4, |_| (), load), Err("no"));
+        assert_eq!(load_all(4, 4, |_| (), load), Err("no"));
         assert_eq!(loaded.last(), Some(&1));
     }
 
@@ -201,7 +215,7 @@ mod tests {
             }
             Ok::<(), ()>(())
         };
-        let all = || load_all(2, compile, load);
+        let all = || load_all(2, 1, compile, load);
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(all)).is_err());
     }
 }

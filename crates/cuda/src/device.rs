@@ -11,7 +11,7 @@ use cudarc::nvrtc::Ptx;
 use eosphor_core::bsdf::large_tables;
 use eosphor_render::BackendError;
 use std::cmp::Reverse;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ffi::CString;
 use std::fmt;
 use std::ptr::null_mut;
@@ -84,6 +84,9 @@ fn info(ordinal: i32) -> Result<DeviceInfo, DriverError> {
         ),
     })
 }
+
+/// Free memory for each context in which a text is compiled, by a guess. An H200's take half of it.
+const CONTEXT_BYTES: usize = 1 << 30;
 
 /// Kernels that the driver gets together.
 struct Text {
@@ -177,6 +180,8 @@ impl Device {
             (!names.is_empty()).then(|| Text { code: ptx::text(&names, threads), kernels: names })
         };
         let mut texts: Vec<Text> = groups.iter().filter_map(missing).collect();
+        let mut names = HashSet::new();
+        texts.retain(|text| text.kernels.iter().all(|&name| names.insert(name)));
         // The longest takes longest.
         texts.sort_by_key(|text| Reverse(text.code.len()));
         let device = self.stream.context().cu_device();
@@ -187,8 +192,10 @@ impl Device {
                 compile_elsewhere(device, &texts[number].code);
             }
         };
-        compilation::load_all(texts.len(), compile, |number| self.load_text(&texts[number]))
-            .map_err(|error| self.failure("loading the kernels", error))
+        let fail = |error| self.failure("loading the kernels", error);
+        let at_once = self.stream.context().mem_get_info().map_err(fail)?.0 / CONTEXT_BYTES;
+        let load = |number: usize| self.load_text(&texts[number]);
+        compilation::load_all(texts.len(), at_once, compile, load).map_err(fail)
     }
 
     fn load_text(&self, Text { kernels, code }: &Text) -> Result<(), DriverError> {
@@ -206,6 +213,11 @@ impl Device {
             self.known().insert(name, kernel);
         }
         Ok(())
+    }
+
+    /// Whether a scene may take less than what is free.
+    pub(crate) fn has_memory_limit(&self) -> bool {
+        self.memory_limit < u64::MAX
     }
 
     /// Memory that a scene may take.

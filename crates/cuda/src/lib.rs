@@ -23,6 +23,7 @@ mod device;
 mod failure;
 mod launch;
 mod launch_buffers;
+mod launch_rooms;
 mod light_room;
 mod memory;
 mod options;

@@ -25,12 +25,12 @@ impl Needs {
         [self.film, self.stacks, self.queues].into_iter().fold(self.scene, u64::saturating_add)
     }
 
-    /// Whether so much is free.
+    /// Whether so much is free, or, if it `is_limited`, allowed.
     ///
     /// # Errors
     ///
     /// [`BackendError::OutOfMemory`] with all numbers where it is not.
-    pub(crate) fn check(&self, free: u64, device: &str) -> Result<(), BackendError> {
+    pub(crate) fn check(&self, free: u64, device: &str, is_limited: bool) -> Result<(), BackendError> {
         let needed = self.all();
         if needed <= free {
             return Ok(());
@@ -38,9 +38,11 @@ impl Needs {
         let [needed, free, scene, film, stacks] =
             [needed, free, self.scene, self.film.saturating_add(self.queues), self.stacks].map(bytes);
         Err(BackendError::OutOfMemory(format!(
-            "not enough memory on {device}: {needed} are needed ({scene} for the scene and its hierarchy, {film} for the \
-             rows that are rendered at a time, {stacks} for the threads' stacks) and {free} are free: render on the CPU, \
-             which gives the same picture, or choose another --accel or device"
+            "not enough memory on {}: {needed} are needed ({scene} for the scene and its hierarchy, {film} for the \
+             rows that are rendered at a time, {stacks} for the threads' stacks) and {free} are {}: render on the CPU, \
+             which gives the same picture, or choose another --accel or device",
+            device,
+            if is_limited { "allowed" } else { "free" }
         )))
     }
 }
@@ -103,8 +105,8 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_said_with_its_numbers() {
         let needs = Needs { scene: 70_000_000_000, film: 100_663_296, stacks: 1_900_000_000, queues: 0 };
-        assert!(needs.check(72_000_663_296, "cuda:0").is_ok());
-        let message = needs.check(71_999_000_000, "cuda:0 (H100)").unwrap_err().to_string();
+        assert!(needs.check(72_000_663_296, "cuda:0", false).is_ok());
+        let message = needs.check(71_999_000_000, "cuda:0 (H100)", false).unwrap_err().to_string();
         let parts = [
             "cuda:0 (H100)",
             "72.0 GB are needed",
@@ -114,6 +116,8 @@ mod tests {
             "72.0 GB are free",
         ];
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");
-        assert!(Needs { scene: u64::MAX, film: 1, stacks: 1, queues: 1 }.check(1 << 40, "cuda:0").is_err());
+        assert!(
+            Needs { scene: u64::MAX, film: 1, stacks: 1, queues: 1 }.check(1 << 40, "cuda:0", true).is_err()
+        );
     }
 }

@@ -28,8 +28,8 @@ pub struct CudaOptions {
     /// fewer. `None`: a million, and of path tracing up to eight million, which are faster, in an eighth of the memory that is
     /// free.
     pub paths: Option<u32>,
-    /// The most memory that a scene takes on a device, in bytes, with all that renders it: as if no more were free. `None`: what is
-    /// free.
+    /// The most memory that a scene takes on a device, in bytes, with all that renders it: as if no more were free. Vertices that
+    /// frames move come on top. `None`: what is free.
     pub memory_bytes: Option<u64>,
     /// Count what queries do and time it, by kernels that are made for that and take some times as long. They go through a
     /// bounding volume hierarchy as one ray does on a CPU, so that counts are the same there. Needed where

@@ -41,6 +41,8 @@ pub(crate) struct FrameKind {
     pub(crate) depth: u32,
     /// How many shadow rays a point has at most.
     pub(crate) light_rays: u32,
+    /// Whether anything casts a shadow on what trees of rays find.
+    pub(crate) has_shadows: bool,
     /// Finds what comes through surfaces that are in the way; `None` where shadows have no colour.
     pub(crate) cross: Option<Kernel>,
 }
@@ -246,6 +248,9 @@ impl QueueLauncher<'_> {
         launch: &PathLaunch,
         rays: u32,
     ) -> Result<(), DriverError> {
+        if self.kernels.of == Queued::Trees && !self.frame.has_shadows {
+            return Ok(());
+        }
         self.start_kernel(stream, (&self.kernels.see_lights, Stage::See), launch, Shape::Traced(rays))?;
         match &self.frame.cross {
             Some(cross) => self.start_kernel(stream, (cross, Stage::Cross), launch, Shape::Traced(rays)),

@@ -315,7 +315,8 @@ impl QueueRoom {
 /// It is there.
 pub(crate) unsafe fn control_at(stream: &Arc<CudaStream>, address: u64) -> Result<PathControl, DriverError> {
     let mut words = [0u64; CONTROL_WORDS];
-    // SAFETY: so many words are there, and here until the copy is made.
+    stream.context().bind_to_thread()?;
+    // SAFETY: so many words are there, and here until the copy is made; the context is this thread's.
     unsafe { result::memcpy_dtoh_async(&mut words, address, stream.cu_stream()) }?;
     stream.synchronize()?;
     // SAFETY: both are plain numbers of as many bytes.

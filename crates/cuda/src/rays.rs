@@ -99,8 +99,11 @@ impl CudaRays {
         let reach = trees.reach();
         let stacks = device.stack_bytes(&kernels[0]).map_err(fail)?;
         let stacks = stacks.max(device.stack_bytes(&far_kernels[0]).map_err(fail)?);
-        Needs { scene: parameters.bytes(), film: 0, stacks, queues: 0 }
-            .check(device.free_bytes().map_err(fail)?, &device.name)?;
+        Needs { scene: parameters.bytes(), film: 0, stacks, queues: 0 }.check(
+            device.free_bytes().map_err(fail)?,
+            &device.name,
+            false,
+        )?;
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
         Ok(CudaRays {
             parameters: parameters.values(base),

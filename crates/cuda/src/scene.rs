@@ -3,6 +3,7 @@
 use crate::develop_launch;
 use crate::device::{Device, Kernel};
 use crate::launch_buffers::{BANDS, LaunchBuffers};
+use crate::launch_rooms::{LaunchRooms, TakenRoom};
 use crate::light_room::PointRays;
 use crate::memory::{Needs, upload};
 use crate::parameters::Parameters;
@@ -23,7 +24,6 @@ use eosphor_core::view::{SceneArray, SceneCounts, SceneItem, SceneView, SceneVis
 use eosphor_render::{BackendError, ShapedScene};
 use eosphor_scene::{FrameState, SceneData};
 use std::slice;
-use std::sync::{Mutex, PoisonError};
 
 /// The kernels that render a scene.
 pub(crate) enum Kernels {
@@ -50,8 +50,8 @@ pub(crate) struct DeviceScene {
     /// Of queues, where kernels work on them.
     queue: Option<QueueSize>,
     top_level: TopLevel,
-    /// For launches: as many as frames have been rendered at the same time.
-    rooms: Mutex<Vec<LaunchBuffers>>,
+    /// For launches: as many as frames are rendered at the same time.
+    rooms: LaunchRooms<LaunchBuffers>,
     /// Where the arrays are; kept for as long as the parameters name them.
     _memory: CudaSlice<u8>,
 }
@@ -157,7 +157,9 @@ impl DeviceScene {
             needs.queues = size.bytes() * BANDS;
             queue = Some(size);
         }
-        needs.check(free, &device.name)?;
+        needs.check(free, &device.name, device.has_memory_limit())?;
+        let of_frame = (needs.film + needs.queues).max(1);
+        let rooms = LaunchRooms::new(1 + (free - needs.all()) / of_frame);
         let (memory, base) = upload(&device.stream, &parameters).map_err(fail)?;
         let top_level = TopLevel::new(structure.accel(), structure.trees.as_ref(), moving);
         let (parameters, names) = (parameters.values(base), parameters.names().to_vec());
@@ -171,19 +173,20 @@ impl DeviceScene {
             counts: view.counts(),
             queue,
             top_level,
-            rooms: Mutex::default(),
+            rooms,
             _memory: memory,
         })
     }
 
-    /// Room for launches of bands of a frame, of at most so many bytes, whose pixels take so many samples. It must be given back.
+    /// Room for launches of bands of a frame, of at most so many bytes, whose pixels take so many samples. Waits for one that other
+    /// frames have where there is no memory for more.
     pub(crate) fn take_room(
         &self,
         device: &Device,
         frame: &FrameParameters,
         band_bytes: usize,
         samples: u32,
-    ) -> Result<LaunchBuffers, DriverError> {
+    ) -> Result<TakenRoom<'_, LaunchBuffers>, DriverError> {
         let queue = match (&self.kernels, self.queue) {
             (Kernels::Queues(_), Some(size)) => {
                 let size = size.for_bands(band_bytes, samples, frame.kind.depth);
@@ -191,15 +194,8 @@ impl DeviceScene {
             }
             _ => None,
         };
-        let used = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        // One of a smaller frame is dropped.
-        let used = used.filter(|room| room.suits(band_bytes, queue));
-        used.map_or_else(|| LaunchBuffers::new(device, band_bytes, queue), Ok)
-    }
-
-    /// For whoever needs it next.
-    pub(crate) fn give_back(&self, room: LaunchBuffers) {
-        self.rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
+        let suits = |room: &LaunchBuffers| room.suits(band_bytes, queue);
+        self.rooms.take(suits, || LaunchBuffers::new(device, band_bytes, queue))
     }
 
     /// What a kernel takes for a frame before the launch. `shaped` has what is the frame's own where vertices of meshes are
@@ -297,7 +293,8 @@ fn kind(
         _ => None,
     };
     let light_rays = light_rays_of_point(lights, !light_nodes.is_empty(), settings);
-    Ok(FrameKind { depth: settings.max_depth, light_rays, cross })
+    let has_shadows = settings.shadow_mode != ShadowMode::None;
+    Ok(FrameKind { depth: settings.max_depth, light_rays, has_shadows, cross })
 }
 
 /// What a kernel takes for a frame.

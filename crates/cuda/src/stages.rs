@@ -4,8 +4,10 @@ use crate::queue_room::{Queued, control_at};
 use cudarc::driver::sys::CUevent_flags;
 use cudarc::driver::{CudaStream, DriverError};
 use eosphor_core::device::{
-    FRESH_NODE_ROWS, HIT_ROWS, LIT_ROWS, NODE_ROWS, PATH_ROWS, PathControl, PathLaunch, REQUEST_ROWS, Row,
+    FRESH_NODE_ROWS, HIT_ROWS, LIT_ROWS, NODE_ROWS, PATH_ROWS, PROGRESS_ROWS, PathControl, PathLaunch,
+    REQUEST_ROWS, Row,
 };
+use eosphor_core::math::Vec3;
 use eosphor_core::sums::ExactSum;
 use eosphor_render::StageWork;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -52,14 +54,14 @@ impl Stage {
     }
 
     /// Bytes of queues and sums that an item is read from and written to, at most.
-    fn bytes(self, of: Queued) -> u64 {
+    fn bytes(self, of: Queued, launch: &PathLaunch) -> u64 {
         let rows = |rows: usize| (rows * size_of::<Row>()) as u64;
         let (number, sum) = (size_of::<u32>() as u64, size_of::<ExactSum>() as u64);
-        // A shadow ray of trees: its light, its weights, its direction.
+        // A shadow ray of trees: its light, its weights, and its direction or what comes through.
         let light = number + size_of::<[f32; 2]>() as u64 + rows(1);
         match (self, of) {
             (Stage::Prepare | Stage::Begin, _) => number,
-            (Stage::Settle, _) => 3 * sum,
+            (Stage::Settle, _) => 4 * sum + size_of::<Vec3>() as u64,
             (Stage::Generate, Queued::Paths) => rows(PATH_ROWS),
             (Stage::FindHits, Queued::Paths) => rows(3 + HIT_ROWS) + number,
             (Stage::ShadeFirst | Stage::ShadeLast, Queued::Paths) => {
@@ -67,14 +69,16 @@ impl Stage {
             }
             (Stage::See | Stage::Cross, Queued::Paths) => number + rows(REQUEST_ROWS) + 2 * sum,
             (Stage::Generate, Queued::Trees) => rows(FRESH_NODE_ROWS) + 2 * number,
-            (Stage::FindHits, Queued::Trees) => rows(NODE_ROWS) + 3 * number,
+            (Stage::FindHits, Queued::Trees) => rows(NODE_ROWS) + 3 * number + 2 * sum,
             (Stage::ShadeFirst, Queued::Trees) => rows(NODE_ROWS + LIT_ROWS) + 2 * number + 2 * sum,
             (Stage::ShadeLast, Queued::Trees) => {
                 rows(NODE_ROWS + LIT_ROWS + 3 * FRESH_NODE_ROWS) + 8 * number + 2 * sum
             }
             (Stage::Ask, Queued::Trees) => rows(LIT_ROWS) + light,
             (Stage::See | Stage::Cross, Queued::Trees) => rows(4 + 1) + light + number,
-            (Stage::Sum, Queued::Trees) => rows(LIT_ROWS) + 2 * sum,
+            (Stage::Sum, Queued::Trees) => {
+                rows(LIT_ROWS + 2 * PROGRESS_ROWS) + u64::from(launch.lights.window) * light + 2 * sum
+            }
             (Stage::Ask | Stage::Sum, Queued::Paths) => 0,
         }
     }
@@ -110,7 +114,7 @@ impl Stages {
             milliseconds,
             items,
             lanes: items.div_ceil(WARP) * WARP,
-            bytes: items * stage.bytes(of),
+            bytes: items * stage.bytes(of, launch),
         });
         Ok(())
     }

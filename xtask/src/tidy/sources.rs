@@ -27,7 +27,6 @@ const RULES: [Rule; 5] = [
         among: &["crates/core/", "crates/scene/", "crates/eosphor/"],
         allowed: &[
             "crates/core/src/device/pairs.rs",
-            "crates/core/src/device/walks.rs",
             "crates/core/src/device/warp.rs",
             "crates/core/src/device/wide.rs",
             "crates/core/src/lib.rs",
@@ -38,7 +37,6 @@ const RULES: [Rule; 5] = [
             // Ways to texels and sums that are quicker on CPUs.
             "crates/core/src/environment/index.rs",
             "crates/core/src/texture.rs",
-            "crates/core/src/texture_lanes.rs",
             "crates/core/src/math/float.rs",
             "crates/core/src/out_of_line.rs",
             // Reads without a check that devices have no lengths for.

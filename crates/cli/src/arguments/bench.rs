@@ -79,7 +79,7 @@ pub(crate) struct BenchRenderFlags {
     #[arg(long)]
     pub(crate) developed: bool,
     /// Also time each stage of the picture on GPUs, once: its kernels, their launches, rays and bytes
-    #[arg(long, conflicts_with = "lines")]
+    #[arg(long, conflicts_with_all = ["lines", "developed"])]
     pub(crate) phases: bool,
     /// Print the results as JSON
     #[arg(long)]
@@ -144,7 +144,7 @@ impl BenchRenderFlags {
         let is_cuda = matches!(self.device.backend(), BackendChoice::Cuda(_));
         let is_in_stages = self.device.gpu_scheduler != GpuScheduler::Megakernel;
         let need = |is_met, needs| Need { flag: "--phases", is_given: self.phases, is_met, needs };
-        check(&[need(is_cuda, "--backend cuda"), need(is_in_stages, "--gpu-scheduler queues")])
+        check(&[need(is_cuda, "--backend cuda"), need(is_in_stages, "--gpu-scheduler queues or auto")])
     }
 }
 

@@ -107,17 +107,6 @@ impl<S: Search> Search for DeferredCandidates<'_, S> {
     }
 
     #[inline(always)]
-    fn decide(
-        &mut self,
-        primitives: &PrimitivesView,
-        place: PrimitiveSlot,
-        id: PrimitiveId,
-        placement: &Placement,
-    ) -> bool {
-        self.search.decide(primitives, place, id, placement)
-    }
-
-    #[inline(always)]
     fn offer(
         &mut self,
         primitives: &PrimitivesView,

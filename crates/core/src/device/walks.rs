@@ -38,24 +38,24 @@ macro_rules! tracer_by_walks {
         ($($generics:tt)*) $tracer:ty, $view:ident, $search_for_any_ray:ident,
         $closest:ident, $occluded:ident, $next:ident
     ) => {
-        #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
-        #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-        pub(super) fn $closest(view: &$view, ray: &Ray, filter: &RayFilter) -> Hit {
-            let found = $search_for_any_ray(view, ray, filter, |from| Closest::new(ray.t_max, from));
-            found.hit(&view.primitives, ray)
+        $crate::out_of_line::out_of_line_on_gpus! {
+            pub(super) fn $closest(view: &$view, ray: &Ray, filter: &RayFilter) -> Hit {
+                let found = $search_for_any_ray(view, ray, filter, |from| Closest::new(ray.t_max, from));
+                found.hit(&view.primitives, ray)
+            }
         }
 
-        #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
-        #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-        pub(super) fn $occluded(view: &$view, ray: &Ray, filter: &RayFilter) -> bool {
-            $search_for_any_ray(view, ray, filter, |from| Any::new(ray.t_max, from)).found
+        $crate::out_of_line::out_of_line_on_gpus! {
+            pub(super) fn $occluded(view: &$view, ray: &Ray, filter: &RayFilter) -> bool {
+                $search_for_any_ray(view, ray, filter, |from| Any::new(ray.t_max, from)).found
+            }
         }
 
-        #[cfg_attr(target_arch = "nvptx64", inline(never), unsafe(no_mangle))]
-        #[cfg_attr(not(target_arch = "nvptx64"), inline(always))]
-        pub(super) fn $next(view: &$view, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
-            let found = $search_for_any_ray(view, ray, filter, |from| Next::new(ray, after, from));
-            found.hit(&view.primitives, ray)
+        $crate::out_of_line::out_of_line_on_gpus! {
+            pub(super) fn $next(view: &$view, ray: &Ray, filter: &RayFilter, after: &Hit) -> Hit {
+                let found = $search_for_any_ray(view, ray, filter, |from| Next::new(ray, after, from));
+                found.hit(&view.primitives, ray)
+            }
         }
 
         impl<$($generics)*> Tracer for $tracer {

@@ -110,6 +110,7 @@ impl Environment {
         places: &PlaceLanes<W>,
         is_wanted: &[bool; W],
     ) -> Vec3Lanes<W> {
+        // As GPUs have it: by a function of its own there.
         if W == 1 {
             let mut radiance = Vec3Lanes::ZERO;
             if is_wanted[0] {

@@ -79,7 +79,12 @@ pub(crate) trait Search {
         place: PrimitiveSlot,
         id: PrimitiveId,
         placement: &Placement,
-    ) -> bool;
+    ) -> bool
+    where
+        Self: Sized,
+    {
+        primitives.decide(place, id, placement, self)
+    }
     /// Offers a hit that was computed; `true` ends the search.
     fn offer(
         &mut self,

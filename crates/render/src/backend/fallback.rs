@@ -1,6 +1,8 @@
 //! A backend with another one in reserve.
 
-use super::{Backend, BackendError, PreparedScene, RenderControl, Rendered, RenderedBytes, Sampled};
+use super::{
+    Backend, BackendError, PreparedScene, RenderControl, Rendered, RenderedBytes, Sampled, StageWork,
+};
 use crate::{DevelopSettings, Hierarchy, HierarchyStatistics, Region};
 use eosphor_scene::SceneData;
 use std::ops::Range;
@@ -146,6 +148,10 @@ impl PreparedScene for PreparedFallback {
 
     fn render_rows(&self, rows: Range<u32>, control: &RenderControl) -> Result<Rendered, BackendError> {
         self.with_reserve(|prepared| prepared.render_rows(rows.clone(), control))
+    }
+
+    fn stages(&self, control: &RenderControl) -> Result<Vec<StageWork>, BackendError> {
+        self.with_reserve(|prepared| prepared.stages(control))
     }
 
     fn sample_rows(

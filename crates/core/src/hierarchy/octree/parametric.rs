@@ -233,6 +233,11 @@ impl<C: Work> Tracer for OctreeParametricTracer<'_, C> {
         self.find_next(ray, filter, after)
     }
 
+    #[inline(always)]
+    fn hit_after(&self, ray: &Ray, filter: &RayFilter, after: Option<&Hit>) -> Hit {
+        self.find_after(ray, filter, after)
+    }
+
     /// Through the world rays go together, unless their numbers are too large or work is counted; through instances one by
     /// one.
     #[inline(always)]
