@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<()> {
     fs::create_dir_all(&folder)?;
     fs::copy(target.join("debug/examples/libcuda_emulator.so"), folder.join("libcuda.so"))?;
     let status = cargo()
-        .args(["test", "--locked", "-p", "eosphor-cuda", "--test", "identity", "--"])
+        .args(["test", "--locked", "-p", "eosphor-cuda", "--test", "identity", "--test", "ways", "--"])
         .args(arguments)
         .env("LD_LIBRARY_PATH", &folder)
         .env("REQUIRE_GPU", "1")

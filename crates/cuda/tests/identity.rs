@@ -2,11 +2,12 @@
 //! in the environment they fail then.
 
 mod common;
+mod gpu;
 
 use eosphor_core::develop::{ToneCurve, Transfer};
 use eosphor_core::math::Vec3;
 use eosphor_core::settings::{Integrator, LightingModel, ShadowMode};
-use eosphor_cuda::{CudaBackend, CudaOptions, GpuScheduler, Traversal};
+use eosphor_cuda::{CudaOptions, GpuScheduler, Traversal};
 use eosphor_render::{
     Accel, Backend, CpuBackend, CpuOptions, DevelopSettings, Developed, PreparedScene, RenderControl,
 };
@@ -14,52 +15,13 @@ use eosphor_scene::{
     Animation, CameraMotion, FrameStates, LightSelection, Move, MoveKey, Preset, RenderSettings, Scene,
     SceneData,
 };
-use std::fmt::Display;
-use std::io::Write;
+use gpu::{assert_identical_by, backend, size, skip};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Renders on CPU and GPU, over this structure there, and compares films and ray counts.
 fn assert_identical(scene: &Scene, accel: Accel) {
     assert_identical_by(scene, CudaOptions { accel, ..CudaOptions::default() });
-}
-
-/// The same, with the GPU working in this way.
-fn assert_identical_by(scene: &Scene, options: CudaOptions) {
-    let data = Arc::new(SceneData::flatten(scene).unwrap().0);
-    let way = format!("{options:?}");
-    let Some(gpu) = backend(options) else { return };
-    let cpu = CpuBackend::new(CpuOptions::default()).unwrap();
-    let (on_gpu, _) = common::render(&gpu, &data).unwrap();
-    let (on_cpu, _) = common::render(&cpu, &data).unwrap();
-    if let Some(text) = common::difference(&on_cpu.film, &on_gpu.film) {
-        panic!("CPU and GPU, {way}: {text}");
-    }
-    assert_eq!(on_cpu.statistics, on_gpu.statistics, "{way}");
-}
-
-/// The size of a picture; a part of it where an emulator renders it.
-fn size(width: u32, height: u32) -> [u32; 2] {
-    let part = if std::env::var_os("CUDA_EMULATOR").is_some() { 4 } else { 1 };
-    [width, height].map(|side| side.div_ceil(part))
-}
-
-/// The GPU; says so where there is none.
-fn backend(options: CudaOptions) -> Option<CudaBackend> {
-    match CudaBackend::new(options) {
-        Ok(gpu) => Some(gpu),
-        Err(error) if std::env::var_os("REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
-        Err(error) => {
-            skip(&error);
-            None
-        }
-    }
-}
-
-/// Says so even where the test harness keeps what passing tests print to itself.
-fn skip(reason: &dyn Display) {
-    let test = std::thread::current().name().unwrap_or_default().to_string();
-    std::io::stderr().write_all(format!("SKIPPED {test}: {reason}\n").as_bytes()).unwrap();
 }
 
 #[test]
