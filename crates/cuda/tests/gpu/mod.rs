@@ -22,12 +22,6 @@ pub(crate) fn assert_identical_by(scene: &Scene, options: CudaOptions) {
     assert_eq!(on_cpu.statistics, on_gpu.statistics, "{way}");
 }
 
-/// The size of a picture; a part of it where an emulator renders it.
-pub(crate) fn size(width: u32, height: u32) -> [u32; 2] {
-    let part = if std::env::var_os("CUDA_EMULATOR").is_some() { 4 } else { 1 };
-    [width, height].map(|side| side.div_ceil(part))
-}
-
 /// The GPU; says so where there is none.
 pub(crate) fn backend(options: CudaOptions) -> Option<CudaBackend> {
     match CudaBackend::new(options) {
