@@ -3,6 +3,7 @@
 mod adversarial;
 mod closed_form;
 mod doubles;
+mod fallback;
 mod features;
 mod identity;
 mod light_rays;
