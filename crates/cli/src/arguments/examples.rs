@@ -59,7 +59,7 @@ Examples:
 pub(super) const BENCH_RENDER: &str = "\
 Examples:
   eosphor bench render builtin:glass
-  eosphor bench render builtin:glass --samples 16 --backend cuda:0 --phases
+  eosphor bench render builtin:glass --samples 16 --repeats 5 --developed
   eosphor bench render builtin:glass --backend cpu --simd avx2 --json";
 
 pub(super) const BENCH_NOISE: &str = "\
