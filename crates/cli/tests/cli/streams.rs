@@ -166,6 +166,9 @@ fn the_second_ctrl_c_removes_what_is_half_written() {
     let slow = ["--band-rows", "2", "--tile", "4096", "--samples", "64", "--threads", "1"];
     let arguments = long(&slow);
     let mut child = place.command(&arguments).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    // Before, it tries whether it can write there, and does not watch for signals yet.
+    assert!(lines.any(|line| line.starts_with("rendering")), "it never started");
     let start = Instant::now();
     // A temporary file, and nothing else. (A folder that is read while files change may seem to have none.)
     let names = loop {
@@ -177,7 +180,6 @@ fn the_second_ctrl_c_removes_what_is_half_written() {
         std::thread::sleep(Duration::from_millis(5));
     };
     assert!(names[0].ends_with(".part"), "{names:?}");
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
     interrupt(&child);
     // It may have come to its end before it said that it would.
     let _said = lines.any(|line| line.contains("Ctrl-C again"));
