@@ -115,7 +115,9 @@ pub(crate) fn load_all<E>(
     let shared = Shared { board: Mutex::new(board), changed: Condvar::new() };
     std::thread::scope(|scope| {
         let (shared, compile) = (&shared, &compile);
-        for number in 1..count {
+        // Nobody is left to wait where none may compile, even if a load panics.
+        let end = if at_once > 0 { count } else { 0 };
+        for number in 1..end {
             scope.spawn(move || {
                 if shared.take_to_compile(number) {
                     let _compiling = Compiling(shared, number);

@@ -85,7 +85,7 @@ fn info(ordinal: i32) -> Result<DeviceInfo, DriverError> {
     })
 }
 
-/// Free memory for each context in which a text is compiled, by a guess. An H200's take half of it.
+/// Free memory for each context in which a text is compiled, by a guess.
 const CONTEXT_BYTES: usize = 1 << 30;
 
 /// Kernels that the driver gets together.
@@ -187,13 +187,10 @@ impl Device {
         let device = self.stream.context().cu_device();
         // Without the driver's cache, what is compiled elsewhere is lost.
         let has_cache = std::env::var_os("CUDA_CACHE_DISABLE").is_none_or(|disabled| disabled == "0");
-        let compile = |number: usize| {
-            if has_cache {
-                compile_elsewhere(device, &texts[number].code);
-            }
-        };
+        let compile = |number: usize| compile_elsewhere(device, &texts[number].code);
         let fail = |error| self.failure("loading the kernels", error);
-        let at_once = self.stream.context().mem_get_info().map_err(fail)?.0 / CONTEXT_BYTES;
+        let (free, _) = self.stream.context().mem_get_info().map_err(fail)?;
+        let at_once = if has_cache { free / CONTEXT_BYTES } else { 0 };
         let load = |number: usize| self.load_text(&texts[number]);
         compilation::load_all(texts.len(), at_once, compile, load).map_err(fail)
     }
